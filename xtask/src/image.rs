@@ -28,7 +28,7 @@ pub struct Image {
 const BOARDS: [Board; 2] = [Board::Uno, Board::Mega];
 
 /// All that they are built from.
-const SOURCES: [&str; 22] = [
+const SOURCES: [&str; 24] = [
     "crates/avr-shrink/src",
     "crates/stepwright/Cargo.toml",
     "crates/stepwright/src",
@@ -42,6 +42,8 @@ const SOURCES: [&str; 22] = [
     "crates/stepwright-device/src",
     "crates/stepwright-protocol/Cargo.toml",
     "crates/stepwright-protocol/src",
+    "crates/stepwright-stream/Cargo.toml",
+    "crates/stepwright-stream/src",
     "crates/stepwright-timed/Cargo.toml",
     "crates/stepwright-timed/src",
     "firmware/avr/Cargo.lock",

@@ -29,6 +29,7 @@ mod panel;
 mod program;
 mod reset;
 mod store;
+mod stream;
 mod supervisor;
 
 pub use device::Device;
@@ -36,3 +37,4 @@ pub use panel::{BoardIo, Memory};
 pub use program::ProgramDevice;
 pub use reset::{Mark, Reset};
 pub use store::Store;
+pub use stream::{StreamDevice, StreamIo, StreamProgram, Streamless};

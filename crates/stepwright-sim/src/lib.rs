@@ -38,6 +38,8 @@ mod pins;
 mod program;
 mod shaft;
 mod steppers;
+#[cfg(feature = "std")]
+mod stream;
 mod switch;
 #[cfg(feature = "std")]
 pub mod timed;
@@ -67,4 +69,6 @@ pub use steppers::{
     SimEngine, VirtualSteppers, virtual_engine, virtual_steppers, virtual_steppers_of,
 };
 pub use stepwright_device::{Mark, Reset};
+#[cfg(feature = "std")]
+pub use stream::StreamBoard;
 pub use switch::Switch;

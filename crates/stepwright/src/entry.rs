@@ -125,6 +125,29 @@ pub struct EntryParts {
     pub growth: i32,
 }
 
+impl EntryParts {
+    /// The entry that is made of them. Of an 8-bit chip's waits 8 bits are behind the point, and it
+    /// has at most 256 groups: what is beyond falls off.
+    ///
+    /// ```
+    /// use stepwright::entry::EntryParts;
+    /// let parts =
+    ///     EntryParts { pins: 1, then: 0, events: 1, groups: 4, interval: 9_000 << 16, growth: 0 };
+    /// assert_eq!(parts.entry().parts(), parts);
+    /// ```
+    #[inline(always)]
+    pub const fn entry(self) -> Entry {
+        Entry {
+            interval: bytes(self.interval),
+            growth: bytes(self.growth as u32),
+            events: Events::new(self.events as u16),
+            groups: format::groups(self.groups),
+            then: self.then,
+            pins: self.pins,
+        }
+    }
+}
+
 /// A wait in 2⁻¹⁶ ticks as an entry has it.
 const fn bytes(wait: u32) -> [u8; BYTES] {
     let mut bytes = [0; BYTES];

@@ -17,6 +17,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
             "stepwright-austin",
             "stepwright-cycle",
             "stepwright-timed",
+            "stepwright-stream",
             "stepwright-protocol",
             "stepwright-device",
             "stepwright-gcode",

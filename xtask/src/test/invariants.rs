@@ -13,7 +13,9 @@ const ONLY: &[(&str, &[&str])] = &[
     ("stepwright-embassy", &["embassy-futures", "embassy-sync", "stepwright"]),
     ("stepwright-port-test", &["stepwright"]),
     ("stepwright-protocol", &["stepwright"]),
-    ("stepwright-device", &["stepwright", "stepwright-protocol"]),
+    ("stepwright-stream", &["stepwright"]),
+    ("stepwright-feeder", &["stepwright", "stepwright-stream"]),
+    ("stepwright-device", &["stepwright", "stepwright-protocol", "stepwright-stream"]),
 ];
 
 /// A crate, what it must not depend on, and the invariant.
@@ -59,6 +61,7 @@ const SMALL: &[&str] = &[
     "stepwright-embassy",
     "stepwright-port-test",
     "stepwright-protocol",
+    "stepwright-stream",
     "stepwright-timed",
 ];
 

@@ -230,6 +230,38 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
         queue.pushed.get().wrapping_sub(queue.played.get()).min(LEN as u8)
     }
 
+    /// Appends an entry that somebody else has made of runs; false if the queue is full. Not beside
+    /// [`push`](Producer::push): what that keeps for later would come behind it.
+    ///
+    /// ```
+    /// use stepwright::entry::{EntryParts, Wiring};
+    /// use stepwright::queue::Queue;
+    /// let mut queue = Queue::<4>::new();
+    /// let (mut producer, _) = queue.split_as(Wiring::new(1, 2));
+    /// let parts =
+    ///     EntryParts { pins: 1, then: 1, events: 9, groups: 1, interval: 800 << 16, growth: 0 };
+    /// for _ in 0..4 {
+    ///     assert!(producer.put(parts.entry()));
+    /// }
+    /// assert!(!producer.put(parts.entry()));
+    /// assert_eq!(producer.waiting(), 4);
+    /// ```
+    #[inline(always)]
+    pub fn put(&mut self, entry: Entry) -> bool {
+        if self.waiting() >= LEN as u8 {
+            return false;
+        }
+        Sink::put(&mut self.queue(), entry);
+        true
+    }
+
+    /// Entries that have not been taken out.
+    #[inline(always)]
+    pub fn waiting(&self) -> u8 {
+        let queue = self.queue();
+        queue.pushed.get().wrapping_sub(queue.taken.get())
+    }
+
     /// Entries pushed since the beginning, modulo 256.
     pub fn pushed(&self) -> u8 {
         self.queue().pushed.get()

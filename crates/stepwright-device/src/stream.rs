@@ -1,0 +1,230 @@
+//! A board that plays what a host streams: frames and the common text lines on one wire.
+//!
+//! ```text
+//!   bytes ─► link ─┬─ frames ─► player ─► queues
+//!                  └─ text ───► line ─► F V I Z K ?
+//!   bytes ◄─ credit, between two bytes of a text answer ◄─┘
+//! ```
+
+use stepwright::Control;
+use stepwright_protocol::{
+    BoardProgram, Fault, Incoming, Numbers, OwnFault, Piece, ProgramSlave, Said, Text, flash_text,
+};
+use stepwright_stream::credit::LEN as CREDIT;
+use stepwright_stream::link::Came;
+use stepwright_stream::player::StreamPlayer;
+use stepwright_stream::record::AXES;
+
+use crate::main_loop::Foreground;
+
+/// The most bytes of a text line.
+const LONGEST: usize = 16;
+
+/// What a board lends a stream.
+pub trait StreamIo {
+    /// The step timer, or its lower 16 bits.
+    fn now(&mut self) -> u16;
+    /// Whether a millisecond has passed, once for each. Asked at least every 16.
+    fn ticked(&mut self) -> bool;
+    /// Inputs that are closed, as bits: 0 to 2 the axes' switches, 6 the drivers' fault, 7 the
+    /// emergency stop.
+    fn inputs(&mut self) -> u8;
+    /// Switches the drivers on. Called as long as they are to be on.
+    fn enable(&mut self);
+}
+
+/// A program without rows and reasons of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Streamless {}
+
+impl OwnFault for Streamless {
+    fn word(&self) -> Text {
+        match *self {}
+    }
+
+    fn number(&self, _: u8) -> Option<i64> {
+        match *self {}
+    }
+
+    fn read(_: &[u8], _: &mut Numbers<'_>) -> Option<Streamless> {
+        None
+    }
+}
+
+/// The player as the program behind the text lines.
+pub struct StreamProgram<'q, E, const Q: usize, const LEN: usize> {
+    /// What plays the frames.
+    pub player: StreamPlayer<'q, E, Q, LEN>,
+    name: Text,
+    hz: u32,
+}
+
+impl<'q, E: Control, const Q: usize, const LEN: usize> BoardProgram
+    for StreamProgram<'q, E, Q, LEN>
+{
+    type Row = Streamless;
+    type Reason = Streamless;
+
+    fn about(&mut self, n: u8) -> Option<Piece> {
+        Some(Piece::Text(match n {
+            0 => flash_text!("stepwright-stream "),
+            1 => self.name,
+            2 => flash_text!(" hz="),
+            3 => return Some(Piece::Number(self.hz)),
+            4 => flash_text!(" axes=3 late="),
+            5 => return Some(Piece::Number(self.player.engine().late())),
+            6 => flash_text!(" fifo="),
+            7 => return Some(Piece::Number(LEN as u32)),
+            8 => flash_text!(" can=sum"),
+            _ => return None,
+        }))
+    }
+
+    fn axes(&self) -> u8 {
+        AXES as u8
+    }
+
+    fn read(&self, _: u8, _: &mut Numbers<'_>) -> Option<Streamless> {
+        None
+    }
+
+    fn carry_out(&mut self, row: &Streamless) -> Result<Said, Fault<Streamless>> {
+        match *row {}
+    }
+
+    fn is_busy(&mut self) -> bool {
+        self.player.is_busy()
+    }
+
+    fn position(&mut self, axis: u8) -> Option<i64> {
+        self.player.position(axis)
+    }
+
+    fn set_zero(&mut self, axis: u8) {
+        self.player.set_zero(axis);
+    }
+
+    fn stop(&mut self) {
+        self.player.stop();
+    }
+
+    fn kill(&mut self) {
+        self.player.kill();
+    }
+
+    fn poll(&mut self) {}
+}
+
+/// The whole foreground of such a board: what [`round`](crate::main_loop::round) runs.
+pub struct StreamDevice<'q, E, I, const Q: usize, const LEN: usize> {
+    program: StreamProgram<'q, E, Q, LEN>,
+    /// The board around it.
+    pub io: I,
+    line: Incoming<LONGEST>,
+    slave: ProgramSlave<Streamless>,
+    /// A line is complete, and waits for the answer before it.
+    waits: bool,
+    /// The credit that is being sent, and how much of it was.
+    credit: [u8; CREDIT],
+    sent: u8,
+}
+
+impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice<'q, E, I, Q, LEN> {
+    /// As at power-up: a board of this name whose timer counts `hz` ticks a second.
+    pub const fn new(player: StreamPlayer<'q, E, Q, LEN>, io: I, name: Text, hz: u32) -> Self {
+        StreamDevice {
+            program: StreamProgram { player, name, hz },
+            io,
+            line: Incoming::new(),
+            slave: ProgramSlave::new(),
+            waits: false,
+            credit: [0; CREDIT],
+            sent: CREDIT as u8,
+        }
+    }
+
+    /// What plays the frames.
+    pub fn player(&mut self) -> &mut StreamPlayer<'q, E, Q, LEN> {
+        &mut self.program.player
+    }
+
+    fn hear(&mut self, byte: Option<u8>) {
+        match self.program.player.hear(byte) {
+            Came::Text(byte) => {
+                // A line that comes before the answer to the last one was given is lost: a host waits
+                // for its answer, and frames are never kept waiting.
+                if self.waits {
+                    self.line.garble();
+                } else {
+                    self.waits = self.line.receive(Some(byte));
+                }
+            }
+            Came::Broken => self.line.garble(),
+            _ => {}
+        }
+    }
+}
+
+impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> Foreground
+    for StreamDevice<'q, E, I, Q, LEN>
+{
+    const LISTENS_MEANWHILE: bool = true;
+
+    #[inline(always)]
+    fn tick(&mut self) {
+        while self.io.ticked() {
+            let inputs = self.io.inputs();
+            self.program.player.tick(inputs);
+            if self.program.player.is_set_up() {
+                self.io.enable();
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn is_answering(&mut self) -> bool {
+        if usize::from(self.sent) >= CREDIT
+            && let Some(credit) = self.program.player.answer()
+        {
+            (self.credit, self.sent) = (credit.bytes(), 0);
+        }
+        usize::from(self.sent) < CREDIT || self.slave.is_answering()
+    }
+
+    #[inline(always)]
+    fn listens(&mut self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn receive(&mut self, byte: u8) {
+        self.hear(Some(byte));
+    }
+
+    fn garbled(&mut self) {
+        self.hear(None);
+    }
+
+    fn work(&mut self) {
+        if self.waits && !self.slave.is_answering() {
+            self.waits = false;
+            self.slave.obey(&mut self.line, &mut self.program);
+        }
+    }
+
+    fn next_byte(&mut self) -> Option<u8> {
+        match self.credit.get(usize::from(self.sent)) {
+            Some(byte) => {
+                self.sent = self.sent.wrapping_add(1);
+                Some(*byte)
+            }
+            None => self.slave.next_byte(&mut self.program),
+        }
+    }
+
+    #[inline(always)]
+    fn poll_io(&mut self) {
+        let now = self.io.now();
+        self.program.player.poll(now);
+    }
+}

@@ -1,0 +1,388 @@
+#![forbid(unsafe_code)]
+//! A host's half of a streamed run, without I/O.
+//!
+//! ```text
+//!   steps ─► moments ─► records ─► frames ─► sender ─► bytes for the line
+//!            an axis     by fit     in order   ▲
+//!   what became of it ◄── credit ◄── bytes of the line
+//! ```
+//!
+//! A [`StreamFeeder`] takes steps of all axes in the order of their times while it
+//! [wants](StreamFeeder::wants) some, hands out bytes, and takes those of the board. Times are µs
+//! from any beginning.
+
+mod axis;
+
+use std::collections::VecDeque;
+
+use axis::AxisFeed;
+use stepwright_stream::brake::BrakeLaw;
+use stepwright_stream::credit::{Answered, Credit, CreditReader};
+use stepwright_stream::fit::FitTerms;
+use stepwright_stream::frame::{Kind, MOST};
+use stepwright_stream::pack::{DataBytes, FramePacker};
+use stepwright_stream::record::AXES;
+use stepwright_stream::send::{FrameSender, LinkTimes};
+
+/// Ticks in 2⁻⁸ ticks.
+const fn fine(ticks: u64) -> u64 {
+    ticks << 8
+}
+
+/// How a run is fed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FeedTerms {
+    /// Ticks a second of the board's step timer.
+    pub hz: u32,
+    /// Steps keep to their times by this many ns, while there is enough ahead.
+    pub tolerance: u32,
+    /// No more is sent ahead of what the board plays than this, in µs: at most 600,000.
+    pub ahead: u32,
+    /// Without a whole frame for this long the board brakes, in ms; 0 for never. At most 2,040.
+    pub lease: u32,
+    /// How each axis brakes.
+    pub brakes: [BrakeLaw; AXES],
+    /// Inputs that stop: see [`Kind::Start`].
+    pub inputs: u8,
+    /// Axes come this many ticks after one another, so that equal ones do not step at once.
+    pub stagger: u32,
+    /// No wait is shorter than this many ticks.
+    pub shortest: u32,
+    /// The line's times.
+    pub times: LinkTimes,
+}
+
+impl FeedTerms {
+    /// For a board on an AVR, by a serial line of 115,200 baud.
+    pub const fn avr(brakes: [BrakeLaw; AXES]) -> FeedTerms {
+        FeedTerms {
+            hz: 16_000_000,
+            tolerance: 5_000,
+            ahead: 300_000,
+            lease: 1_000,
+            brakes,
+            inputs: 0,
+            stagger: 75,
+            shortest: 72,
+            times: LinkTimes::of_baud(115_200),
+        }
+    }
+
+    fn ticks(&self, micros: u64) -> u64 {
+        micros * u64::from(self.hz) / 1_000_000
+    }
+}
+
+/// From the start to the path's, in ticks.
+const LEAD: u64 = 32_000;
+/// A frame's records begin within this, and those of several steps take no longer, in µs.
+const SPAN: u64 = 8_000;
+/// An axis without steps for this long is told to wait, in µs.
+const PATIENCE: u64 = 40_000;
+/// With less than this ahead, in µs, steps keep to their times less closely: by this many ns.
+const SHORT: [(u64, u32); 2] = [(60_000, 25_000), (130_000, 10_000)];
+/// Without progress for this long, in µs, the board is lost.
+const LOST: u64 = 3_000_000;
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FeedState {
+    /// The board's FIFO is being filled.
+    Filling,
+    /// It plays.
+    Running,
+    /// All steps were made, and all axes rest.
+    Over,
+    /// The board was short of frames, or heard nothing, and has braked: off the path.
+    Off,
+    /// An input has closed, and the board has braked: off the path.
+    Tripped,
+    /// The board has refused a record.
+    Wrong,
+    /// The board doesn't answer.
+    Lost,
+}
+
+impl FeedState {
+    /// Whether nothing more comes of it.
+    pub const fn is_end(self) -> bool {
+        !matches!(self, FeedState::Filling | FeedState::Running)
+    }
+}
+
+/// Feeds a board.
+#[derive(Debug)]
+pub struct StreamFeeder {
+    terms: FeedTerms,
+    axes: [AxisFeed; AXES],
+    packer: FramePacker,
+    sender: FrameSender,
+    reader: CreditReader,
+    /// Frames that were not offered yet.
+    frames: VecDeque<DataBytes>,
+    /// The starts of those that the board has not opened, from frame number `gone` on.
+    starts: VecDeque<u64>,
+    gone: u64,
+    /// When what the board opened last began.
+    played: u64,
+    /// All steps before this time are known.
+    known: u64,
+    over: bool,
+    state: FeedState,
+    /// Bytes of the FIFO that are left before the start, once that is known.
+    room: Option<u32>,
+    ended: bool,
+    said: Vec<u8>,
+    text: Vec<u8>,
+}
+
+impl StreamFeeder {
+    /// Begins a run now.
+    pub fn new(terms: FeedTerms, now: u64) -> StreamFeeder {
+        let fit = fit_terms(&terms, terms.tolerance);
+        let mut sender = FrameSender::new(terms.times);
+        let brakes: Vec<u8> = terms.brakes.iter().flat_map(|law| law.bytes()).collect();
+        sender.offer(Kind::Setup, &brakes, now);
+        let mut n = 0;
+        let axes = [(); AXES].map(|()| {
+            n += 1;
+            AxisFeed::new(fit, fine(u64::from(terms.stagger) * (n - 1)))
+        });
+        StreamFeeder {
+            axes,
+            packer: FramePacker::new(fine(terms.ticks(SPAN))),
+            sender,
+            reader: CreditReader::new(),
+            frames: VecDeque::new(),
+            starts: VecDeque::new(),
+            gone: 0,
+            played: 0,
+            known: 0,
+            over: false,
+            state: FeedState::Filling,
+            room: None,
+            ended: false,
+            said: Vec::new(),
+            text: Vec::new(),
+            terms,
+        }
+    }
+
+    /// How far it is.
+    pub fn state(&self) -> FeedState {
+        self.state
+    }
+
+    /// How often frames were sent again.
+    pub fn again(&self) -> u64 {
+        self.sender.again()
+    }
+
+    /// Seconds of the path that the board has opened.
+    pub fn time(&self) -> f64 {
+        let lead = fine(LEAD);
+        self.played.saturating_sub(lead) as f64 / (256.0 * f64::from(self.terms.hz))
+    }
+
+    /// Whether it wants more steps.
+    pub fn wants(&self) -> bool {
+        let ahead = u64::from(self.terms.ahead) + SPAN + PATIENCE;
+        !self.over && self.known < self.played + fine(self.terms.ticks(ahead))
+    }
+
+    /// The next step: of an axis, in s after the start of the path, forward or backward.
+    /// Times never fall. Steps of an axis that the board does not have are left out.
+    pub fn step(&mut self, axis: usize, time: f64, forward: bool) {
+        self.know(time);
+        let at = self.known;
+        if let Some(axis) = self.axes.get_mut(axis) {
+            axis.step(at, forward);
+        }
+    }
+
+    /// No step comes before this time, in s.
+    pub fn know(&mut self, time: f64) {
+        let at = (time * 256.0 * f64::from(self.terms.hz)).round() as u64 + fine(LEAD);
+        self.known = self.known.max(at);
+    }
+
+    /// There are no more steps: the path ends then, in s.
+    pub fn end(&mut self, time: f64) {
+        if !self.over {
+            self.know(time);
+            self.over = true;
+            for axis in &mut self.axes {
+                axis.end(self.known);
+            }
+        }
+    }
+
+    /// A text line to be said, without its end. Answers are [heard](StreamFeeder::hear).
+    pub fn say(&mut self, line: &str) {
+        self.said.extend(line.bytes());
+        self.said.push(b'\r');
+    }
+
+    /// Takes bytes of the line. What is text comes back.
+    pub fn hear(&mut self, bytes: &[u8], now: u64) -> Vec<u8> {
+        let mut credits = Vec::new();
+        for byte in bytes {
+            self.reader.hear(*byte, |told| match told {
+                Answered::Credit(credit) => credits.push(credit),
+                Answered::Text(byte) => self.text.push(byte),
+            });
+        }
+        for credit in credits {
+            self.sender.hear(credit, now);
+            self.learn(credit);
+        }
+        std::mem::take(&mut self.text)
+    }
+
+    fn learn(&mut self, credit: Credit) {
+        while self.gone < self.sender.opened()
+            && let Some(start) = self.starts.pop_front()
+        {
+            (self.gone, self.played) = (self.gone + 1, start);
+        }
+        // Of another run, until the setup was heard.
+        let open = !self.sender.is_empty() && !credit.is(Credit::OFF);
+        if self.state != FeedState::Running || open {
+            return;
+        }
+        let started = credit.is(Credit::STARTED);
+        self.state = match self.state {
+            _ if started && credit.is(Credit::WRONG) => FeedState::Wrong,
+            _ if started && credit.is(Credit::TRIPPED) => FeedState::Tripped,
+            _ if started && credit.is(Credit::OFF) => FeedState::Off,
+            _ if self.ended && started && !credit.is(Credit::MOVES) => FeedState::Over,
+            state => state,
+        };
+    }
+
+    /// Bytes for the line, as many as it should have now. To be asked whenever bytes came, and each
+    /// millisecond.
+    pub fn bytes(&mut self, now: u64) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        if self.state.is_end() {
+            bytes.append(&mut self.said);
+            return bytes;
+        }
+        if self.sender.stuck(now) > LOST {
+            self.state = FeedState::Lost;
+        }
+        let packed = self.pack();
+        self.offer(packed, now);
+        let mut frame = [0; MOST];
+        loop {
+            match self.sender.next(now, &mut frame) {
+                0 => break,
+                len => bytes.extend(&frame[..len]),
+            }
+        }
+        bytes.append(&mut self.said);
+        bytes
+    }
+
+    /// Makes frames of what is known, as far as they may be sent: whether that is all for now.
+    fn pack(&mut self) -> bool {
+        let ahead = fine(self.terms.ticks(u64::from(self.terms.ahead)));
+        let longest = fine(self.terms.ticks(SPAN));
+        let patience = fine(self.terms.ticks(PATIENCE));
+        loop {
+            let Some((n, start)) = self
+                .axes
+                .iter()
+                .enumerate()
+                .filter(|(_, axis)| !axis.is_over())
+                .map(|(n, axis)| (n, axis.start()))
+                .min_by_key(|(_, start)| *start)
+            else {
+                self.frames.extend(self.packer.flush());
+                return true;
+            };
+            if start > self.played + ahead {
+                return true;
+            }
+            self.relax(start);
+            let axis = &mut self.axes[n];
+            if self.known > start + patience {
+                axis.wait(self.known);
+            }
+            if !axis.is_known(longest) {
+                return false;
+            }
+            let Some(record) = axis.record() else { return false };
+            match self.packer.add(n as u8, &record, start) {
+                Ok(frame) => self.frames.extend(frame),
+                // The fitter makes none.
+                Err(_) => self.state = FeedState::Wrong,
+            }
+        }
+    }
+
+    /// With little ahead of the board, records keep to their steps less closely, and are fewer.
+    fn relax(&mut self, start: u64) {
+        let ahead = start.saturating_sub(self.played);
+        let short = SHORT.iter().find(|(most, _)| {
+            self.state == FeedState::Running && ahead < fine(self.terms.ticks(*most))
+        });
+        let tolerance = short.map_or(self.terms.tolerance, |(_, ns)| self.terms.tolerance.max(*ns));
+        let terms = fit_terms(&self.terms, tolerance);
+        self.axes.iter_mut().for_each(|axis| axis.set_terms(terms));
+    }
+
+    /// Hands frames to the sender. All axes begin when the FIFO is full, or has all that is to be
+    /// ahead: what does not fit waits until some has been played.
+    fn offer(&mut self, packed: bool, now: u64) {
+        if self.state == FeedState::Filling {
+            // The answer to the setup tells how much there is room for.
+            if self.room.is_none() && self.sender.is_empty() {
+                self.room = Some(self.sender.free());
+            }
+            let Some(room) = &mut self.room else { return };
+            let mut full = packed;
+            while self.sender.has_room()
+                && let Some(frame) = self.frames.front()
+            {
+                let cost = frame.as_bytes().len() as u32 + 1;
+                full |= cost > *room;
+                if full && cost > *room {
+                    break;
+                }
+                *room -= cost;
+                self.sender.offer(Kind::Data, frame.as_bytes(), now);
+                self.starts.push_back(frame.start);
+                self.frames.pop_front();
+            }
+            let waits =
+                self.frames.front().is_some_and(|frame| frame.as_bytes().len() as u32 >= *room);
+            if full && (self.frames.is_empty() || waits) && self.sender.has_room() {
+                let lease = (self.terms.lease / 8).min(255) as u8;
+                let axes = (1 << AXES) - 1;
+                self.sender.offer(Kind::Start, &[axes, lease, self.terms.inputs], now);
+                self.state = FeedState::Running;
+            }
+            return;
+        }
+        while self.sender.has_room()
+            && let Some(frame) = self.frames.pop_front()
+        {
+            self.sender.offer(Kind::Data, frame.as_bytes(), now);
+            self.starts.push_back(frame.start);
+        }
+        let all = self.frames.is_empty() && self.axes.iter().all(AxisFeed::is_over);
+        if all && packed && !self.ended && self.sender.has_room() {
+            self.ended = self.sender.offer(Kind::End, &[], now);
+        }
+    }
+}
+
+fn fit_terms(terms: &FeedTerms, tolerance: u32) -> FitTerms {
+    let hz = u64::from(terms.hz);
+    FitTerms {
+        tolerance: (u64::from(tolerance) * hz * 256 / 1_000_000_000) as u32,
+        longest: fine(terms.ticks(SPAN)) as u32,
+        shortest: terms.shortest,
+    }
+}

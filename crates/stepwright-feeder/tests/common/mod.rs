@@ -1,0 +1,270 @@
+//! A virtual board at the end of a serial line, and jobs for it.
+#![allow(dead_code)] // each test uses its part
+
+use std::collections::VecDeque;
+
+use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
+use stepwright_sim::{Description, Edge, Queues, StreamBoard};
+use stepwright_stream::brake::BrakeLaw;
+
+pub const HZ: f64 = 16e6;
+/// Cycles of a millisecond.
+pub const MILLIS: u64 = 16_000;
+
+/// A step: seconds after the start, and forward or not.
+pub type Step = (f64, bool);
+
+/// The times of `n` steps with a symmetric S-curve: closed form, so that a judge may have it.
+pub fn s_curve(n: usize, v: f64, a: f64, j: f64) -> Vec<Step> {
+    let (tj, ta) = (a / j, v / a - a / j);
+    assert!(ta >= 0.0);
+    let up = |t: f64| {
+        if t <= tj {
+            j * t.powi(3) / 6.0
+        } else if t <= tj + ta {
+            let d = t - tj;
+            j * tj.powi(3) / 6.0 + j * tj * tj * d / 2.0 + a * d * d / 2.0
+        } else {
+            let e = 2.0 * tj + ta - t;
+            v * (2.0 * tj + ta) / 2.0 - (v * e - j * e.powi(3) / 6.0)
+        }
+    };
+    let rise = 2.0 * tj + ta;
+    let level = (n as f64 - v * rise) / v;
+    assert!(level >= 0.0);
+    let total = 2.0 * rise + level;
+    let at = |t: f64| {
+        if t < rise {
+            up(t)
+        } else if t < rise + level {
+            v * rise / 2.0 + v * (t - rise)
+        } else {
+            n as f64 - up(total - t)
+        }
+    };
+    let mut low = 0.0;
+    (0..n)
+        .map(|k| {
+            let (mut from, mut to) = (low, total);
+            for _ in 0..60 {
+                let middle = (from + to) / 2.0;
+                if at(middle) < k as f64 + 0.5 { from = middle } else { to = middle }
+            }
+            low = from;
+            (from, true)
+        })
+        .collect()
+}
+
+/// Steps of a motion that wanders: a sum of sines, in steps, sampled where it passes half steps.
+pub fn wander(seconds: f64, waves: &[(f64, f64)], phase: f64) -> Vec<Step> {
+    let at = |t: f64| -> f64 {
+        let ease = (t / 0.5).min((seconds - t) / 0.5).clamp(0.0, 1.0);
+        let ease = ease * ease * (3.0 - 2.0 * ease);
+        ease * waves
+            .iter()
+            .map(|(size, hz)| size * (2.0 * std::f64::consts::PI * hz * t + phase).sin())
+            .sum::<f64>()
+    };
+    let (dt, mut steps, mut here) = (20e-6, Vec::new(), 0i64);
+    let mut k = 0u64;
+    while (k as f64) * dt < seconds {
+        let (t, next) = (k as f64 * dt, (k + 1) as f64 * dt);
+        let (p, q) = (at(t), at(next));
+        // Half a step and a little more: no step is taken back at once.
+        while q > here as f64 + 0.75 {
+            steps.push((t + dt * ((here as f64 + 0.75 - p) / (q - p)).clamp(0.0, 1.0), true));
+            here += 1;
+        }
+        while q < here as f64 - 0.75 {
+            steps.push((t + dt * ((here as f64 - 0.75 - p) / (q - p)).clamp(0.0, 1.0), false));
+            here -= 1;
+        }
+        k += 1;
+    }
+    steps
+}
+
+/// Steps of all axes in the order of their times, and the end.
+pub struct Job {
+    pub axes: [Vec<Step>; 3],
+    next: [usize; 3],
+    pub end: f64,
+}
+
+impl Job {
+    pub fn new(axes: [Vec<Step>; 3]) -> Job {
+        let end = axes.iter().filter_map(|axis| axis.last()).map(|step| step.0).fold(0.0, f64::max);
+        Job { axes, next: [0; 3], end }
+    }
+
+    pub fn feed(&mut self, feeder: &mut StreamFeeder) {
+        while feeder.wants() {
+            let first = (0..3)
+                .filter_map(|n| self.axes[n].get(self.next[n]).map(|step| (n, *step)))
+                .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+            match first {
+                Some((axis, (time, forward))) => {
+                    self.next[axis] += 1;
+                    feeder.step(axis, time, forward);
+                }
+                None => feeder.end(self.end),
+            }
+        }
+    }
+}
+
+/// What befalls the line.
+pub struct Line {
+    /// From one end to the other, in cycles.
+    pub latency: u64,
+    /// One byte of this many is spoilt, each way; 0 for none.
+    pub spoils: u64,
+    /// The host sleeps: when, from the start, and for how long, in cycles.
+    pub sleeps: Vec<(u64, u64)>,
+    /// From here on nothing is sent any more.
+    pub dead: u64,
+    pub seed: u64,
+    /// Text lines are said back to back.
+    pub polls: bool,
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Line { latency: MILLIS, spoils: 0, sleeps: vec![], dead: u64::MAX, seed: 1, polls: false }
+    }
+}
+
+impl Line {
+    pub fn random(&mut self) -> u64 {
+        // xorshift64*
+        self.seed ^= self.seed >> 12;
+        self.seed ^= self.seed << 25;
+        self.seed ^= self.seed >> 27;
+        self.seed.wrapping_mul(0x2545_F491_4F6C_DD1D)
+    }
+
+    fn spoil(&mut self, byte: u8) -> u8 {
+        if self.spoils != 0 && self.random() >> 20 & 0xFF_FFFF < (1 << 24) / self.spoils {
+            byte ^ 1 << (self.random() >> 40 & 7)
+        } else {
+            byte
+        }
+    }
+}
+
+/// What came of a run.
+pub struct Told {
+    pub state: FeedState,
+    pub edges: Vec<Edge>,
+    pub late: u32,
+    pub position: [Option<i64>; 3],
+    pub again: u64,
+    pub answers: usize,
+    /// When all axes began, in cycles.
+    pub begun: u64,
+    /// Bytes that the host sent.
+    pub bytes: usize,
+}
+
+/// Terms with these decelerations, in steps/s².
+pub fn terms(decels: [f64; 3]) -> FeedTerms {
+    FeedTerms::avr(decels.map(|a| BrakeLaw::of((a * 1e3) as u64, HZ as u32).unwrap()))
+}
+
+/// Runs a job on a virtual board until it is over, or `rest` after the line went dead.
+pub fn run(mut job: Job, terms: FeedTerms, mut line: Line) -> Told {
+    let mut queues = Queues::default();
+    let mut board: StreamBoard<Vec<Edge>> =
+        StreamBoard::new(&mut queues, Description::uno(), Vec::new());
+    let mut feeder = StreamFeeder::new(terms, 0);
+    let (mut to, mut from) = (VecDeque::<(u64, u8)>::new(), VecDeque::<(u64, u8)>::new());
+    let (mut free_at, mut text, mut answers, mut asked, mut bytes) = (0u64, vec![], 0, false, 0);
+    let (mut now, mut begun, mut rest) = (0u64, 0, 0);
+    let byte = 1389; // cycles of a byte at 115,200 baud
+    while now < 200_000 * MILLIS {
+        now += MILLIS / 4;
+        while let Some((at, byte)) = to.front().copied()
+            && at <= now
+        {
+            to.pop_front();
+            board.run_until(at);
+            board.receive(&[byte]);
+        }
+        board.run_until(now);
+        if begun == 0 && board.is_busy() {
+            begun = now;
+        }
+        for byte in board.take_answers() {
+            from.push_back((now + line.latency, line.spoil(byte)));
+        }
+        let asleep = begun != 0
+            && line.sleeps.iter().any(|(at, ms)| (begun + at..begun + at + ms).contains(&now));
+        if now >= begun.saturating_add(line.dead) && begun != 0 {
+            rest += 1;
+            if rest > 40 && !board.is_busy() {
+                break;
+            }
+            continue;
+        }
+        if asleep {
+            continue;
+        }
+        let came = from.iter().take_while(|(at, _)| *at <= now).count();
+        let heard: Vec<u8> = from.drain(..came).map(|(_, byte)| byte).collect();
+        text.extend(feeder.hear(&heard, now / 16));
+        job.feed(&mut feeder);
+        if line.polls {
+            let ends = text.iter().filter(|byte| **byte == b'\r').count();
+            if ends > 0 || !asked || rest > 400 {
+                (answers, asked, rest) = (answers + ends, true, 0);
+                text.clear();
+                feeder.say("?");
+            } else {
+                rest += 1;
+            }
+        }
+        let out = feeder.bytes(now / 16);
+        bytes += out.len();
+        free_at = free_at.max(now);
+        for value in out {
+            free_at += byte;
+            to.push_back((free_at + line.latency, line.spoil(value)));
+        }
+        if feeder.state().is_end() {
+            break;
+        }
+    }
+    let last = board.now() + 50 * MILLIS;
+    board.run_until(last);
+    let position = [0, 1, 2].map(|axis| board.position(axis));
+    Told {
+        state: feeder.state(),
+        late: board.late(),
+        edges: board.recorder().clone(),
+        position,
+        again: feeder.again(),
+        answers,
+        begun,
+        bytes,
+    }
+}
+
+/// The steps of an axis among edges: cycle and direction, from the pins alone.
+pub fn steps_of(edges: &[Edge], axis: u8) -> Vec<(u64, bool)> {
+    use stepwright_sim::Pin;
+    let (mut forward, mut steps) = (true, Vec::new());
+    for edge in edges.iter().filter(|edge| edge.axis == axis) {
+        match edge.pin {
+            Pin::Direction => forward = edge.level,
+            Pin::Step if edge.level => steps.push((edge.time, forward)),
+            _ => {}
+        }
+    }
+    steps
+}
+
+/// Forward less backward steps.
+pub fn position_of(steps: &[(u64, bool)]) -> i64 {
+    steps.iter().map(|step| if step.1 { 1 } else { -1 }).sum()
+}

@@ -1,0 +1,231 @@
+//! Steps with times become records: the fewest cycles of a chip, within a tolerance.
+//!
+//! Of all records that begin with the step that is due and keep each of their steps within the
+//! tolerance, the one is taken that costs an 8-bit chip the fewest cycles a step: 400 a record, 200
+//! for each of its bytes, 200 for each of its groups. Nothing adds up: a record begins where the one
+//! before has led, and is held against the steps' own times.
+
+use stepwright::Ticks;
+
+use crate::record::{FAR, Record, RecordAct, RecordBytes, Trail};
+
+/// What happens on an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// Nothing: an axis begins so.
+    Nothing,
+    /// A step.
+    Step,
+    /// DIR turns.
+    Turn,
+    /// The axis rests from here on.
+    End,
+}
+
+/// What happens, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Moment {
+    /// 2⁻⁸ ticks since the start.
+    pub at: u64,
+    /// What happens.
+    pub what: What,
+}
+
+/// How closely records keep to their steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FitTerms {
+    /// A step is no farther from its time than this many 2⁻⁸ ticks, unless it has to.
+    pub tolerance: u32,
+    /// A record of several steps takes no longer than this many 2⁻⁸ ticks.
+    pub longest: u32,
+    /// No wait is shorter than this many ticks.
+    pub shortest: Ticks,
+}
+
+/// The longest part of a wait, and the most that a record waits.
+const PART: u64 = 0x7D00 << 8;
+const MOST: u64 = PART << 7;
+
+/// Makes records of the moments of an axis.
+#[derive(Clone, Debug)]
+pub struct EntryFitter {
+    terms: FitTerms,
+    /// When what is due is played, in 2⁻⁸ ticks since the start.
+    played: u64,
+    trail: Trail,
+    /// What was due has happened, and a rest of its wait is left.
+    waits: bool,
+}
+
+impl EntryFitter {
+    /// At the start.
+    pub const fn new(terms: FitTerms) -> EntryFitter {
+        EntryFitter { terms, played: 0, trail: Trail::NONE, waits: false }
+    }
+
+    /// Keeps to its steps in another way from here on.
+    pub const fn set_terms(&mut self, terms: FitTerms) {
+        self.terms = terms;
+    }
+
+    /// When the next record starts, in 2⁻⁸ ticks since the start.
+    pub const fn played(&self) -> u64 {
+        self.played
+    }
+
+    /// The next record, and how many moments are played with it. `moments` begins with the one that is
+    /// due, and has all up to [`longest`](FitTerms::longest) behind it and one more, or to the end.
+    /// `None` at the end, and while there is no second one.
+    pub fn next(&mut self, moments: &[Moment]) -> Option<(Record, usize)> {
+        let [first, second, ..] = moments else { return None };
+        if first.what == What::End {
+            return None;
+        }
+        let shortest = u64::from(self.terms.shortest) << 8;
+        let wait = second.at.saturating_sub(self.played).max(shortest);
+        // The last of them is the next moment of the record that ends before it.
+        let steps = moments.iter().take_while(|moment| moment.what == What::Step).count();
+        let steps = steps.saturating_sub(1);
+        if self.waits || steps == 0 || wait >= PART {
+            return Some(self.single(first.what, second.what, wait, round_up(shortest)));
+        }
+        let record = self.best(moments, steps).unwrap_or(Record {
+            // A single step, whatever it costs.
+            act: RecordAct::Steps(1),
+            interval: (wait.wrapping_add(8) as u32 & !15).max(round_up(shortest)),
+            growth: 0,
+        });
+        self.pass(&record);
+        Some((record, record.act.steps() as usize))
+    }
+
+    fn pass(&mut self, record: &Record) {
+        self.played = self.played.saturating_add(record.time());
+        self.trail.pass(record);
+    }
+
+    /// One event, and a wait of any length.
+    fn single(&mut self, what: What, next: What, wait: u64, least: u32) -> (Record, usize) {
+        let whole = wait < MOST;
+        let (mut part, mut halvings) = (wait.min(MOST), 0u8);
+        while part >= PART && halvings < 7 {
+            part >>= 1;
+            halvings = halvings.wrapping_add(1);
+        }
+        let turn = what == What::Turn && !self.waits;
+        let act = if what == What::Step && !self.waits {
+            RecordAct::Step { halvings, goes_on: whole && next == What::Step }
+        } else {
+            RecordAct::Wait { halvings, turn }
+        };
+        let interval = (part as u32).wrapping_add(8) & !15;
+        let record = Record { act, interval: interval.max(least), growth: 0 };
+        self.pass(&record);
+        self.waits = !whole;
+        (record, usize::from(whole))
+    }
+
+    /// The cheapest record of several steps, or of one that is on time.
+    fn best(&self, moments: &[Moment], steps: usize) -> Option<Record> {
+        let mut best: Option<(u64, u64, Record)> = None;
+        for bits in
+            [None, Some(0), Some(1), Some(2), Some(3), Some(4), Some(5), Some(6), Some(7), Some(8)]
+        {
+            let Some(record) = self.longest(moments, steps, bits) else { continue };
+            let Some(bytes) = RecordBytes::new(0, &record, &self.trail) else { continue };
+            let groups = match record.act {
+                RecordAct::Groups { count, .. } => u64::from(count),
+                _ => 1,
+            };
+            let cost = 400 + 200 * bytes.as_bytes().len() as u64 + 200 * groups;
+            let made = u64::from(record.act.steps());
+            if best.is_none_or(|(least, of, _)| cost * of < least * made) {
+                best = Some((cost, made, record));
+            }
+        }
+        best.map(|(_, _, record)| record)
+    }
+
+    /// The record with the most steps of a kind: at one interval, or in groups of 2^bits. By doubling
+    /// and halving, as what is too long stays so but for a few.
+    fn longest(&self, moments: &[Moment], steps: usize, bits: Option<u8>) -> Option<Record> {
+        let (unit, least, most) = match bits {
+            None => (1, 1, 65_535),
+            Some(bits) => (1usize << bits, 2, 255),
+        };
+        let most = most.min(steps / unit);
+        let fit = |count: usize| if count > most { None } else { self.fit(moments, bits, count) };
+        let mut best = fit(least)?;
+        let (mut count, mut stride, mut grows) = (least, 1, true);
+        while stride > 0 {
+            match fit(count + stride) {
+                Some(record) => {
+                    (count, best) = (count + stride, record);
+                    stride = if grows { stride * 2 } else { stride / 2 };
+                }
+                None => (grows, stride) = (false, stride / 2),
+            }
+        }
+        Some(best)
+    }
+
+    /// `count` steps or groups; `None` if one of them is beyond the tolerance.
+    fn fit(&self, moments: &[Moment], bits: Option<u8>, count: usize) -> Option<Record> {
+        let group = 1usize << bits.unwrap_or(0);
+        let n = group * count;
+        let played = self.played as i64;
+        let time = |k: usize| moments.get(k).map(|moment| moment.at as i64);
+        let whole = time(n)?.wrapping_sub(played);
+        if n > 1 && whole > i64::from(self.terms.longest) {
+            return None;
+        }
+        let act = match bits {
+            None => RecordAct::Steps(count as u16),
+            Some(bits) => RecordAct::Groups { bits, count: count as u8 },
+        };
+        let unit: i64 = if n < 64 { 16 } else { 1 };
+        let mut growth = 0;
+        if bits.is_some() {
+            let half = n / 2;
+            let apart = time(n)? - time(n - half)? - (time(half)? - played);
+            growth = divided(apart * group as i64, (half * (n - half)) as i64 * unit) * unit;
+            if growth == 0 || growth.abs() >= 1 << 21 {
+                return None;
+            }
+        }
+        let (m, steps) = (count as i64, n as i64);
+        let grown = if bits.is_some() { steps * growth * (m - 1) } else { 0 };
+        let interval = divided(2 * whole - grown, 2 * steps * unit) * unit;
+        let record = Record { act, interval: u32::try_from(interval).ok()?, growth: growth as i32 };
+        if !record.is_playable(self.terms.shortest) {
+            return None;
+        }
+        let (mut at, mut wait, mut left) = (played, interval, group);
+        for k in 1..=n {
+            at += wait;
+            left -= 1;
+            if left == 0 && bits.is_some() {
+                (wait, left) = (wait + growth, group);
+            } else if left == 0 {
+                left = group;
+            }
+            if (at - time(k)?).unsigned_abs() > u64::from(self.terms.tolerance) {
+                return None;
+            }
+        }
+        Some(record)
+    }
+}
+
+/// To the nearest.
+const fn divided(by: i64, of: i64) -> i64 {
+    (2 * by + of).div_euclid(2 * of)
+}
+
+/// The next multiple of 16.
+const fn round_up(wait: u64) -> u32 {
+    (wait as u32).wrapping_add(15) & !15
+}
+
+/// Less than any record is long enough for a chip.
+const _: () = assert!(PART < FAR as u64);

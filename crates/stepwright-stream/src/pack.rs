@@ -1,0 +1,83 @@
+//! Records of all axes become the payloads of frames.
+
+use crate::frame::LONGEST;
+use crate::record::{AXES, Record, RecordBytes, Trail};
+
+/// The payload of a frame of data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DataBytes {
+    bytes: [u8; LONGEST],
+    len: u8,
+    /// When its first record starts, in 2⁻⁸ ticks since the start of the stream.
+    pub start: u64,
+}
+
+impl DataBytes {
+    const NONE: DataBytes = DataBytes { bytes: [0; LONGEST], len: 0, start: 0 };
+
+    /// The bytes, in order.
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.len)).unwrap_or(&[])
+    }
+
+    fn push(&mut self, byte: u8) {
+        if let Some(place) = self.bytes.get_mut(usize::from(self.len)) {
+            *place = byte;
+            self.len = self.len.wrapping_add(1);
+        }
+    }
+}
+
+/// Collects records, which are handed over in the order of their starts.
+#[derive(Clone, Debug)]
+pub struct FramePacker {
+    frame: DataBytes,
+    span: u64,
+    trails: [Trail; AXES],
+}
+
+impl FramePacker {
+    /// The starts of a frame's records lie within `span`, in 2⁻⁸ ticks.
+    pub const fn new(span: u64) -> FramePacker {
+        FramePacker { frame: DataBytes::NONE, span, trails: [Trail::NONE; AXES] }
+    }
+
+    /// Adds a record of an axis, and hands out the frame that had no room for it. The error is a
+    /// record that has no bytes, or an axis that there is not: nothing has changed then.
+    ///
+    /// # Errors
+    /// [`Unsent`]
+    pub fn add(
+        &mut self,
+        axis: u8,
+        record: &Record,
+        start: u64,
+    ) -> Result<Option<DataBytes>, Unsent> {
+        let trail = self.trails.get_mut(usize::from(axis)).ok_or(Unsent)?;
+        let bytes = RecordBytes::new(axis, record, trail).ok_or(Unsent)?;
+        trail.pass(record);
+        let bytes = bytes.as_bytes();
+        // One byte is left for what may have to end the frame.
+        let full = usize::from(self.frame.len) + bytes.len() > LONGEST - 1
+            || start.saturating_sub(self.frame.start) > self.span;
+        let done = if full { self.flush() } else { None };
+        if self.frame.len == 0 {
+            self.frame.start = start;
+            self.frame.push((start >> 24) as u8);
+        }
+        bytes.iter().for_each(|byte| self.frame.push(*byte));
+        Ok(done)
+    }
+
+    /// Hands out what has been collected.
+    pub fn flush(&mut self) -> Option<DataBytes> {
+        if self.frame.len == 0 {
+            return None;
+        }
+        Some(core::mem::replace(&mut self.frame, DataBytes::NONE))
+    }
+}
+
+/// A record that can't be sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unsent;

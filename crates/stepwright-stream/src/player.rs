@@ -1,0 +1,424 @@
+//! A board's stream: frames come in, entries go to the queues of the axes, and what is missing is
+//! braked.
+//!
+//! ```text
+//!           setup            start                end, and all played
+//!   empty ────────► filled ─────────► running ─────────────────────────► at rest
+//!     ▲                                  │ silence, dry, stop, a wrong record
+//!     │ setup, at rest                   ▼
+//!     └─────────────── off the path ◄─ braking
+//! ```
+//!
+//! **When a frame is opened.** Its gate says when its first record starts. It is opened some
+//! [`AHEAD`] before that, so that what is in the queues ends at about the same time for all axes,
+//! and a hold finds the rest in the FIFO.
+//!
+//! **What brakes.** The FIFO is empty, no end was said, and an axis that moves has no more than one
+//! entry waiting; or no whole frame came for the lease. Then each axis goes on from where its last
+//! entry leads, by its own [`BrakeLaw`], and rests. All that comes afterwards is refused until the next
+//! setup.
+
+use stepwright::drive::Axes;
+use stepwright::entry::Wiring;
+use stepwright::queue::Producer;
+use stepwright::{Control, Ticks};
+
+use crate::brake::{BrakeLaw, Braking};
+use crate::credit::Credit;
+use crate::frame::Kind;
+use crate::link::{Came, FrameLink};
+use crate::record::{self, AXES, Trail};
+
+/// A frame is opened this many 2¹⁶ ticks before its first record starts, and up to one more.
+pub const AHEAD: u8 = 3;
+/// Records that are decoded in a visit.
+const PIECE: u8 = 3;
+/// Entries of a braking axis that wait.
+const BRAKES: u8 = 4;
+/// A gate this many 2¹⁶ ticks ahead and more is one that has passed.
+const PASSED: u8 = 0xC0;
+/// Thousandths of a second in one of the lease.
+const LEASE: u8 = 8;
+
+/// An axis of a stream.
+#[derive(Debug)]
+struct Lane {
+    trail: Trail,
+    law: BrakeLaw,
+    braking: Braking,
+}
+
+impl Lane {
+    const NONE: Lane = Lane { trail: Trail::NONE, law: BrakeLaw::NONE, braking: Braking::NONE };
+}
+
+/// What a board does with a stream. `Q` entries are queued for each axis, `LEN` bytes of frames.
+pub struct StreamPlayer<'q, E, const Q: usize, const LEN: usize> {
+    engine: E,
+    feeds: [Producer<'q, Q>; AXES],
+    wirings: [Wiring; AXES],
+    least: Ticks,
+    link: FrameLink<LEN>,
+    lanes: [Lane; AXES],
+    /// The number of the next frame.
+    expected: u8,
+    /// Frames of data opened.
+    opened: u8,
+    /// Bytes left of the frame that is open.
+    left: u8,
+    /// Of [`Credit`].
+    flags: u8,
+    set_up: bool,
+    ended: bool,
+    /// All that is left to be queued is queued.
+    closed: bool,
+    owes: bool,
+    /// Ms since a whole frame came, in 8; and at most this many.
+    quiet: u8,
+    millis: u8,
+    lease: u8,
+    /// Inputs that stop, and whether one of them was closed when they were last looked at.
+    watched: u8,
+    closing: bool,
+    /// 2¹⁶ ticks since the start, and the timer when it was last seen.
+    epoch: u8,
+    seen: u16,
+    /// Axes whose position is not known: they were stopped at once while they moved.
+    unknown: Axes,
+}
+
+impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LEN> {
+    /// A board whose axes rest. No wait may be shorter than `least` ticks.
+    pub const fn new(
+        engine: E,
+        feeds: [Producer<'q, Q>; AXES],
+        wirings: [Wiring; AXES],
+        least: Ticks,
+    ) -> StreamPlayer<'q, E, Q, LEN> {
+        StreamPlayer {
+            engine,
+            feeds,
+            wirings,
+            least,
+            link: FrameLink::new(),
+            lanes: [Lane::NONE; AXES],
+            expected: 0,
+            opened: 0,
+            left: 0,
+            flags: 0,
+            set_up: false,
+            ended: false,
+            closed: true,
+            owes: false,
+            quiet: 0,
+            millis: 0,
+            lease: 0,
+            watched: 0,
+            closing: false,
+            epoch: 0,
+            seen: 0,
+            unknown: 0,
+        }
+    }
+
+    /// The engine.
+    pub fn engine(&mut self) -> &mut E {
+        &mut self.engine
+    }
+
+    /// Whether an axis moves, or waits for what follows.
+    pub fn is_busy(&self) -> bool {
+        (0..AXES as u8).any(|axis| !self.engine.is_idle(axis))
+    }
+
+    /// Where an axis is; `None` if that is not known.
+    pub fn position(&self, axis: u8) -> Option<i64> {
+        (self.unknown >> axis & 1 == 0).then(|| self.engine.position(axis))
+    }
+
+    /// The present position of an axis, which rests, is 0.
+    pub fn set_zero(&mut self, axis: u8) {
+        if self.engine.is_idle(axis) {
+            self.engine.set_position(axis, 0);
+            self.unknown &= !(1 << axis);
+        }
+    }
+
+    /// How the stream stands.
+    pub fn credit(&mut self) -> Credit {
+        let mut flags = self.flags;
+        if self.link.is_deaf() {
+            flags |= Credit::DEAF;
+        }
+        if self.is_busy() {
+            flags |= Credit::MOVES;
+        }
+        let free = (self.link.fifo().free() >> 3).min(255) as u8;
+        Credit { next: self.expected, opened: self.opened, free, flags }
+    }
+
+    /// What is to be answered to frames now, once.
+    #[inline(always)]
+    pub fn answer(&mut self) -> Option<Credit> {
+        if !self.owes {
+            return None;
+        }
+        self.owes = false;
+        Some(self.credit())
+    }
+
+    /// Takes a byte from the line; `None` is one that was damaged. What comes back is never a frame:
+    /// that has been obeyed.
+    #[inline(always)]
+    pub fn hear(&mut self, byte: Option<u8>) -> Came {
+        match self.link.hear(byte) {
+            Came::Frame(kind, number) => {
+                self.accept(kind, number);
+                Came::Nothing
+            }
+            came => {
+                self.owes |= came == Came::Broken;
+                came
+            }
+        }
+    }
+
+    /// A frame is whole.
+    #[inline(never)]
+    fn accept(&mut self, kind: Kind, number: u8) {
+        (self.owes, self.quiet) = (true, 0);
+        match kind {
+            Kind::Ping => return,
+            Kind::Setup => {
+                if self.is_busy() || !self.closed {
+                    return;
+                }
+                self.begin();
+                self.expected = number;
+            }
+            _ if number != self.expected || self.is_off() => return,
+            Kind::Data => {
+                if self.ended || !self.link.data() {
+                    return;
+                }
+            }
+            Kind::Start => self.start(),
+            Kind::Cut => {
+                let keep = u16::from(self.left);
+                self.link.fifo().cut(keep);
+            }
+            Kind::End => self.ended = true,
+        }
+        self.expected = self.expected.wrapping_add(1);
+    }
+
+    const fn is_off(&self) -> bool {
+        self.flags & Credit::OFF != 0
+    }
+
+    fn begin(&mut self) {
+        self.set_up = true;
+        self.link.fifo().cut(0);
+        let mut bytes = self.link.small().iter().copied();
+        for lane in &mut self.lanes {
+            let mut law = [0; BrakeLaw::LEN];
+            law.fill_with(|| bytes.next().unwrap_or(0));
+            *lane = Lane { law: BrakeLaw::from_bytes(law), ..Lane::NONE };
+        }
+        (self.opened, self.left, self.flags, self.lease, self.epoch) = (0, 0, 0, 0, 0);
+        (self.ended, self.closed) = (false, true);
+    }
+
+    fn start(&mut self) {
+        if self.flags & Credit::STARTED != 0 {
+            return;
+        }
+        let [axes, lease, watched, ..] = *self.link.small();
+        (self.lease, self.watched, self.closing) = (lease, watched, false);
+        self.flags |= Credit::STARTED;
+        self.closed = false;
+        for (axis, feed) in self.feeds.iter_mut().enumerate() {
+            if axes >> axis & 1 != 0 {
+                feed.set_open(true);
+            }
+        }
+        self.engine.start(axes & ((1 << AXES) - 1));
+    }
+
+    /// Whether the drivers are to be on: from the first setup on.
+    pub const fn is_set_up(&self) -> bool {
+        self.set_up
+    }
+
+    /// A millisecond has passed, and these inputs are closed: one that is [watched](Kind::Start)
+    /// and is closed twice in a row stops all axes.
+    pub fn tick(&mut self, inputs: u8) {
+        let closed = inputs & self.watched != 0;
+        if closed && self.closing && !self.closed && !self.is_off() {
+            self.flags |= Credit::TRIPPED;
+            self.stop();
+        }
+        self.closing = closed;
+        self.millis = self.millis.wrapping_add(1);
+        if self.millis >= LEASE {
+            self.millis = 0;
+            self.quiet = self.quiet.saturating_add(1);
+        }
+    }
+
+    /// A piece of work; `now` is the step timer, or its lower 16 bits. To be called as often as can
+    /// be, at least every 2¹⁵ ticks.
+    #[inline(never)]
+    pub fn poll(&mut self, now: u16) {
+        let started = self.flags & Credit::STARTED != 0;
+        if started && now < self.seen {
+            self.epoch = self.epoch.wrapping_add(1);
+        }
+        self.seen = now;
+        if self.closed && started {
+            return;
+        }
+        if started && self.lease != 0 && self.quiet >= self.lease && !self.ended && !self.is_off() {
+            self.stop();
+        }
+        let mut did = false;
+        for _ in 0..PIECE {
+            if !self.record() {
+                break;
+            }
+            did = true;
+        }
+        if !started {
+            return;
+        }
+        if !did && self.link.fifo().used() == 0 {
+            did = self.dry();
+        }
+        if did {
+            self.engine.refill();
+        }
+    }
+
+    /// Forgets what has not been decoded: what is queued is played, and then all axes brake.
+    pub fn stop(&mut self) {
+        if self.closed {
+            return;
+        }
+        self.link.fifo().forget();
+        self.left = 0;
+        self.go_off();
+    }
+
+    /// Stops all axes at once.
+    pub fn kill(&mut self) {
+        self.link.fifo().forget();
+        self.left = 0;
+        self.flags |= Credit::OFF;
+        self.closed = true;
+        for axis in 0..AXES as u8 {
+            if !self.engine.is_idle(axis) {
+                self.unknown |= 1 << axis;
+            }
+        }
+        self.engine.kill((1 << AXES) - 1);
+    }
+
+    /// From here on there is no path.
+    fn go_off(&mut self) {
+        self.flags |= Credit::OFF;
+        self.owes = true;
+        for lane in &mut self.lanes {
+            lane.braking = Braking::from(&lane.trail);
+        }
+    }
+
+    /// Decodes a record, if there is one whose time has come and whose queue has room.
+    #[inline(never)]
+    fn record(&mut self) -> bool {
+        let fifo = self.link.fifo();
+        if self.left == 0 {
+            if fifo.used() == 0 {
+                return false;
+            }
+            let len = fifo.peek(0);
+            if len != 0 {
+                let ahead = fifo.peek(1).wrapping_sub(self.epoch);
+                if ahead > AHEAD && ahead < PASSED {
+                    return false;
+                }
+                fifo.read();
+            }
+            fifo.read();
+            self.left = len.saturating_sub(1);
+            self.opened = self.opened.wrapping_add(1);
+            self.owes |= self.left == 0;
+            return true;
+        }
+        let head = fifo.peek(0);
+        let Some(axis) = record::axis_of(head) else {
+            fifo.read();
+            self.left = self.left.wrapping_sub(1);
+            self.owes |= self.left == 0;
+            return true;
+        };
+        let n = usize::from(axis);
+        let (Some(lane), Some(feed), Some(wiring)) =
+            (self.lanes.get_mut(n), self.feeds.get_mut(n), self.wirings.get(n))
+        else {
+            return false;
+        };
+        if feed.waiting() >= Q as u8 {
+            return false;
+        }
+        let before = fifo.used();
+        fifo.read();
+        let record = record::decode(head, &mut lane.trail, || fifo.read());
+        let took = before.wrapping_sub(fifo.used()) as u8;
+        if took > self.left || !record.is_playable(self.least) {
+            lane.trail.moves = false;
+            self.flags |= Credit::WRONG;
+            self.stop();
+            return true;
+        }
+        feed.put(record.entry(*wiring));
+        self.left = self.left.wrapping_sub(took);
+        self.owes |= self.left == 0;
+        true
+    }
+
+    /// The FIFO is empty: the end, or nobody sends.
+    #[inline(never)]
+    fn dry(&mut self) -> bool {
+        if !self.is_off() {
+            if self.ended {
+                for feed in &mut self.feeds {
+                    feed.set_open(false);
+                }
+                self.closed = true;
+                return true;
+            }
+            let mut low = false;
+            for (lane, feed) in self.lanes.iter().zip(&self.feeds) {
+                low |= lane.trail.moves && feed.waiting() <= 1;
+            }
+            if !low {
+                return false;
+            }
+            self.go_off();
+        }
+        let (mut did, mut rest) = (false, true);
+        let lanes = self.lanes.iter_mut().zip(&mut self.feeds).zip(&self.wirings);
+        for ((lane, feed), wiring) in lanes {
+            if feed.waiting() >= BRAKES {
+                rest = false;
+            } else if let Some(record) = lane.braking.next(lane.law) {
+                feed.put(record.entry(*wiring));
+                (did, rest) = (true, false);
+            } else {
+                feed.set_open(false);
+            }
+        }
+        self.closed = rest;
+        did | rest
+    }
+}

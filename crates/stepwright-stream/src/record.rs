@@ -1,0 +1,350 @@
+//! Records: entries of all axes, compressed.
+//!
+//! A frame of data is a *gate*, the start of its first record in 2¹⁶ ticks modulo 256, and records
+//! of all axes in the order of their starts. A record is an [entry](stepwright::entry): pins, then a
+//! wait, many times over. It does not say when it starts: that is where the last one of its axis
+//! ends.
+//!
+//! ```text
+//!   ┌──────┬──────┬─────────┐
+//!   │ axis │ form │ small   │  then numbers
+//!   │ 7  6 │ 5  4 │ 3 2 1 0 │
+//!   └──────┴──────┴─────────┘
+//!   form 0  steps      small: their number, 1 … 15; 0: a byte says it; that is 0: two bytes do
+//!                      number: interval
+//!   form 1  groups     small: b, of 2^b steps each, 0 … 8; a byte: how many, 2 … 255
+//!                      numbers: interval of the first group, growth from group to group
+//!   form 2  a step     small: 2^(small & 7) waits, and 8 if the next event is a step as well
+//!                      number: the wait
+//!   form 3  no step    small: 2^(small & 7) waits, and 8 if DIR turns before them
+//!                      number: the wait
+//!   0xC0    nothing    one byte, at the end of a frame
+//! ```
+//!
+//! Waits are in 2⁻⁸ ticks. Those of few steps (less than 64, and forms 2 and 3) are whole
+//! sixteenths of a tick. A number is the difference from what the axis' last record leads to, in
+//! its units, with a prefix: `0b00` and 6 bits, `0b01` and 14, `0b10` and 22, the highest first,
+//! with a sign.
+
+use stepwright::Ticks;
+use stepwright::entry::{Entry, EntryParts, NEAR, Wiring};
+
+/// The most axes of a stream: the fourth number is left free.
+pub const AXES: usize = 3;
+/// Ends a frame that may not end as it would.
+pub const NOTHING: u8 = 0xC0;
+/// The most bytes of a record.
+pub const MOST: usize = 8;
+
+/// A wait of this many 2⁻⁸ ticks is one event no more.
+pub const FAR: u32 = NEAR << 8;
+
+/// What a record does besides waiting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordAct {
+    /// This many steps, 1 … 65535, at one interval.
+    Steps(u16),
+    /// Groups of 2^bits steps, whose interval grows from one to the next.
+    Groups {
+        /// 0 … 8.
+        bits: u8,
+        /// 2 … 255.
+        count: u8,
+    },
+    /// One step, and 2^halvings waits.
+    Step {
+        /// 0 … 7.
+        halvings: u8,
+        /// The next event is a step the same way: the wait is an interval.
+        goes_on: bool,
+    },
+    /// No step, and 2^halvings waits.
+    Wait {
+        /// 0 … 7.
+        halvings: u8,
+        /// DIR turns first.
+        turn: bool,
+    },
+}
+
+/// An entry of an axis, as a stream has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// What it does.
+    pub act: RecordAct,
+    /// The wait after each event of the first group, in 2⁻⁸ ticks.
+    pub interval: u32,
+    /// By how much that grows from group to group, in 2⁻⁸ ticks.
+    pub growth: i32,
+}
+
+impl RecordAct {
+    /// Steps that it makes.
+    pub const fn steps(self) -> u32 {
+        match self {
+            RecordAct::Steps(count) => count as u32,
+            RecordAct::Groups { bits, count } => (count as u32) << (bits & 15),
+            RecordAct::Step { .. } => 1,
+            RecordAct::Wait { .. } => 0,
+        }
+    }
+
+    /// Bits that its numbers lack behind the point.
+    const fn coarse(self) -> u32 {
+        match self {
+            RecordAct::Steps(64..) => 0,
+            RecordAct::Groups { bits, count } if (count as u32) << (bits & 15) >= 64 => 0,
+            _ => 4,
+        }
+    }
+}
+
+impl Record {
+    /// What it takes, in 2⁻⁸ ticks.
+    pub const fn time(&self) -> u64 {
+        match self.act {
+            RecordAct::Steps(count) => self.interval as u64 * count as u64,
+            RecordAct::Groups { bits, count } => {
+                let (groups, first) = (count as i64, self.interval as i64);
+                let grown = self.growth as i64 * (groups * (groups - 1) / 2);
+                ((first * groups + grown) << (bits & 15)) as u64
+            }
+            RecordAct::Step { halvings, .. } | RecordAct::Wait { halvings, .. } => {
+                (self.interval as u64) << (halvings & 7)
+            }
+        }
+    }
+
+    /// The interval of its last group.
+    pub const fn last(&self) -> u32 {
+        match self.act {
+            RecordAct::Groups { count, .. } => self
+                .interval
+                .wrapping_add((self.growth as u32).wrapping_mul(count.wrapping_sub(1) as u32)),
+            _ => self.interval,
+        }
+    }
+
+    /// Whether step interrupts can play it: no wait is shorter than `least` ticks, or as long as
+    /// [`NEAR`].
+    #[inline(always)]
+    pub const fn is_playable(&self, least: Ticks) -> bool {
+        let (least, span) = (least << 8, FAR.wrapping_sub(least << 8));
+        self.interval.wrapping_sub(least) < span && self.last().wrapping_sub(least) < span
+    }
+
+    /// The entry that is played.
+    #[inline(always)]
+    pub const fn entry(&self, wiring: Wiring) -> Entry {
+        let (mut events, mut groups, mut pins, mut then) = (1, 1, wiring.step, wiring.step);
+        match self.act {
+            RecordAct::Steps(count) => events = count as u32,
+            RecordAct::Groups { bits, count } => {
+                (events, groups) = (1 << (bits & 15), count as u32)
+            }
+            RecordAct::Step { halvings, .. } => (groups, then) = (1 << (halvings & 7), 0),
+            RecordAct::Wait { halvings, turn } => {
+                (groups, then) = (1 << (halvings & 7), 0);
+                pins = if turn { wiring.turn } else { 0 };
+            }
+        }
+        let (interval, growth) = (self.interval << 8, self.growth << 8);
+        EntryParts { pins, then, events, groups, interval, growth }.entry()
+    }
+}
+
+/// Where the last record of an axis leads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Trail {
+    /// The interval of its last group, in 2⁻⁸ ticks: a part of the wait, if that has parts.
+    pub last: u32,
+    /// By how much that grew from group to group.
+    pub growth: i32,
+    /// The wait has 2^halvings parts.
+    pub halvings: u8,
+    /// The next event is a step, and the wait an interval.
+    pub moves: bool,
+}
+
+impl Trail {
+    /// Before the first record.
+    pub const NONE: Trail = Trail { last: 0, growth: 0, halvings: 0, moves: false };
+
+    /// The interval that would come next.
+    #[inline(always)]
+    pub const fn next(&self) -> u32 {
+        self.last.wrapping_add(self.growth as u32)
+    }
+
+    /// What its first number is the difference from, without bits that the number lacks.
+    const fn from(&self, coarse: u32) -> u32 {
+        (self.next() & 0xFF_FFFF) >> coarse
+    }
+
+    /// A record came.
+    #[inline(always)]
+    pub const fn pass(&mut self, record: &Record) {
+        self.last = record.last();
+        (self.growth, self.halvings, self.moves) = (0, 0, true);
+        match record.act {
+            RecordAct::Steps(_) => {}
+            RecordAct::Groups { .. } => self.growth = record.growth,
+            RecordAct::Step { halvings, goes_on } => {
+                (self.halvings, self.moves) = (halvings, goes_on)
+            }
+            RecordAct::Wait { halvings, .. } => (self.halvings, self.moves) = (halvings, false),
+        }
+    }
+}
+
+/// The bytes of a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RecordBytes {
+    bytes: [u8; MOST],
+    len: u8,
+}
+
+impl RecordBytes {
+    /// A record of an axis, 0 … 2, behind this trail. `None` if a number has no room, or the interval
+    /// has bits that are not sent.
+    pub fn new(axis: u8, record: &Record, trail: &Trail) -> Option<RecordBytes> {
+        let mut to = RecordBytes { bytes: [0; MOST], len: 0 };
+        let (coarse, head) = (record.act.coarse(), axis << 6);
+        let mut grows = false;
+        match record.act {
+            RecordAct::Steps(0) => return None,
+            RecordAct::Steps(count @ ..=15) => to.push(head | count as u8),
+            RecordAct::Steps(count @ ..=255) => {
+                to.push(head);
+                to.push(count as u8);
+            }
+            RecordAct::Steps(count) => {
+                let [low, high] = count.to_le_bytes();
+                [head, 0, low, high].into_iter().for_each(|byte| to.push(byte));
+            }
+            RecordAct::Groups { bits: 9.., .. } | RecordAct::Groups { count: 0 | 1, .. } => {
+                return None;
+            }
+            RecordAct::Groups { bits, count } => {
+                to.push(head | 0x10 | bits);
+                to.push(count);
+                grows = true;
+            }
+            RecordAct::Step { halvings: 8.., .. } | RecordAct::Wait { halvings: 8.., .. } => {
+                return None;
+            }
+            RecordAct::Step { halvings, goes_on } => {
+                to.push(head | 0x20 | u8::from(goes_on) << 3 | halvings)
+            }
+            RecordAct::Wait { halvings, turn } => {
+                to.push(head | 0x30 | u8::from(turn) << 3 | halvings)
+            }
+        }
+        let mask = (1 << coarse) - 1;
+        if usize::from(axis) >= AXES
+            || record.interval & mask != 0
+            || record.growth as u32 & mask != 0
+            || record.interval >> 24 != 0
+        {
+            return None;
+        }
+        to.number((record.interval >> coarse).wrapping_sub(trail.from(coarse)) as i32)?;
+        if grows {
+            to.number(record.growth >> coarse)?;
+        }
+        Some(to)
+    }
+
+    fn push(&mut self, byte: u8) {
+        if let Some(place) = self.bytes.get_mut(usize::from(self.len)) {
+            *place = byte;
+            self.len = self.len.wrapping_add(1);
+        }
+    }
+
+    /// With its prefix.
+    fn number(&mut self, number: i32) -> Option<()> {
+        let [_, high, middle, low] = number.to_be_bytes();
+        match number {
+            -32..32 => self.push(low & 0x3F),
+            -0x2000..0x2000 => {
+                self.push(0x40 | middle & 0x3F);
+                self.push(low);
+            }
+            -0x20_0000..0x20_0000 => {
+                self.push(0x80 | high & 0x3F);
+                self.push(middle);
+                self.push(low);
+            }
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// The bytes, in order.
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.len)).unwrap_or(&[])
+    }
+}
+
+/// A number of 6, 14 or 22 bits.
+#[inline(never)]
+fn number(mut byte: impl FnMut() -> u8) -> i32 {
+    let first = byte();
+    let top = ((first << 2) as i8) >> 2;
+    if first & 0xC0 == 0 {
+        return top.into();
+    }
+    let second = byte();
+    if first & 0x80 == 0 {
+        return i16::from_be_bytes([top as u8, second]).into();
+    }
+    let sign = if top < 0 { 0xFF } else { 0 };
+    i32::from_be_bytes([sign, top as u8, second, byte()])
+}
+
+/// Reads a record behind its first byte, by which its [axis](axis_of) and its trail are known, and
+/// goes on with the trail. Whatever the bytes are, a record comes of them: see
+/// [`is_playable`](Record::is_playable).
+#[inline(always)]
+pub fn decode(head: u8, trail: &mut Trail, mut byte: impl FnMut() -> u8) -> Record {
+    let small = head & 15;
+    let act = match head & 0x30 {
+        0 => RecordAct::Steps(if small != 0 {
+            small.into()
+        } else {
+            match byte() {
+                0 => {
+                    let low = byte();
+                    u16::from_le_bytes([low, byte()])
+                }
+                count => count.into(),
+            }
+        }),
+        0x10 => RecordAct::Groups { bits: if small < 8 { small } else { 8 }, count: byte() },
+        0x20 => RecordAct::Step { halvings: small & 7, goes_on: small & 8 != 0 },
+        _ => RecordAct::Wait { halvings: small & 7, turn: small & 8 != 0 },
+    };
+    let coarse = act.coarse() != 0;
+    // By four bits or by none: an 8-bit chip shifts by constants alone.
+    let mut interval = trail.next() & if coarse { 0xFF_FFF0 } else { 0xFF_FFFF };
+    let apart = number(&mut byte);
+    interval = interval.wrapping_add((if coarse { apart << 4 } else { apart }) as u32);
+    let mut growth = 0;
+    if let RecordAct::Groups { .. } = act {
+        growth = number(&mut byte);
+        if coarse {
+            growth <<= 4;
+        }
+    }
+    let record = Record { act, interval: interval & 0xFF_FFFF, growth };
+    trail.pass(&record);
+    record
+}
+
+/// The axis of a record by its first byte; `None` of [`NOTHING`], and of an axis that there is not.
+#[inline(always)]
+pub const fn axis_of(head: u8) -> Option<u8> {
+    let axis = head >> 6;
+    if axis < AXES as u8 { Some(axis) } else { None }
+}

@@ -1,0 +1,261 @@
+//! A host's end of the link: what is sent when, and again.
+//!
+//! Up to [`WINDOW`] frames are under way. Those of data never have more bytes than the board's FIFO
+//! had free when it told last, and no more is handed to the wire than it sends in [`QUEUED`] µs, so
+//! that what is urgent is not behind much. When the board says that it is deaf, or nothing has gone
+//! forward for some time, four [`FILL`] call it, and all frames that it has not taken are sent again.
+
+use crate::credit::Credit;
+use crate::frame::{FILL, FrameBytes, Kind, LONGEST, MOST};
+use crate::record::NOTHING;
+
+/// Frames under way.
+pub const WINDOW: usize = 8;
+/// µs of bytes that wait before the wire.
+pub const QUEUED: u64 = 3_000;
+
+/// A frame that the board has not taken yet.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    kind: Kind,
+    bytes: [u8; LONGEST],
+    len: u8,
+}
+
+impl Held {
+    const NONE: Held = Held { kind: Kind::Ping, bytes: [0; LONGEST], len: 0 };
+
+    /// Bytes of the FIFO that it takes.
+    fn cost(&self) -> u32 {
+        if self.kind == Kind::Data { u32::from(self.len).wrapping_add(1) } else { 0 }
+    }
+
+    fn frame(&self, number: u8) -> FrameBytes {
+        let payload = self.bytes.get(..usize::from(self.len)).unwrap_or(&[]);
+        let frame = FrameBytes::new(self.kind, number, payload);
+        if !frame.is_barred() {
+            return frame;
+        }
+        let mut longer = *self;
+        if let Some(place) = longer.bytes.get_mut(usize::from(self.len)) {
+            (*place, longer.len) = (NOTHING, self.len.wrapping_add(1));
+        }
+        let payload = longer.bytes.get(..usize::from(longer.len)).unwrap_or(&[]);
+        FrameBytes::new(self.kind, number, payload)
+    }
+}
+
+/// Times of a link, in µs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LinkTimes {
+    /// A byte on the wire, in ns.
+    pub byte: u32,
+    /// Without progress for this long, all is sent again.
+    pub again: u64,
+    /// From a call of a deaf board to the next one.
+    pub call: u64,
+    /// A sign of life comes this long after the last byte.
+    pub ping: u64,
+}
+
+impl LinkTimes {
+    /// For a serial line of this many baud, 8 bits and two more, on a computer.
+    pub const fn of_baud(baud: u32) -> LinkTimes {
+        let byte = (10_000_000_000 / if baud == 0 { 1 } else { baud as u64 }) as u32;
+        LinkTimes { byte, again: 30_000, call: 6_000, ping: 100_000 }
+    }
+}
+
+/// Sends frames until the board has taken them. It does no I/O: times are µs from any beginning.
+#[derive(Clone, Debug)]
+pub struct FrameSender {
+    times: LinkTimes,
+    held: [Held; WINDOW],
+    /// Frames that are held, and of these the ones that were sent.
+    have: u8,
+    sent: u8,
+    /// Of the frames that are held, those that were sent at any time.
+    high: u8,
+    /// The number of the first one.
+    base: u8,
+    /// Free bytes of the FIFO before the first one.
+    free: u32,
+    opened: u64,
+    flags: u8,
+    /// The board has to be called.
+    calls: bool,
+    /// When the wire has sent all, in ns.
+    wire: u64,
+    /// When something last went forward, was called, and was sent.
+    forward: u64,
+    called: u64,
+    said: u64,
+    again: u64,
+}
+
+impl FrameSender {
+    /// Nothing is under way. The first frame is a [`Setup`](Kind::Setup), of number 0.
+    pub const fn new(times: LinkTimes) -> FrameSender {
+        FrameSender {
+            times,
+            held: [Held::NONE; WINDOW],
+            have: 0,
+            sent: 0,
+            high: 0,
+            base: 0,
+            free: 0,
+            opened: 0,
+            flags: 0,
+            calls: true,
+            wire: 0,
+            forward: 0,
+            called: 0,
+            said: 0,
+            again: 0,
+        }
+    }
+
+    /// Whether another frame may be [offered](FrameSender::offer).
+    pub fn has_room(&self) -> bool {
+        usize::from(self.have) < WINDOW
+    }
+
+    /// Whether the board has taken all.
+    pub fn is_empty(&self) -> bool {
+        self.have == 0
+    }
+
+    /// Frames of data that the board has opened.
+    pub fn opened(&self) -> u64 {
+        self.opened
+    }
+
+    /// The flags that the board told last, of [`Credit`].
+    pub fn flags(&self) -> u8 {
+        self.flags
+    }
+
+    /// Free bytes of the FIFO behind all that the board has taken, as it told last.
+    pub fn free(&self) -> u32 {
+        self.free
+    }
+
+    /// How often all was sent again.
+    pub fn again(&self) -> u64 {
+        self.again
+    }
+
+    /// µs since something last went forward.
+    pub fn stuck(&self, now: u64) -> u64 {
+        if self.have == 0 { 0 } else { now.saturating_sub(self.forward) }
+    }
+
+    /// Hands over the next frame; false if there is no room, or its payload is too long.
+    pub fn offer(&mut self, kind: Kind, payload: &[u8], now: u64) -> bool {
+        let mut held = Held { kind, len: payload.len() as u8, ..Held::NONE };
+        let (Some(to), Some(place)) =
+            (held.bytes.get_mut(..payload.len()), self.held.get_mut(usize::from(self.have)))
+        else {
+            return false;
+        };
+        to.copy_from_slice(payload);
+        *place = held;
+        if self.have == 0 {
+            self.forward = now;
+        }
+        self.have = self.have.wrapping_add(1);
+        true
+    }
+
+    /// The board told how it stands.
+    pub fn hear(&mut self, credit: Credit, now: u64) {
+        let taken = credit.next.wrapping_sub(self.base);
+        // An older one than the last tells nothing.
+        if taken > self.high {
+            return;
+        }
+        if taken != 0 {
+            self.held.rotate_left(usize::from(taken).min(WINDOW));
+            self.have = self.have.saturating_sub(taken);
+            self.sent = self.sent.saturating_sub(taken);
+            self.high = self.high.wrapping_sub(taken);
+            self.base = credit.next;
+            self.forward = now;
+        }
+        self.free = u32::from(credit.free) << 3;
+        self.flags = credit.flags;
+        let opened = credit.opened.wrapping_sub(self.opened as u8);
+        if opened < 0x80 {
+            self.opened = self.opened.wrapping_add(opened.into());
+        }
+        if credit.is(Credit::DEAF) && now.saturating_sub(self.called) > self.times.call {
+            self.go_back(now);
+        }
+    }
+
+    fn go_back(&mut self, now: u64) {
+        (self.calls, self.sent, self.called) = (true, 0, now);
+        self.again = self.again.saturating_add(1);
+    }
+
+    /// What may be handed to the wire now, written to `out`: how many bytes, 0 if nothing. To be asked
+    /// again until there is nothing, whenever bytes came, and every millisecond.
+    pub fn next(&mut self, now: u64, out: &mut [u8; MOST]) -> usize {
+        if self.wire > now.saturating_add(QUEUED).saturating_mul(1_000) {
+            return 0;
+        }
+        let since = self.forward.max(self.called);
+        if self.sent != 0 && !self.calls && now.saturating_sub(since) > self.times.again {
+            self.go_back(now);
+        }
+        let bytes = if self.calls {
+            self.calls = false;
+            self.called = now;
+            for place in out.iter_mut().take(4) {
+                *place = FILL;
+            }
+            4
+        } else if let Some(frame) = self.frame(now) {
+            copy(&frame, out)
+        } else if now.saturating_sub(self.said) > self.times.ping {
+            copy(&FrameBytes::new(Kind::Ping, 0, &[]), out)
+        } else {
+            return 0;
+        };
+        self.said = now;
+        let from = self.wire.max(now.saturating_mul(1_000));
+        self.wire = from.saturating_add((bytes as u64).saturating_mul(self.times.byte.into()));
+        bytes
+    }
+
+    /// The next frame, if it may be sent.
+    fn frame(&mut self, now: u64) -> Option<FrameBytes> {
+        if self.sent >= self.have {
+            return None;
+        }
+        let held = self.held.get(usize::from(self.sent))?;
+        let under_way = self.held.iter().take(self.sent.into()).map(Held::cost).sum::<u32>();
+        // All begin when all before is there; and the first tells what is free.
+        let alone = matches!(held.kind, Kind::Start | Kind::Setup | Kind::Cut);
+        if alone && self.sent != 0
+            || held.cost() != 0 && under_way.saturating_add(held.cost()) > self.free
+        {
+            return None;
+        }
+        let frame = held.frame(self.base.wrapping_add(self.sent));
+        if self.sent == 0 {
+            self.forward = self.forward.max(now);
+        }
+        self.sent = self.sent.wrapping_add(1);
+        self.high = self.high.max(self.sent);
+        Some(frame)
+    }
+}
+
+fn copy(frame: &FrameBytes, out: &mut [u8; MOST]) -> usize {
+    let bytes = frame.as_bytes();
+    for (place, byte) in out.iter_mut().zip(bytes) {
+        *place = *byte;
+    }
+    bytes.len()
+}

@@ -12,6 +12,7 @@ const ONLY: &[(&str, &[&str])] = &[
     ("stepwright", &["critical-section", "embedded-hal"]),
     ("stepwright-embassy", &["embassy-futures", "embassy-sync", "stepwright"]),
     ("stepwright-port-test", &["stepwright"]),
+    ("stepwright-sink", &["critical-section", "stepwright"]),
     ("stepwright-protocol", &["stepwright"]),
     ("stepwright-stream", &["stepwright"]),
     ("stepwright-feeder", &["stepwright", "stepwright-stream"]),
@@ -61,6 +62,7 @@ const SMALL: &[&str] = &[
     "stepwright-embassy",
     "stepwright-port-test",
     "stepwright-protocol",
+    "stepwright-sink",
     "stepwright-stream",
     "stepwright-timed",
 ];

@@ -1,0 +1,180 @@
+//! An engine over a player.
+
+use stepwright::drive::Axes;
+use stepwright::queue::Consumer;
+use stepwright::{Control, Playing, Report, Ticks, Timing};
+
+use crate::player::Player;
+use crate::track::{Phase, Track};
+
+/// Keeps a player of N ≤ 8 axes filled with what their queues have, and says where they are.
+///
+/// It plans nothing and steps nothing. [`serve`](SinkEngine::serve) is for the player's interrupt, or
+/// for a loop that comes round before [`DEPTH`](Player::DEPTH) groups have been played. An engine in
+/// a static, behind an interrupt, is a [`SharedSink`](crate::SharedSink).
+///
+/// A [late](Control::late) step here is one for which the player stood still, because nothing
+/// came in time.
+pub struct SinkEngine<'q, P, const N: usize, const Q: usize> {
+    player: P,
+    tracks: [Track<'q, Q>; N],
+    timing: Timing,
+    /// Axes that are to be started together, and when they may be.
+    starting: Axes,
+    ready: u64,
+    dry: u32,
+}
+
+impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
+    const AT_MOST_8_AXES: () = assert!(N >= 1 && N <= 8);
+    const REMEMBERS: () = assert!(P::DEPTH >= 1 && P::DEPTH <= 7);
+
+    /// All axes at rest at position 0, facing forward. No step is to be more than `bound` ticks
+    /// from where the planner has it: 1 µs is a good bound, see [`Grouper::new`](crate::Grouper::new).
+    pub fn new(player: P, entries: [Consumer<'q, Q>; N], timing: Timing, bound: Ticks) -> Self {
+        let () = Self::AT_MOST_8_AXES;
+        let () = Self::REMEMBERS;
+        let tracks = entries.map(|source| Track::new(source, bound));
+        let mut engine = SinkEngine { player, tracks, timing, starting: 0, ready: 0, dry: 0 };
+        engine.set_timing(timing);
+        engine
+    }
+
+    /// The player.
+    pub fn player(&mut self) -> &mut P {
+        &mut self.player
+    }
+
+    /// Gives the player what it has room for, of these axes: for its interrupt, when a group has
+    /// begun. True if there is news for the main loop: there is room in a queue, or nothing in it.
+    pub fn serve(&mut self, axes: Axes) -> bool {
+        let mut news = false;
+        for (axis, track) in (0u8..).zip(&mut self.tracks) {
+            if axes >> axis & 1 != 0 && track.wants() {
+                let before = track.hungry;
+                track.took = false;
+                let dry = track.fill(&mut self.player, axis, self.timing.hold);
+                self.dry = self.dry.saturating_add(dry);
+                news |= track.took || track.hungry && !before;
+            }
+        }
+        if self.starting != 0 {
+            self.start_all();
+        }
+        news
+    }
+
+    /// What the foreground may have queued meanwhile goes to the player, if that waits for it. Costs
+    /// little if it does not.
+    #[inline]
+    pub fn catch_up(&mut self) {
+        let mut hungry = self.starting;
+        for (axis, track) in (0u8..).zip(&self.tracks) {
+            hungry |= u8::from(track.hungry) << axis;
+        }
+        if hungry != 0 {
+            self.serve(hungry);
+        }
+    }
+
+    /// Starts what is to be started, if it has something to play and may turn.
+    fn start_all(&mut self) {
+        let mut axes: Axes = 0;
+        for (axis, track) in (0u8..).zip(&self.tracks) {
+            if self.starting >> axis & 1 != 0 {
+                if track.is_ready() {
+                    axes |= 1 << axis;
+                } else if track.phase != Phase::Begins {
+                    self.starting &= !(1 << axis);
+                }
+            }
+        }
+        if axes == 0 || self.player.now() < self.ready {
+            return;
+        }
+        self.player.start(axes);
+        let now = self.player.now();
+        for (axis, track) in (0u8..).zip(&mut self.tracks) {
+            if axes >> axis & 1 != 0 {
+                track.started(now);
+            }
+        }
+        self.starting &= !axes;
+    }
+}
+
+impl<P: Player, const N: usize, const Q: usize> Control for SinkEngine<'_, P, N, Q> {
+    fn start(&mut self, axes: Axes) {
+        let mut began: Axes = 0;
+        for (axis, track) in (0u8..).zip(&mut self.tracks) {
+            if axes >> axis & 1 != 0 && track.is_idle(&self.player, axis, self.timing.hold) {
+                // After a halt DIR is to be held yet.
+                let held = track.end.saturating_add(self.timing.hold.into());
+                self.ready = self.ready.max(held);
+                track.begin();
+                began |= 1 << axis;
+            }
+        }
+        self.starting |= began;
+        self.serve(began);
+    }
+
+    fn kill(&mut self, axes: Axes) {
+        self.player.halt(axes);
+        self.starting &= !axes;
+        for (axis, track) in (0u8..).zip(&mut self.tracks) {
+            if axes >> axis & 1 != 0 {
+                track.halted(&mut self.player, axis);
+            }
+        }
+    }
+
+    /// Of an axis on the way the position is that of the time: at an edge it may be a step behind.
+    fn report(&self, axis: u8) -> Report {
+        let none = Report { position: 0, idle: true, forward: true };
+        let Some(track) = self.tracks.get(usize::from(axis)) else { return none };
+        Report {
+            position: track.made(&self.player, axis),
+            idle: track.is_idle(&self.player, axis, self.timing.hold),
+            forward: track.grouper.is_forward(),
+        }
+    }
+
+    fn is_idle(&self, axis: u8) -> bool {
+        let track = self.tracks.get(usize::from(axis));
+        track.is_none_or(|track| track.is_idle(&self.player, axis, self.timing.hold))
+    }
+
+    fn playing(&mut self, axis: u8) -> Playing {
+        self.catch_up();
+        let track = self.tracks.get(usize::from(axis));
+        track.map_or(Playing::Unknown, |track| track.playing(&self.player))
+    }
+
+    fn set_position(&mut self, axis: u8, position: i64) {
+        if let Some(track) = self.tracks.get_mut(usize::from(axis)) {
+            let made = track.made(&self.player, axis);
+            track.position = track.position.wrapping_add(position.wrapping_sub(made));
+        }
+    }
+
+    fn set_timing(&mut self, timing: Timing) {
+        self.timing = timing;
+        self.player.set_timing(&timing);
+        for track in &mut self.tracks {
+            track.grouper.set_timing(&timing, P::LAG);
+        }
+    }
+
+    fn late(&self) -> u32 {
+        self.dry
+    }
+
+    fn clear_late(&mut self) {
+        self.dry = 0;
+    }
+
+    fn refill(&mut self) {
+        self.serve(Axes::MAX);
+    }
+}

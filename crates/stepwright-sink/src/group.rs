@@ -1,0 +1,289 @@
+//! Entries become groups of equal steps.
+//!
+//! ```text
+//!   entry    step      step       step        step    intervals grow
+//!           ──┴─────────┴──────────┴───────────┴────
+//!   group    step       step       step        step   the mean interval, in whole ticks
+//!           ──┴──────────┴──────────┴──────────┴────
+//!                                             └─┴ carried to the next group
+//! ```
+//!
+//! # Error
+//!
+//! With a bound of B ticks, a group of 2^k steps has 2^k ≤ B, so what its interval rounds is at
+//! most B/2 at its end, and is carried: nothing drifts. Between its ends a growth of g ticks a step
+//! bends its steps off by g·4^k/8, which is kept at B/4; and its first interval, which belongs to
+//! the entry before, differs from the others by at most B/4. So every step comes within B ticks of
+//! the entry's own time, and the last step of a travel, which is a group of its own, within half a
+//! tick. Two things may keep a step back longer: the minimum interval, below which no interval falls,
+//! and the set-up time of DIR. Then the steps behind it catch up, at the minimum interval.
+
+use stepwright::engine::WIRING;
+use stepwright::entry::{Entry, EntryParts};
+use stepwright::{Ticks, Timing};
+
+/// Steps that are equally far apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepGroup {
+    /// Ticks from each rising edge to the next; of the first from the last one of the group before.
+    pub interval: Ticks,
+    /// How many steps, a power of two, 1 to 16384.
+    pub steps: u32,
+    /// The level of DIR, high for forward.
+    pub forward: bool,
+}
+
+impl StepGroup {
+    /// Ticks from the last edge before it to its own last.
+    #[inline(always)]
+    pub const fn duration(&self) -> u64 {
+        self.interval as u64 * self.steps as u64
+    }
+
+    /// Its steps, negative backward.
+    #[inline(always)]
+    pub const fn travel(&self) -> i64 {
+        if self.forward { self.steps as i64 } else { -(self.steps as i64) }
+    }
+}
+
+/// The largest bound, and so the most steps of a group.
+const MOST: Ticks = 1 << 14;
+
+/// Makes groups of the entries of one axis.
+///
+/// ```
+/// use stepwright::{Run, entry::{Entry, Sink, Writer}, engine::WIRING};
+/// use stepwright_sink::Grouper;
+/// # struct Two([Option<Entry>; 2], usize);
+/// # impl Sink for Two {
+/// #     fn put(&mut self, entry: Entry) { self.0[self.1] = Some(entry); self.1 += 1 }
+/// # }
+/// # let mut entries = Two([None; 2], 0);
+/// let mut writer = Writer::new(WIRING);
+/// writer.run(&Run::steady(500, 40), &mut entries); // a wait, and 39 steps; the last is due
+/// let mut grouper = Grouper::new(125);
+/// let mut steps = 0;
+/// for entry in entries.0.into_iter().flatten() {
+///     grouper.load(entry);
+///     while let Some(group) = grouper.next() {
+///         assert_eq!(group.interval, 500);
+///         steps += group.steps;
+///     }
+/// }
+/// assert_eq!(steps, 39);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Grouper {
+    /// From the last step handed out to the next one, in 2⁻¹⁶ ticks, as the entries have it.
+    ahead: i64,
+    /// By how much the last step handed out comes too early, in 2⁻¹⁶ ticks.
+    owed: i64,
+    /// Steps of the present entry that are left. The first comes `ahead`, the second after
+    /// `wait`, which then grows.
+    left: u32,
+    wait: i64,
+    growth: i64,
+    /// What follows of the present entry.
+    rest: EntryParts,
+    /// Steps of a group at most, as a power of two.
+    bits: u8,
+    /// The most that a bound allows.
+    most: u8,
+    forward: bool,
+    /// DIR changes before the next step.
+    turns: bool,
+    /// A quarter of the bound, in 2⁻¹⁶ ticks.
+    quarter: i64,
+    /// No interval is shorter.
+    least: Ticks,
+    /// The first one behind a change of DIR is not shorter.
+    turn: Ticks,
+}
+
+const NOTHING: EntryParts =
+    EntryParts { pins: 0, then: 0, events: 0, groups: 0, interval: 0, growth: 0 };
+
+impl Grouper {
+    /// Of an axis at rest that faces forward. No step is to be off by more than `bound` ticks:
+    /// 1 µs is a good bound; a larger one, up to 16,384 ticks, makes fewer groups.
+    pub const fn new(bound: Ticks) -> Grouper {
+        let bound = if bound < MOST { bound } else { MOST };
+        let mut most = 0;
+        while 2u32 << most <= bound {
+            most += 1;
+        }
+        Grouper {
+            ahead: 0,
+            owed: 0,
+            left: 0,
+            wait: 0,
+            growth: 0,
+            rest: NOTHING,
+            bits: 0,
+            most,
+            forward: true,
+            turns: false,
+            quarter: (bound as i64) << 14,
+            least: 1,
+            turn: 1,
+        }
+    }
+
+    /// Keeps these times from now on: the minimum interval, and DIR set up before the first step
+    /// behind a change. A player sets DIR `lag` ticks behind the end of a pulse at the latest.
+    pub fn set_timing(&mut self, timing: &Timing, lag: Ticks) {
+        self.least = timing.min_interval.max(1);
+        let turn = timing.setup.saturating_add(timing.pulse).saturating_add(lag);
+        self.turn = turn.max(self.least);
+    }
+
+    /// Begins again: time counts from a start.
+    pub fn begin(&mut self) {
+        (self.ahead, self.owed, self.left, self.rest.groups) = (0, 0, 0, 0);
+    }
+
+    /// Forgets all that was loaded. DIR points there.
+    pub fn clear(&mut self, forward: bool) {
+        self.begin();
+        (self.forward, self.turns) = (forward, false);
+    }
+
+    /// Which way the next step goes.
+    pub const fn is_forward(&self) -> bool {
+        self.forward
+    }
+
+    /// Takes an entry over, behind the one before, of which nothing is left.
+    pub fn load(&mut self, entry: Entry) {
+        self.rest = entry.parts();
+    }
+
+    /// Whether the present entry has another step. Waits without one are taken over.
+    #[inline]
+    pub fn has_step(&mut self) -> bool {
+        while self.left == 0 {
+            if self.rest.groups == 0 {
+                return false;
+            }
+            self.take();
+        }
+        true
+    }
+
+    /// Takes over what is alike of the rest of the present entry: all of it, or its first group.
+    fn take(&mut self) {
+        let EntryParts { pins, then, events, groups, interval, growth } = self.rest;
+        let (wait, mut grows) = (i64::from(interval), i64::from(growth));
+        let alike = groups == 1 || pins == then && (events == 1 || growth == 0);
+        let count = if alike { events.saturating_mul(groups) } else { events };
+        if events != 1 || !alike {
+            grows = 0;
+        }
+        let next = if alike { 0 } else { groups.wrapping_sub(1) };
+        let interval = interval.wrapping_add_signed(growth);
+        self.rest = EntryParts { pins: then, groups: next, interval, ..self.rest };
+        if pins & WIRING.turn != 0 && count & 1 != 0 {
+            self.forward = !self.forward;
+            self.turns = !self.turns;
+        }
+        if pins & WIRING.step == 0 {
+            self.ahead = self.ahead.saturating_add(lasts(wait, grows, count));
+            return;
+        }
+        (self.left, self.wait, self.growth) = (count, wait, grows);
+        // The middle of 2^k steps is growth · 4^k / 8 off.
+        let (mut bits, mut off) = (0, grows.unsigned_abs() >> 1);
+        while bits < self.most && off <= self.quarter.unsigned_abs() {
+            bits += 1;
+            off <<= 2;
+        }
+        self.bits = bits;
+    }
+
+    /// Whether DIR changes before the next step. [`has_step`](Grouper::has_step) is asked first.
+    #[inline]
+    pub const fn turns(&self) -> bool {
+        self.turns
+    }
+
+    /// The axis has stood still for these ticks since its last step.
+    pub fn pass(&mut self, ticks: u64) {
+        let passed = i64::try_from(ticks).unwrap_or(i64::MAX).min(i64::MAX >> 17) << 16;
+        self.owed = self.owed.max(0);
+        self.ahead = self.ahead.saturating_sub(passed).max(0);
+    }
+
+    /// From the last step handed out to the last one that is known, in ticks.
+    pub fn left(&self) -> u64 {
+        let Some(behind) = self.left.checked_sub(1) else { return 0 };
+        let own = self.ahead.saturating_add(lasts(self.wait, self.growth, behind));
+        (own.max(0) >> 16) as u64
+    }
+
+    /// The next group of what is loaded: a single step if `single`. `None` if nothing is left.
+    #[inline]
+    fn take_group(&mut self, single: bool) -> Option<StepGroup> {
+        if !self.has_step() {
+            return None;
+        }
+        while self.left >> self.bits == 0 {
+            self.bits = self.bits.wrapping_sub(1);
+        }
+        // What is ahead of the first step is an interval of the entry before.
+        let differs = self.ahead.wrapping_sub(self.wait);
+        let near = differs <= self.quarter && differs >= -self.quarter;
+        let bits = if near && !single && !self.turns { self.bits } else { 0 };
+        let (last, next) = if bits == 0 {
+            (self.wait, self.wait.wrapping_add(self.growth))
+        } else {
+            // n − 1 of the waits lie between the steps; the last one is ahead of what follows.
+            // (Of a growth that makes groups at all n² fits into 32 bits.)
+            let between = (1i32 << bits) - 1;
+            let growth = self.growth as i32;
+            let triangle = growth.wrapping_mul(between.wrapping_mul(between.wrapping_sub(1)) >> 1);
+            self.ahead = self.ahead.wrapping_add((self.wait << bits).wrapping_sub(self.wait));
+            self.ahead = self.ahead.wrapping_add(triangle.into());
+            let last = self.wait.wrapping_add(growth.wrapping_mul(between).into());
+            (last, last.wrapping_add(self.growth))
+        };
+        let all = self.ahead.saturating_add(self.owed);
+        let least = if self.turns { self.turn } else { self.least };
+        let interval = (all.wrapping_add(0x8000 << bits) >> bits) >> 16;
+        let interval = if interval < i64::from(least) {
+            least
+        } else {
+            // (What a number can't hold is owed: the steps behind it wait for longer.)
+            Ticks::try_from(interval).unwrap_or(Ticks::MAX)
+        };
+        self.owed = all.wrapping_sub((i64::from(interval) << 16) << bits);
+        (self.ahead, self.wait) = (last, next);
+        let steps = 1u32 << bits;
+        self.left = self.left.wrapping_sub(steps);
+        self.turns = false;
+        Some(StepGroup { interval, steps, forward: self.forward })
+    }
+
+    /// The first group behind a start: a single step, which comes that long after the start.
+    pub fn first(&mut self) -> Option<StepGroup> {
+        self.take_group(true)
+    }
+}
+
+impl Iterator for Grouper {
+    type Item = StepGroup;
+
+    /// The next group of what is loaded; `None` if another entry is to be
+    /// [loaded](Grouper::load).
+    #[inline]
+    fn next(&mut self) -> Option<StepGroup> {
+        self.take_group(false)
+    }
+}
+
+/// How long `count` waits last that grow, in their unit.
+fn lasts(wait: i64, growth: i64, count: u32) -> i64 {
+    let count = i64::from(count);
+    let triangle = growth.saturating_mul(count.saturating_mul(count.wrapping_sub(1)) >> 1);
+    wait.saturating_mul(count).saturating_add(triangle)
+}

@@ -38,35 +38,42 @@ impl SmallBoard {
 
     /// Builds its programs: one `.elf` each in `target/firmware`.
     pub fn build(self, ws: &Workspace) -> Result<Vec<PathBuf>> {
-        let cross =
-            Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
-        let folder = ws.root.join("firmware").join(self.name());
-        let mut cargo = Command::new(cargo_path());
-        cargo.args(["metadata", "--no-deps", "--format-version=1", "--manifest-path"]);
-        let metadata: Value = serde_json::from_str(&output(cargo.arg(folder.join("Cargo.toml")))?)?;
-        let package = &metadata["packages"][0];
-        let triple = package["metadata"]["board"]["triple"].as_str().context("a triple")?;
-        let triple: &'static str = triple.to_owned().leak();
-        let built = ws.target.join("chips");
-        let mut cargo = cross.cargo_in(ws, "build", &[&Chip { triple, flags: "" }], &built);
-        if let Some(linker) = linker() {
-            let name = triple.to_uppercase().replace('-', "_");
-            cargo.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
-        }
-        run(cargo.current_dir(&folder).args(["--release", "--bins"]))?;
-        let to = ws.target.join("firmware");
-        fs::create_dir_all(&to)?;
-        let mut elves = Vec::new();
-        for target in package["targets"].as_array().into_iter().flatten() {
-            if target["kind"][0] == "bin" {
-                let name = target["name"].as_str().context("a program's name")?;
-                let elf = to.join(format!("{}-{}.elf", self.name(), name.replace('_', "-")));
-                fs::copy(built.join(triple).join("release").join(name), &elf)?;
-                elves.push(elf);
-            }
-        }
-        Ok(elves)
+        build(ws, self.name())
     }
+}
+
+/// The folder with programs for the micro:bit that have an executor, RTIC or a main loop of their own.
+pub const EXAMPLES: &str = "microbit";
+
+/// Builds the programs of a folder in `firmware`: one `.elf` each in `target/firmware`.
+pub fn build(ws: &Workspace, name: &str) -> Result<Vec<PathBuf>> {
+    let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
+    let folder = ws.root.join("firmware").join(name);
+    let mut cargo = Command::new(cargo_path());
+    cargo.args(["metadata", "--no-deps", "--format-version=1", "--manifest-path"]);
+    let metadata: Value = serde_json::from_str(&output(cargo.arg(folder.join("Cargo.toml")))?)?;
+    let package = &metadata["packages"][0];
+    let triple = package["metadata"]["board"]["triple"].as_str().context("a triple")?;
+    let triple: &'static str = triple.to_owned().leak();
+    let built = ws.target.join("chips");
+    let mut cargo = cross.cargo_in(ws, "build", &[&Chip { triple, flags: "" }], &built);
+    if let Some(linker) = linker() {
+        let name = triple.to_uppercase().replace('-', "_");
+        cargo.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
+    }
+    run(cargo.current_dir(&folder).args(["--release", "--bins"]))?;
+    let to = ws.target.join("firmware");
+    fs::create_dir_all(&to)?;
+    let mut elves = Vec::new();
+    for target in package["targets"].as_array().into_iter().flatten() {
+        if target["kind"][0] == "bin" {
+            let program = target["name"].as_str().context("a program's name")?;
+            let elf = to.join(format!("{name}-{}.elf", program.replace('_', "-")));
+            fs::copy(built.join(triple).join("release").join(program), &elf)?;
+            elves.push(elf);
+        }
+    }
+    Ok(elves)
 }
 
 /// LLVM's linker: the compiler's own, else that of any toolchain that rustup has. `None` if the

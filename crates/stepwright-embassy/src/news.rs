@@ -31,8 +31,9 @@ impl News {
         self.0.signal(());
     }
 
-    /// Waits for news; at once if there was some since the last time.
-    pub(crate) async fn wait(&self) {
+    /// Waits for news; at once if there was some since the last time. One task at a time: that of
+    /// [`Motors::plan`](crate::Motors::plan), or a planner of one's own.
+    pub async fn wait(&self) {
         self.0.wait().await;
     }
 }

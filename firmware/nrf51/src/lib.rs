@@ -10,11 +10,12 @@
 //! | `src/bin/controller.rs` | the serial controller |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |
 //!
+//! Programs with an executor, with RTIC and with a main loop of their own: `firmware/microbit`.
 //! `cargo xtask firmware nrf51` builds it, `cargo xtask test --only qemu` runs it in QEMU.
 
 pub mod board;
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "program"))]
 mod panic;
 #[cfg(target_os = "none")]
 pub mod pins;

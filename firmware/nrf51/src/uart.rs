@@ -1,6 +1,8 @@
 //! The serial line: 115200 baud on the micro:bit's USB. Bytes are received by an interrupt, which
 //! the step interrupt interrupts.
 
+use core::fmt::{self, Write};
+
 use stepwright_controller::{Register, Ring};
 use stepwright_device::main_loop::{Received, SerialPort};
 
@@ -48,20 +50,41 @@ impl Uart {
     /// Starts it. Its interrupt is behind the step timer's, and let in with that.
     ///
     /// # Safety
-    /// Called once.
+    /// Nothing else has started the line.
     pub unsafe fn start() -> Uart {
-        uart(0x50C).write(24); // TX on P0.24
-        uart(0x514).write(25); // RX on P0.25
-        uart(0x524).write(0x01D7_E000); // 115200
-        uart(0x500).write(4);
+        // SAFETY: the caller's promise.
+        let line = unsafe { Uart::to_talk() };
         uart(0x304).write(1 << 9 | 1 << 2); // error, received
         // SAFETY: the NVIC's IPR0, whose third byte is UART0's priority: the lowest.
         unsafe { Register::at(0xE000_E400) }.write(0xC0 << 16);
         uart(0x000).write(1);
+        line
+    }
+
+    /// Starts it for a program that talks and does not listen.
+    ///
+    /// # Safety
+    /// Nothing else has started the line.
+    pub unsafe fn to_talk() -> Uart {
+        uart(0x50C).write(24); // TX on P0.24
+        uart(0x514).write(25); // RX on P0.25
+        uart(0x524).write(0x01D7_E000); // 115200
+        uart(0x500).write(4);
         uart(0x008).write(1);
         // There is room at first.
         SENT.write(1);
         Uart(())
+    }
+}
+
+/// Waits until all is sent.
+impl Write for Uart {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for byte in text.bytes() {
+            while !self.has_room() {}
+            self.send(byte);
+        }
+        Ok(())
     }
 }
 

@@ -61,7 +61,7 @@ fn path(variable: &str) -> Result<PathBuf> {
 /// unpacked, if it is not installed.
 pub fn qemu(board: &str) -> Result<Command> {
     let words: &[&str] = match board {
-        "nrf51" => &["qemu-system-arm", "-M", "microbit"],
+        "nrf51" | "microbit" => &["qemu-system-arm", "-M", "microbit"],
         _ => bail!("no board {board}"),
     };
     let mut command = match env::var_os("STEPWRIGHT_QEMU").map(PathBuf::from) {

@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use super::programs;
 use crate::bench;
-use crate::qemu::{self, SmallBoard};
+use crate::qemu::{self, EXAMPLES, SmallBoard};
 use crate::workspace::{Workspace, run};
 
 /// The controller answers and steps as the virtual board, and the step timers keep their contract;
@@ -14,6 +14,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     for board in SmallBoard::ALL {
         board.build(ws)?;
     }
+    qemu::build(ws, EXAMPLES)?;
     qemu::plugin(ws)?;
     let built = programs::build(qemu::cargo(ws, "test", root.as_deref()).arg("--release"))?;
     let commands = built.iter().map(|program| {
@@ -27,7 +28,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     controller.arg(ws.target.join("qemu")).current_dir(ws.root.join("firmware/controller"));
     run(controller.args(["--release", "--lib"]))?;
     // Workspaces of their own: nothing else looks at their style.
-    for folder in ["qemu", "controller", "nrf51"] {
+    for folder in ["qemu", "controller", "nrf51", "microbit"] {
         let folder = ws.root.join("firmware").join(folder);
         run(ws.cargo(["fmt", "--all", "--check"]).current_dir(&folder))?;
     }

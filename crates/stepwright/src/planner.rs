@@ -64,6 +64,7 @@ use crate::num::{Hand, Num, hand, whole};
 use crate::order::Change;
 use crate::profile::Unfit;
 use crate::units::Ticks;
+use bent::Bent;
 pub(crate) use clock::Clock;
 use curve::Curve;
 pub(crate) use layout::Layout;
@@ -108,9 +109,10 @@ pub(crate) struct Planner {
     top: Num,
     v_top: Num,
     /// Speed² at the low end of a straight ramp; while rise and fall are sought, the least speed
-    /// between them, and the highest.
+    /// between them.
     w_from: Num,
-    most: Num,
+    /// While bent ones are sought, the highest speed between them.
+    most: Bent,
     /// Speed at the last pulse of all.
     v_end: Num,
     /// Slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d. The last is
@@ -134,7 +136,7 @@ impl Planner {
     /// Nothing to do. All zeros, so that it takes no flash.
     pub(crate) const IDLE: Planner = Planner {
         w_from: Num::UNSET,
-        most: Num::UNSET,
+        most: Bent::UNSET,
         v_end: Num::UNSET,
         a2: Num::UNSET,
         d2: Num::UNSET,

@@ -37,7 +37,7 @@ pub struct Writer {
     /// Time that entries owe to the runs so far, in 2⁻¹⁶ ticks.
     pub(super) owed: i32,
     /// A few fast steps, which wait for what follows them.
-    kept: Steps,
+    kept: Level,
     /// What is made into entries. (A field, as arguments are dear to an 8-bit chip.)
     part: Steps,
 }
@@ -50,6 +50,13 @@ struct Steps {
     count: u16,
 }
 
+/// `count` steps, all at this interval.
+#[derive(Clone, Copy, Debug)]
+struct Level {
+    first: u32,
+    count: u16,
+}
+
 impl Steps {
     const NONE: Steps = Steps { first: 0, add: 0, count: 0 };
 }
@@ -57,7 +64,13 @@ impl Steps {
 impl Writer {
     /// For an axis at rest.
     pub const fn new(wiring: Wiring) -> Writer {
-        Writer { wiring, due: Due::Nothing, owed: 0, kept: Steps::NONE, part: Steps::NONE }
+        Writer {
+            wiring,
+            due: Due::Nothing,
+            owed: 0,
+            kept: Level { first: 0, count: 0 },
+            part: Steps::NONE,
+        }
     }
 
     /// Makes one of zeros what [`new`](Writer::new) makes.
@@ -233,7 +246,7 @@ impl Writer {
             steps = all;
         }
         self.flush(to);
-        self.kept = Steps { first, add: 0, count: steps };
+        self.kept = Level { first, count: steps };
         if steps > FEW || first >= FAST << 16 {
             self.flush(to);
         }
@@ -244,7 +257,8 @@ impl Writer {
     fn flush(&mut self, to: &mut impl Sink) {
         if self.kept.count != 0 {
             let part = self.part;
-            self.part = self.kept;
+            let Level { first, count } = self.kept;
+            self.part = Steps { first, add: 0, count };
             self.kept.count = 0;
             self.groups(16, to);
             self.part = part;
@@ -287,9 +301,8 @@ impl Writer {
 
     /// What each of these steps takes of what is owed, in 2⁻⁸ ticks: to the nearest.
     ///
-    /// Most often that is 0 or 1. After steps that were joined it is up to two ticks, found
-    /// bit by bit, as a small chip has no division. 128 ticks and more are of a wait of a
-    /// minute: they are for the next wait.
+    /// Most often that is 0 or 1. After steps that were joined it is up to two ticks. 128 ticks
+    /// and more are of a wait of a minute: they are for the next wait.
     #[inline(never)]
     fn settle(&mut self, steps: u16) -> i16 {
         let [low, a, b, high] = self.owed.to_le_bytes();
@@ -298,22 +311,11 @@ impl Writer {
             return 0;
         }
         let half = steps >> 1;
-        let mut left = owed.unsigned_abs().wrapping_add(half);
-        let (mut part, mut bits) = (steps, 1u8);
-        while part <= left >> 1 {
-            part <<= 1;
-            bits += 1;
-        }
-        let mut each = 0i16;
-        while bits != 0 {
-            each <<= 1;
-            if let Some(less) = left.checked_sub(part) {
-                left = less;
-                each |= 1;
-            }
-            part >>= 1;
-            bits -= 1;
-        }
+        let all = owed.unsigned_abs().wrapping_add(half);
+        // Most often there is nothing to divide.
+        let each = if all < steps { 0 } else { all.checked_div(steps).unwrap_or(0) };
+        let left = all.wrapping_sub(each.wrapping_mul(steps));
+        let mut each = each as i16;
         let mut rest = left.wrapping_sub(half) as i16;
         if owed < 0 {
             (each, rest) = (each.wrapping_neg(), rest.wrapping_neg());

@@ -69,7 +69,7 @@ impl Planner {
         }
         let mut fall = self.curve;
         fall.lay(&self.v_end, &self.v_top, &self.d2, self.is_straight());
-        (self.fall, self.fall_part) = fall.scant(&self.d2).split();
+        (self.fall, self.fall_part) = fall.scant(&self.v_top, &self.d2).split();
         let (parts, more) = self.rise_part.overflowing_add(self.fall_part);
         // One step for both parts, or two.
         let least = u32::from(u8::from(more).wrapping_add(u8::from(parts != 0)));

@@ -34,8 +34,8 @@ pub(super) struct Curve {
     /// J/2.
     half_jerk: Bent,
     /// Speeds at its ends.
-    low: Num,
-    high: Num,
+    low: Bent,
+    high: Bent,
     /// Time of a bend, and of all.
     bend: Bent,
     whole: Bent,
@@ -47,8 +47,8 @@ impl Curve {
     /// No ramp.
     pub(super) const NONE: Curve = Curve {
         half_jerk: Bent::UNSET,
-        low: Num::UNSET,
-        high: Num::UNSET,
+        low: Bent::UNSET,
+        high: Bent::UNSET,
         bend: Bent::UNSET,
         whole: Bent::UNSET,
         length: Num::UNSET,
@@ -71,14 +71,14 @@ impl Curve {
     /// that is told.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn lay(&mut self, low: &Num, high: &Num, slope: &Num, straight: bool) {
-        self.low.set(low);
-        self.high.set(high);
         if straight {
             // Whole numbers are exact: no step of the ramp is divided that need not be.
             hand(low).square().to(&mut self.length);
             hand(high).square().minus(&self.length).over(slope).to(&mut self.length);
             return;
         }
+        self.low.set(low);
+        self.high.set(high);
         hand(high).minus(low).to(&mut self.length);
         hand(slope).over(&self.half_jerk).scaled(-2).to(&mut self.bend);
         // What both bends gain: A²/J.
@@ -98,16 +98,16 @@ impl Curve {
         hand(&self.low).plus(&self.high).times(&self.whole).scaled(-1).to(&mut self.length);
     }
 
-    /// Steps of it, less what a part in 2²⁸ of its highest speed² is: what was set up to fit
+    /// Steps of it, less what a part in 2²⁸ of its highest speed² is, which is `high`: what was set up to fit
     /// still does, whatever the rounding says.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(super) fn scant(&self, slope: &Num) -> Hand {
-        hand(&self.high).square().scaled(-28).over(slope).off(&self.length)
+    pub(super) fn scant(&self, high: &Num, slope: &Num) -> Hand {
+        hand(high).square().scaled(-28).over(slope).off(&self.length)
     }
 
     /// Is whole steps long: a little longer.
-    pub(super) fn round_up(&mut self, slope: &Num) {
-        let (steps, part) = self.scant(slope).split();
+    pub(super) fn round_up(&mut self, high: &Num, slope: &Num) {
+        let (steps, part) = self.scant(high, slope).split();
         whole(clamp::sum(steps, (part != 0).into())).to(&mut self.length);
     }
 

@@ -58,7 +58,7 @@ impl Planner {
                 if self.ease {
                     curve.lay(&self.v_top, &self.v, &self.d2, straight);
                     if straight {
-                        curve.round_up(&self.d2);
+                        curve.round_up(&self.v, &self.d2);
                     }
                 } else {
                     curve.lay(&self.v, &self.v_top, &self.a2, straight);
@@ -71,12 +71,20 @@ impl Planner {
                 (self.tries, self.piece) = (TRIES, Layout::Speeds);
                 self.ease = !self.top.at_least(&self.v);
                 self.w_from.set(&self.v);
-                hand(&self.top).also(&mut self.most).to(&mut self.v_top);
+                self.v_top.set(&self.top);
+                self.try_at_most();
                 if steps == 0 {
                     self.tries = 0;
                 }
                 Layout::Fall
             }
+        }
+    }
+
+    /// No higher speed than the present one is tried.
+    fn try_at_most(&mut self) {
+        if !self.is_straight() {
+            self.most.set(&self.v_top);
         }
     }
 
@@ -95,7 +103,8 @@ impl Planner {
         if !fits && self.ease {
             // No room: it keeps its speed, and then falls.
             self.ease = false;
-            hand(&self.v).also(&mut self.most).to(&mut self.v_top);
+            self.v_top.set(&self.v);
+            self.try_at_most();
             return Layout::Fall;
         }
         if self.is_straight() {
@@ -103,7 +112,7 @@ impl Planner {
         }
         // The next number at least: where a curve is steep it is too much, and the last to try.
         // Or a little less.
-        let (bound, less) = if fits { (&mut self.w_from, -30) } else { (&mut self.most, -28) };
+        let (bound, less) = if fits { (&mut self.w_from, -30) } else { (&mut *self.most, -28) };
         let v = &self.v_top;
         hand(&off).over(&self.slope).times(v).scaled(1).to(&mut off);
         let mut w = hand(v).also(bound).square().number();
@@ -162,10 +171,13 @@ impl Planner {
         self.rise = steps.wrapping_sub(rest);
         self.level = clamp::less(rest, self.fall);
         self.fall = rest.wrapping_sub(self.level);
-        hand(curve.low()).square().to(&mut self.w_from);
+        let low = if self.ease { &self.v_top } else { &self.v };
+        hand(low).square().to(&mut self.w_from);
         if self.ease {
-            self.at.set(curve.whole());
-            hand(curve.high()).square().minus(&self.w_from).over(curve.length())
+            if !self.is_straight() {
+                self.at.set(curve.whole());
+            }
+            hand(&self.v).square().minus(&self.w_from).over(curve.length())
         } else {
             whole(0).to(&mut self.at);
             hand(&self.a2)

@@ -198,6 +198,14 @@ impl Planner {
         self.settle(clock, work, first, &error, spread);
     }
 
+    /// A run of a ramp, or the fall's part of a corner, has led here.
+    pub(super) fn arrive(&mut self, work: &Work) {
+        self.v.set(&work.pending);
+        if !self.is_straight() {
+            self.at.set(&work.time);
+        }
+    }
+
     /// The one step that a change of piece divides.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn corner(&mut self, clock: &Clock, work: &mut Work, last: bool) -> Planned {
@@ -229,8 +237,7 @@ impl Planner {
         if !last {
             self.v.set(&self.v_top);
         } else if work.stage == Stage::Late {
-            self.v.set(&work.pending);
-            self.at.set(&work.time);
+            self.arrive(work);
             self.fall_part = 0;
         } else {
             if self.find(work, 0) {

@@ -24,8 +24,7 @@ impl Planner {
             let left = if first { &mut self.rise } else { &mut self.fall };
             *left = left.wrapping_sub(steps);
             self.risen = self.risen.wrapping_add(steps);
-            self.v.set(&work.pending);
-            self.at.set(&work.time);
+            self.arrive(work);
             self.reach();
             return Planned::Ready;
         }

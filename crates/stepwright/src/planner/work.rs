@@ -1,5 +1,6 @@
 //! How far the planning of a run is.
 
+use super::bent::Bent;
 use crate::num::Num;
 use crate::run::Run;
 
@@ -13,7 +14,7 @@ pub(crate) struct Work {
     /// δ of a ramp run, divided by its steps, or the time of a corner.
     pub(super) delta: Num,
     /// When a run of a bent ramp ends, from the low end.
-    pub(super) time: Num,
+    pub(super) time: Bent,
     /// The run: its steps and its growth, an even number, at first; then its first interval.
     pub(super) run: Run,
     /// Units of the horizon that the run lasts.
@@ -27,7 +28,7 @@ impl Work {
         pending: Num::UNSET,
         mean: Num::UNSET,
         delta: Num::UNSET,
-        time: Num::UNSET,
+        time: Bent::UNSET,
         run: Run { ticks: 0, part: 0, count: 0, add: 0 },
         span: 0,
         stage: Stage::Begin,

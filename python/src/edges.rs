@@ -4,7 +4,8 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use stepwright_keeper::scope::{ScopeRecord, ScopeSignal, ScopeSource};
-use stepwright_sim::{Description, Edge, Pin};
+use stepwright_play::cycle::PlayTape;
+use stepwright_sim::{Description, Edge, Pin, Recorder};
 
 /// Edges that are kept, at most: 48 MB, and 100 s of an axis at 10,000 steps/s. The oldest go.
 const KEPT: usize = 2_000_000;
@@ -15,33 +16,43 @@ pub struct Edges(Arc<Mutex<Kept>>);
 
 struct Kept {
     hz: u32,
+    /// How many edges are kept.
+    most: usize,
     now: u64,
     /// Recordings that go on.
     recordings: usize,
     edges: VecDeque<Edge>,
     pins: Vec<(u8, Pin)>,
+    /// When each STEP rose last.
+    rises: [Option<u64>; 8],
     /// Levels before the first edge that is kept.
-    before: HashMap<(u8, bool), bool>,
+    before: HashMap<(u8, Pin), bool>,
     /// Nothing is known of what was before.
     since: u64,
 }
 
-/// An Uno's pins are STEP and DIR alone.
-fn key(axis: u8, pin: Pin) -> (u8, bool) {
-    (axis, pin == Pin::Step)
-}
-
 impl Edges {
-    /// Of a board that was just switched on.
+    /// Of a board that was just switched on, of which the last ones are kept.
     pub fn new(description: &Description) -> Edges {
+        Edges::of(description.board.rate.hz(), KEPT, description.pins())
+    }
+
+    /// All of these pins, each of an axis, with its level before its first edge if that is known.
+    pub fn all(hz: u32, pins: impl IntoIterator<Item = (u8, Pin, Option<bool>)>) -> Edges {
+        let edges = Edges::of(hz, usize::MAX, pins);
+        edges.begin();
+        edges
+    }
+
+    fn of(hz: u32, most: usize, all: impl IntoIterator<Item = (u8, Pin, Option<bool>)>) -> Edges {
         let (mut pins, mut before) = (Vec::new(), HashMap::new());
-        for (axis, pin, level) in description.pins() {
+        for (axis, pin, level) in all {
             pins.push((axis, pin));
-            before.extend(level.map(|level| (key(axis, pin), level)));
+            before.extend(level.map(|level| ((axis, pin), level)));
         }
-        let hz = description.board.rate.hz();
         let (edges, recordings) = (VecDeque::new(), 0);
-        let kept = Kept { hz, now: 0, recordings, edges, pins, before, since: 0 };
+        let kept =
+            Kept { hz, most, now: 0, recordings, edges, pins, before, rises: [None; 8], since: 0 };
         Edges(Arc::new(Mutex::new(kept)))
     }
 
@@ -73,22 +84,41 @@ impl Edges {
         self.kept().now = now;
     }
 
+    /// When STEP of an axis rose since the last call, in ticks. A step is counted as its pulse ends.
+    pub fn take_rise(&self, axis: usize) -> Option<u64> {
+        self.kept().rises.get_mut(axis).and_then(Option::take)
+    }
+
     /// An edge has come.
     pub fn edge(&self, edge: Edge) {
         let mut kept = self.kept();
+        if edge.pin == Pin::Step
+            && edge.level
+            && let Some(rise) = kept.rises.get_mut(usize::from(edge.axis))
+        {
+            *rise = Some(edge.time);
+        }
         kept.edges.push_back(edge);
-        if kept.recordings == 0 || kept.edges.len() > KEPT {
+        if kept.recordings == 0 || kept.edges.len() > kept.most {
             kept.forget();
         }
     }
 }
+
+impl Recorder for Edges {
+    fn edge(&mut self, edge: Edge) {
+        Edges::edge(self, edge);
+    }
+}
+
+impl PlayTape for Edges {}
 
 impl Kept {
     /// Forgets the oldest edge; whether there was one.
     fn forget(&mut self) -> bool {
         let Some(edge) = self.edges.pop_front() else { return false };
         self.since = self.since.max(edge.time);
-        self.before.insert(key(edge.axis, edge.pin), edge.level);
+        self.before.insert((edge.axis, edge.pin), edge.level);
         true
     }
 }
@@ -101,9 +131,16 @@ impl ScopeSource for Edges {
         let begin = end.saturating_sub(long).max(kept.since);
         let mut signals = Vec::new();
         for &(axis, pin) in &kept.pins {
-            let name = if pin == Pin::Step { "step" } else { "dir" };
+            let name = match pin {
+                Pin::Step => "step",
+                Pin::Direction => "dir",
+                Pin::Enable => "enable",
+                // No board of this package has coils.
+                Pin::Min | Pin::Coil(_) => "min",
+                Pin::Max => "max",
+            };
             let mut signal = ScopeSignal::new(Some(axis + 1), name);
-            signal.level = kept.before.get(&key(axis, pin)).copied();
+            signal.level = kept.before.get(&(axis, pin)).copied();
             let mut last = begin;
             for edge in kept.edges.iter().filter(|edge| (edge.axis, edge.pin) == (axis, pin)) {
                 if edge.time < begin {

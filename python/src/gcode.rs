@@ -1,7 +1,6 @@
 //! A G-code job on paper: its time, distances and extents.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
+use std::fs;
 
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -9,6 +8,9 @@ use stepwright_path::AxisPace;
 use stepwright_plan::gcode::{JobError, JobPlan};
 use stepwright_plan::sheet::SheetFormat;
 use stepwright_sim::Description;
+
+use crate::jobs;
+use crate::run::{Run, playing};
 
 /// The board that a job is held against.
 const BOARD: &str = "An Uno";
@@ -18,6 +20,8 @@ const BOARD: &str = "An Uno";
 pub struct Job {
     plan: JobPlan,
     name: String,
+    bytes: Vec<u8>,
+    axes: [AxisPace; 3],
 }
 
 #[pymethods]
@@ -26,17 +30,11 @@ impl Job {
     /// in mm/s² and a jump in speed in mm/s.
     #[new]
     fn new(py: Python<'_>, path: &str, axes: [(f64, f64, f64, f64); 3]) -> PyResult<Job> {
-        let file = File::open(path)
-            .map_err(|error| PyOSError::new_err(format!("can't read {path}: {error}")))?;
+        let unread = |error| PyOSError::new_err(format!("can't read {path}: {error}"));
+        let bytes = fs::read(path).map_err(unread)?;
         let axes = axes.map(|(step, speed, accel, jump)| AxisPace { step, speed, accel, jump });
-        let mut unread = None;
-        let bytes = BufReader::new(file).bytes();
-        let bytes = bytes.map_while(|byte| byte.map_err(|error| unread = Some(error)).ok());
         let board = Description::uno().board;
-        let planned = py.detach(|| JobPlan::of(bytes, axes, &board, |_, _| ()));
-        if let Some(error) = unread {
-            return Err(PyOSError::new_err(format!("can't read {path}: {error}")));
-        }
+        let planned = py.detach(|| JobPlan::of(bytes.iter().copied(), axes, &board, |_, _| ()));
         let plan = planned.map_err(|error| {
             let place = match &error {
                 JobError::Code(code) => format!("{path}:{}:{}", code.line, code.column),
@@ -44,7 +42,7 @@ impl Job {
             };
             PyValueError::new_err(format!("{place}: {error}"))
         })?;
-        Ok(Job { plan, name: path.to_owned() })
+        Ok(Job { plan, name: path.to_owned(), bytes, axes })
     }
 
     /// Seconds from the start to the end.
@@ -76,6 +74,11 @@ impl Job {
     #[getter]
     fn refused(&self) -> Option<String> {
         self.plan.refused.map(|refused| refused.words(BOARD))
+    }
+
+    /// Runs it on a virtual board of its own, in real time unless it is `fast`.
+    fn run(&self, py: Python<'_>, fast: bool) -> PyResult<Run> {
+        playing(py, |asked| jobs::play(&self.bytes, self.axes, &self.plan, fast, asked))
     }
 
     /// All of it, as the command prints it: `table` or `json`.

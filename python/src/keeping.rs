@@ -47,10 +47,11 @@ pub fn keep(way: &Way, lease: LeaseMillis, desk: Arc<Desk>) {
     if !matches!(way, Way::Virtual { .. }) {
         desk.probe(Probe::Plans(keeper.pulses()));
     }
-    match attend(&mut session, &mut keeper, &desk) {
-        Ok(()) => ended(&desk, None),
-        Err(trouble) => ended(&desk, Some(keeper.lose(&trouble))),
-    }
+    let attended = attend(&mut session, &mut keeper, &desk);
+    let why = attended.err().map(|trouble| keeper.lose(&trouble));
+    // Who hears that it has ended may open the port again.
+    drop(session);
+    ended(&desk, why);
 }
 
 /// A thread that ends in any other way has told nobody.

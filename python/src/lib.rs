@@ -16,19 +16,23 @@
 //! | `units` | texts with units, as steps |
 //! | `machine_file` | what stands in `stepwright.toml` |
 //! | `plan`, `gcode` | travels and jobs on paper |
+//! | `run`, `jobs`, `cycles` | what a file makes motors do: jobs, paths, cycles |
 //!
 //! Requests and answers are those of `stepwright serve`, as JSON: one list of what may be asked, for
 //! HTTP, JavaScript and Python.
 
 mod bell;
+mod cycles;
 mod desk;
 mod edges;
 mod gcode;
+mod jobs;
 mod keeping;
 mod kept;
 mod machine;
 mod machine_file;
 mod plan;
+mod run;
 mod ticket;
 mod track;
 mod units;
@@ -47,6 +51,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(machine_file::read_machine, module)?)?;
     module.add_function(wrap_pyfunction!(machine_file::read_lease, module)?)?;
     module.add_class::<gcode::Job>()?;
+    module.add_class::<run::Run>()?;
+    module.add_function(wrap_pyfunction!(jobs::walk, module)?)?;
+    module.add_function(wrap_pyfunction!(cycles::play_cycles, module)?)?;
     module.add("PHASES", plan::PHASES.map(|phase| phase.name()))?;
     Ok(())
 }

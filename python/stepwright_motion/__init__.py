@@ -25,6 +25,7 @@ from ._native import PHASES
 from ._native import VERSION as __version__
 from ._plan import Plan, plan
 from ._record import STATES, Recording, Track
+from ._run import Cycle, Run, Way, cycle, path
 from ._settings import Settings
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     "Board",
     "CantOpen",
     "Corner",
+    "Cycle",
     "Ended",
     "Gcode",
     "JobPlan",
@@ -44,14 +46,18 @@ __all__ = [
     "Plan",
     "Recording",
     "Refused",
+    "Run",
     "Settings",
     "StepwrightError",
     "Stopped",
     "Track",
     "Uncertain",
+    "Way",
     "__version__",
+    "cycle",
     "gcode",
     "open",
+    "path",
     "plan",
     "virtual",
 ]

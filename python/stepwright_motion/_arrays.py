@@ -42,4 +42,8 @@ def gradient(values: Any, over: Any) -> Any:
     """The slope at each, by numpy."""
     if numpy is None:
         raise ImportError("this takes numpy: python3 -m pip install numpy")
-    return numpy.gradient(values, over) if len(values) > 1 else numpy.zeros(len(values))
+    if len(values) < 2:
+        return numpy.zeros(len(values))
+    # Where a place is called otherwise at the time of a step, the slope is none.
+    with numpy.errstate(divide="ignore", invalid="ignore"):
+        return numpy.gradient(values, over)

@@ -1,4 +1,4 @@
-"""G-code jobs on paper."""
+"""G-code jobs, on paper and on a virtual board."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import html
 import json
 import os
 from dataclasses import dataclass
-from typing import Any, Mapping, Union
+from typing import Any, Union
 
-from ._native import Job, Scale
-from ._quantity import Quantity, text
+from ._errors import Refused
+from ._native import Job
+from ._quantity import Quantity
+from ._run import Run, checked
+from ._scales import Paced, paces
 
 
 @dataclass(frozen=True)
@@ -70,34 +73,40 @@ class Gcode:
     def plan(
         self,
         *,
-        steps_per_mm: Union[float, Mapping[str, float]] = 80.0,
-        speed: Union[Quantity, Mapping[str, Quantity]] = "200mm/s",
-        accel: Union[Quantity, Mapping[str, Quantity]] = "1000mm/s2",
-        jump: Union[Quantity, Mapping[str, Quantity]] = "5mm/s",
+        steps_per_mm: Paced[float] = 80.0,
+        speed: Paced[Quantity] = "200mm/s",
+        accel: Paced[Quantity] = "1000mm/s2",
+        jump: Paced[Quantity] = "5mm/s",
     ) -> JobPlan:
         """Plans the whole job for axes that can do this; ``{"x": …, "y": …, "z": …}`` says it of each.
 
         Bare numbers are mm/s and mm/s². ``jump`` is by how much a speed may change at once, as at
         a corner. Raises ``ValueError`` with the line of the first mistake.
         """
-        axes = []
-        for name in ("x", "y", "z"):
-            steps = float(_of(steps_per_mm, name))
-            scale = Scale(round(steps * 1000), 1000.0)
-            rates = [
-                scale.speed(what, text(_of(value, name), None, "mm/s")) / steps
-                for what, value in (("speed", speed), ("jump", jump))
-            ]
-            slope = scale.accel("accel", text(_of(accel, name), None, "mm/s2")) / steps
-            axes.append((1.0 / steps, rates[0], slope, rates[1]))
-        return JobPlan(Job(self.path, axes))
+        return JobPlan(Job(self.path, paces(steps_per_mm, speed, accel, jump)))
+
+    def run(
+        self,
+        *,
+        fast: bool = True,
+        steps_per_mm: Paced[float] = 80.0,
+        speed: Paced[Quantity] = "200mm/s",
+        accel: Paced[Quantity] = "1000mm/s2",
+        jump: Paced[Quantity] = "5mm/s",
+    ) -> Run:
+        """Runs it on a virtual Uno of its own, and says when each axis made each step.
+
+        Its time passes as fast as it can, or as ours does if it is not ``fast``. Ctrl-C brakes along
+        the path. The axes are those of ``plan``. Raises ``Refused`` where an Uno could not follow. No
+        real board takes a job.
+        """
+        job = Job(self.path, paces(steps_per_mm, speed, accel, jump))
+        if job.refused is not None:
+            raise Refused(job.refused, remedy="give a lower speed of this axis, or fewer steps_per_mm")
+        return checked(job.run(fast))
 
     def __repr__(self) -> str:
         return f"<Gcode {self.path}>"
-
-
-def _of(value: Any, axis: str) -> Any:
-    return value[axis] if isinstance(value, Mapping) else value
 
 
 def gcode(path: Union[str, os.PathLike[str]]) -> Gcode:

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
+import socket
 import subprocess
-from typing import Iterator
+import threading
+import tty
+from types import TracebackType
+from typing import Iterator, Optional, Type
 
 import pytest
 
@@ -42,6 +47,54 @@ class Pty:
         self.process.wait()
         assert self.process.stdout is not None
         self.process.stdout.close()
+
+
+class Cable:
+    """A socket before a serial port, as ``ser2net`` makes one, that can be pulled out."""
+
+    def __init__(self, port: str):
+        self._port = os.open(port, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self._port)
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.address = f"tcp://127.0.0.1:{self._server.getsockname()[1]}"
+        self._muted = self._pulled = False
+        self._thread = threading.Thread(target=self._carry)
+        self._thread.start()
+
+    def pull(self) -> None:
+        """Pulls it: both ends hear of it."""
+        self._pulled = True
+
+    def mute(self) -> None:
+        """Carries nothing any more, and tells nobody."""
+        self._muted = True
+
+    def _carry(self) -> None:
+        self._server.settimeout(30)
+        near, _ = self._server.accept()
+        with near:
+            while not self._pulled:
+                ready = select.select([near.fileno(), self._port], [], [], 0.005)[0]
+                for end in ready:
+                    data = os.read(end, 4096)
+                    if not data:
+                        self._pulled = True
+                    elif not self._muted:
+                        os.write(self._port if end == near.fileno() else near.fileno(), data)
+
+    def __enter__(self) -> Cable:
+        return self
+
+    def __exit__(
+        self,
+        kind: Optional[Type[BaseException]],
+        value: Optional[BaseException],
+        trace: Optional[TracebackType],
+    ) -> None:
+        self.pull()
+        self._thread.join()
+        self._server.close()
+        os.close(self._port)
 
 
 @pytest.fixture

@@ -157,6 +157,28 @@ def test_a_dropped_board_brakes(pty: Pty) -> None:
             time.sleep(0.05)
 
 
+@pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="nothing tells what is open")
+def test_a_closed_board_leaves_nothing_open(pty: Pty) -> None:
+    """Neither a file nor a thread, however often a script opens it."""
+
+    def held() -> tuple[int, int]:
+        time.sleep(0.1)
+        return len(os.listdir("/proc/self/fd")), len(os.listdir("/proc/self/task"))
+
+    def opened(port: str) -> sw.Board:
+        return sw.virtual(fast=True) if port == "virtual" else sw.open(port)
+
+    for port in (pty.port, "virtual"):
+        with opened(port) as board:
+            board.x.move_by(1).wait()
+        before = held()
+        for _ in range(8):
+            with opened(port) as board:
+                assert not board.moving
+        now = held()
+        assert now[0] <= before[0] and now[1] <= before[1], (before, now)
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 def test_a_forked_process_leaves_the_board_alone() -> None:
     with sw.virtual() as board:

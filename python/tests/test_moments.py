@@ -1,5 +1,5 @@
-"""Programs that end at random moments, in every way that programs end: each time the board rests
-within its lease and a ramp, and knows where it is.
+"""Programs that end at random moments, in every way that programs end, and boards that vanish: each
+time the board rests within its lease and a ramp, and knows where it is.
 
 ``STEPWRIGHT_MOMENTS`` says how many; ``STEPWRIGHT_SEED`` which.
 """
@@ -14,13 +14,14 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-from conftest import Pty
+import pytest
+from conftest import Cable, Pty
 
 import stepwright_motion as sw
 
-MOMENTS = int(os.environ.get("STEPWRIGHT_MOMENTS", "12"))
+MOMENTS = int(os.environ.get("STEPWRIGHT_MOMENTS", "24"))
 SEED = os.environ.get("STEPWRIGHT_SEED", "stepwright")
-BOARDS = 4
+BOARDS = int(os.environ.get("STEPWRIGHT_BOARDS", "4"))
 """At once."""
 
 LEASE = 0.4
@@ -29,7 +30,7 @@ RAMP = 0.1
 SPARE = 0.6
 """For bytes on their way, and a loaded computer."""
 
-PROGRAM = """
+BEGIN = """
 import random, sys, time
 import stepwright_motion as sw
 luck = random.Random(sys.argv[2])
@@ -38,6 +39,11 @@ print("opens", flush=True)
 board = sw.open(sys.argv[1], lease={lease})
 for axis in board:
     axis.speed, axis.accel = 2000, 20_000
+""".format(lease=LEASE)
+
+PROGRAM = (
+    BEGIN
+    + """
 while True:
     board.stop()
     order = luck.randrange(4)
@@ -57,19 +63,54 @@ while True:
         board.sleep(0.02)
         if time.monotonic() > fails:
             raise RuntimeError("by its moment")
-""".format(lease=LEASE)
+"""
+)
 
-ENDS = [signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT, None]
-"""The signals that end it; without one it fails by itself."""
+CALLBACK = (
+    BEGIN
+    + """
+import asyncio
+
+async def main():
+    loop = asyncio.get_running_loop()
+    heard = loop.create_future()
+    def callback():
+        try:
+            raise RuntimeError("by its moment")
+        except RuntimeError as why:
+            heard.set_exception(why)
+    loop.call_later(max(fails - time.monotonic(), 0), callback)
+    async def drive(axis):
+        while True:
+            await axis.move_by(luck.choice([-1, 1]) * luck.randint(300, 100_000))
+    await asyncio.gather(heard, drive(board.x), drive(board.z))
+
+asyncio.run(main())
+"""
+)
+"""An exception in a callback of an event loop, which those who await hear of."""
+
+WAYS = {
+    "kill": signal.SIGKILL,
+    "term": signal.SIGTERM,
+    "hup": signal.SIGHUP,
+    "int": signal.SIGINT,
+    "exception": None,
+    "callback": None,
+    "notebook": None,
+    "unplugged": None,
+    "silent": None,
+}
+"""The signals that end a program; without one it ends in another way."""
 
 
-def moment(port: str, number: int) -> str:
-    """Ends a program at a moment, and looks at the board; what was wrong."""
-    luck = random.Random(f"{SEED} {number}")
-    end, when = luck.choice(ENDS), luck.uniform(0, 1.5)
-    words = [sys.executable, "-c", PROGRAM, port, f"{SEED} {number}"]
+def by_a_program(way: str, port: str, number: int, when: float) -> str:
+    """A program that is ended by a signal, or by an exception of its own."""
+    end = WAYS[way]
+    text = CALLBACK if way == "callback" else PROGRAM
+    words = [sys.executable, "-c", text, port, f"{SEED} {number}"]
     child = subprocess.Popen(
-        [*words, "1e9" if end else str(when)],
+        [*words, "1e6" if end else str(when)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -82,30 +123,93 @@ def moment(port: str, number: int) -> str:
         why = child.communicate(timeout=15)[1]
     except subprocess.TimeoutExpired:
         child.kill()
-        return f"moment {number}, {end!r}: the program did not end"
+        return "the program did not end"
     if end is None and "by its moment" not in why:
-        return f"moment {number}: it has failed otherwise: {why}"
+        return f"it has failed otherwise: {why}"
     if end is signal.SIGINT and "KeyboardInterrupt" not in why:
-        return f"moment {number}: it has not heard Ctrl-C: {why}"
+        return f"it has not heard Ctrl-C: {why}"
+    return ""
+
+
+def by_a_notebook(port: str, number: int, when: float) -> str:
+    """A notebook that is closed while its cell runs, or behind it."""
+    client = pytest.importorskip("jupyter_client")
+    begin = BEGIN.replace("sys.argv", repr(["", port, f"{SEED} {number}", "1e6"]))
+    kernel = client.KernelManager(kernel_name="python3")
+    kernel.start_kernel(stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    talk = kernel.client()
+    talk.start_channels()
+    try:
+        talk.wait_for_ready(timeout=60)
+        talk.execute_interactive(begin, timeout=60, output_hook=lambda _: None)
+        talk.execute("move = board.x.run(2000); board.y.move_by(100_000)")
+        talk.execute("move.wait()" if number % 2 else "board.z.move_by(-3000).wait()")
+        time.sleep(when)
+    finally:
+        talk.stop_channels()
+        kernel.shutdown_kernel(now=number % 4 > 1)
+        kernel.context.destroy()
+    return ""
+
+
+def by_a_board(way: str, port: str, number: int, when: float) -> str:
+    """A board whose cable is pulled, or whose line no longer carries a byte."""
+    with Cable(port) as cable:
+        try:
+            with sw.open(cable.address, lease=LEASE) as board:
+                for axis in board:
+                    axis.speed, axis.accel = 2000, 20_000
+                luck = random.Random(f"{SEED} {number}")
+                moves = [board.x.run(2000), board.z.move_by(luck.choice([-100_000, 3_000]))]
+                board.sleep(when)
+                if way == "unplugged":
+                    cable.pull()
+                else:
+                    cable.mute()
+                moves[0].wait(10)
+        except sw.LinkLost:
+            return ""
+    return "nobody has heard that the board is gone"
+
+
+def moment(port: str, number: int) -> str:
+    """Ends a program at a moment, and looks at the board; what was wrong."""
+    luck = random.Random(f"{SEED} {number}")
+    # All ways in turn, so that a few moments have each of them.
+    way, when = list(WAYS)[number % len(WAYS)], luck.uniform(0, 1.5)
+    if way == "notebook":
+        wrong = by_a_notebook(port, number, when)
+    elif way in ("unplugged", "silent"):
+        wrong = by_a_board(way, port, number, when)
+    else:
+        wrong = by_a_program(way, port, number, when)
+    if wrong:
+        return f"moment {number}, {way}: {wrong}"
     time.sleep(LEASE + RAMP + SPARE)
     with sw.open(port) as board:
         for axis in board:
             if axis.moving:
-                return f"moment {number}, {end!r} after {when:.3f} s: axis {axis.number} moves"
+                return f"moment {number}, {way} after {when:.3f} s: axis {axis.number} moves"
             try:
                 at = axis.steps
             except sw.Uncertain as lost:
-                return f"moment {number}, {end!r} after {when:.3f} s: {lost}"
+                return f"moment {number}, {way} after {when:.3f} s: {lost}"
             if axis.number == 3 and axis.move_by(-7).wait().steps != (at - 7,):
-                return f"moment {number}, {end!r}: axis 3 does not move on from {at}"
+                return f"moment {number}, {way}: axis 3 does not move on from {at}"
     return ""
 
 
 def test_programs_end_at_random_moments() -> None:
     ptys = [Pty() for _ in range(BOARDS)]
 
+    def one(port: str, number: int) -> str:
+        try:
+            return moment(port, number)
+        except Exception as why:
+            return f"moment {number}: {type(why).__name__}: {why}"
+
     def some(place: int) -> list[str]:
-        return [moment(ptys[place].port, number) for number in range(place, MOMENTS, BOARDS)]
+        return [one(ptys[place].port, number) for number in range(place, MOMENTS, BOARDS)]
 
     try:
         with ThreadPoolExecutor(BOARDS) as pool:

@@ -35,9 +35,11 @@ pub type Interrupt = Box<dyn FnMut(Activity) -> Option<LinkError>>;
 
 /// A [`Conversation`] with its line. Every method blocks until the answer is there.
 pub struct Session {
+    /// First, so that it goes first: a door for guests is closed while its port is still held, and
+    /// never takes away that of who opens the port next.
+    talk: Conversation,
     link: Box<dyn Link>,
     pipe: Pipe,
-    talk: Conversation,
     guard: Option<Interrupt>,
     waiting: Activity,
 }
@@ -57,7 +59,7 @@ impl Session {
     pub fn new(link: Box<dyn Link>) -> Session {
         let pipe = Pipe::new();
         let talk = Conversation::new(pipe.clone());
-        Session { link, pipe, talk, guard: None, waiting: Activity::Asking }
+        Session { talk, link, pipe, guard: None, waiting: Activity::Asking }
     }
 
     /// Has this say whether the waiting is to end; nothing ends it from then on if it is `None`.

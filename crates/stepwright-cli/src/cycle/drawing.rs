@@ -17,11 +17,11 @@ use stepwright_cyclefile::{CyclePlan, MOST, Task};
 use stepwright_path::Law;
 use stepwright_serve::path::{PathDrawing, PathLeg, PathMotor};
 
-use super::Format;
-use super::onlooker::{Onlooker, Part, Say};
-use super::play::Session;
+use stepwright_play::cycle::{CyclePlayer, Onlooker, PlayAhead, PlayPart, PlayText};
+use stepwright_play::{PlayError, PlayFormat};
+
 use super::taken::{Taken, Wanted};
-use super::text::Text;
+use super::voice::Aloud;
 use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
 
@@ -78,7 +78,7 @@ struct Leg {
 }
 
 impl Onlooker for Seen {
-    fn part(&mut self, part: Part) {
+    fn part(&mut self, part: PlayPart) {
         let begin = part.begin as f64 / self.hz;
         let law = part.path.map(|(path, lead)| (path.now(), begin + f64::from(lead) / self.hz));
         self.end(begin);
@@ -105,9 +105,9 @@ impl Onlooker for Seen {
         }
     }
 
-    fn may(&mut self, _: u64) -> Result<Say, Failure> {
+    fn may(&mut self, _: u64) -> Result<PlayAhead, PlayError> {
         let long = |what: String| {
-            Err(Failure::new(what).hint("`stepwright cycle FILE --xy FILE.svg` draws any file"))
+            Err(PlayError::new(what).hint("`stepwright cycle FILE --xy FILE.svg` draws any file"))
         };
         if self.count > STEPS {
             return long(format!("too long to draw here: more than {STEPS} steps"));
@@ -115,7 +115,7 @@ impl Onlooker for Seen {
         if self.begun.elapsed() > WITHIN {
             return long(format!("too long to draw here: more than {} s", WITHIN.as_secs()));
         }
-        Ok(Say::On(u64::MAX))
+        Ok(PlayAhead::On(u64::MAX))
     }
 }
 
@@ -124,7 +124,7 @@ impl Onlooker for Seen {
 /// # Errors
 /// A mistake in the file; a cycle that is refused or cancelled; too many steps.
 pub fn draw(name: &str, text: &str) -> Result<PathDrawing, Failure> {
-    let text = Text::named(name, text);
+    let text = PlayText::named(name, text);
     let mut plan = stepwright_cyclefile::read(&text)?;
     let hz = f64::from(plan.rate.hz());
     let mut stages = std::mem::take(&mut plan.stages);
@@ -136,7 +136,8 @@ pub fn draw(name: &str, text: &str) -> Result<PathDrawing, Failure> {
     let wanted = Wanted { inverted: 0, edges: EdgePaths::default(), motions: false, events: false };
     let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
     let seconds = {
-        let session = Session::new(&plan, &text, taken, Format::Silent, None, LIMIT);
+        let session =
+            CyclePlayer::new(&plan, &text, taken, PlayFormat::Silent, &Aloud, None, LIMIT);
         let mut session = session.before(&mut seen);
         session.play(&mut stages)?;
         session.seconds()
@@ -234,7 +235,7 @@ impl Seen {
     fn drawing(
         &self,
         plan: &CyclePlan,
-        text: &Text,
+        text: &PlayText,
         seconds: f64,
         ordered: &[(usize, Option<f64>)],
     ) -> PathDrawing {

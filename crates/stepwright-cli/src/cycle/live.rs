@@ -4,14 +4,14 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::Format;
-use super::onlooker::{Onlooker, Part, Say};
-use super::play::Session;
+use stepwright_cyclefile::MOST;
+use stepwright_play::cycle::{CyclePlayer, Onlooker, PlayAhead, PlayPart, PlayText};
+use stepwright_play::{PlayError, PlayFormat};
+
 use super::taken::{Taken, Wanted};
-use super::text::Text;
+use super::voice::Aloud;
 use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
-use stepwright_cyclefile::MOST;
 
 /// Between two looks at the clock: an order is heard so soon.
 const LOOK: Duration = Duration::from_millis(2);
@@ -82,22 +82,22 @@ impl RealTime<'_> {
 }
 
 impl Onlooker for RealTime<'_> {
-    fn part(&mut self, _: Part) {}
+    fn part(&mut self, _: PlayPart) {}
 
     fn at(&mut self, _: u64, positions: &[i64; MOST]) {
         self.places = *positions;
     }
 
-    fn may(&mut self, ticks: u64) -> Result<Say, Failure> {
+    fn may(&mut self, ticks: u64) -> Result<PlayAhead, PlayError> {
         match self.order.end() {
             Some(Played::Killed) => {
                 self.killed = true;
-                return Err(Failure::interrupted("killed"));
+                return Err(PlayError::interrupted("killed"));
             }
             Some(_) if !self.braking => {
                 self.braking = true;
                 self.report(ticks);
-                return Ok(Say::Stop);
+                return Ok(PlayAhead::Stop);
             }
             _ => {}
         }
@@ -108,7 +108,7 @@ impl Onlooker for RealTime<'_> {
         if now() <= ticks {
             thread::sleep(LOOK);
         }
-        Ok(Say::On(now()))
+        Ok(PlayAhead::On(now()))
     }
 }
 
@@ -123,7 +123,7 @@ pub fn play(
     order: &PlayOrder,
     tell: &mut dyn FnMut(f64, &[i64], bool),
 ) -> Result<Played, Failure> {
-    let text = Text::named(name, text);
+    let text = PlayText::named(name, text);
     let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
     let motors = plan.names.len();
@@ -141,7 +141,8 @@ pub fn play(
         tell,
     };
     let (played, ticks, braked) = {
-        let session = Session::new(&plan, &text, taken, Format::Silent, None, LIMIT);
+        let session =
+            CyclePlayer::new(&plan, &text, taken, PlayFormat::Silent, &Aloud, None, LIMIT);
         let mut session = session.before(&mut time);
         let played = session.play(&mut stages);
         (played, session.now(), session.braked())
@@ -150,6 +151,7 @@ pub fn play(
     match played {
         _ if time.killed => Ok(Played::Killed),
         Ok(()) if braked => Ok(Played::Stopped),
-        played => played.map(|()| Played::Done),
+        Ok(()) => Ok(Played::Done),
+        Err(why) => Err(why.into()),
     }
 }

@@ -3,22 +3,16 @@
 //! | module | what |
 //! | --- | --- |
 //! | `text` | the file, read; what it says is `stepwright-cyclefile` |
-//! | `play` | on the virtual board |
-//! | `onlooker`, `drawing` | who looks on there; points with times and speeds for a drawing |
-//! | `live` | there in real time |
-//! | `port`, `remote` | on a real one: the line to it, what is played there |
-//! | `told` | what is said of a cycle on either |
+//! | `voice` | what is said while it is played; who plays it is `stepwright-play` |
+//! | `drawing` | points with times and speeds for a drawing |
+//! | `live` | on the virtual board in real time |
 //! | `taken` | what is written down of it: csv, vcd, plots |
 
 pub mod drawing;
 pub mod live;
-mod onlooker;
-mod play;
-mod port;
-mod remote;
 pub mod taken;
 mod text;
-mod told;
+mod voice;
 
 use std::path::{Path, PathBuf};
 
@@ -27,16 +21,20 @@ use clap::ValueEnum;
 use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
+use crate::order::target;
 use crate::plot;
 use crate::say;
-use play::Session;
-use remote::RemoteSession;
+use stepwright_cycle::line::NAME;
 use stepwright_cyclefile::CyclePlan;
+use stepwright_host::Session;
+use stepwright_host::link::Link;
 use stepwright_host::link::serial::Share;
+use stepwright_host::programs::CycleSession;
+use stepwright_play::PlayFormat;
+use stepwright_play::cycle::{self, CyclePlayer, CyclesOnBoard, PlayText};
 use stepwright_plot::PlotFile;
 use taken::{Taken, Wanted};
-use text::Text;
-pub use told::micros;
+use voice::Aloud;
 
 /// Play motor cycles from a file, on a virtual board or a real one
 ///
@@ -91,7 +89,7 @@ pub struct Args {
     #[arg(long, value_name = "X,Y", requires = "xy", value_delimiter = ',')]
     #[arg(help_heading = "Output")]
     xy_motors: Vec<String>,
-    /// Seconds after which a cycle that has not ended is finished; simulated ones on the virtual board
+    /// Seconds, on the virtual board simulated ones, after which a cycle is finished that has not ended
     #[arg(long, value_name = "S", default_value_t = 3600)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     limit: u32,
@@ -113,14 +111,21 @@ enum Format {
     Csv,
     /// What became of each motor and cycle
     Json,
-    /// Not at all: a page shows it
-    #[value(skip)]
-    Silent,
+}
+
+impl Format {
+    fn played(self) -> PlayFormat {
+        match self {
+            Format::List => PlayFormat::List,
+            Format::Csv => PlayFormat::Csv,
+            Format::Json => PlayFormat::Json,
+        }
+    }
 }
 
 /// Reads, plays, and draws if asked to.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let text = Text::read(&args.file)?;
+    let text = text::read(&args.file)?;
     let mut plan = stepwright_cyclefile::read(&text)?;
     if let Some(path) = &args.port {
         return on_board(&args, path, &mut plan, &text);
@@ -139,14 +144,15 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
     interrupt::listen(While::Waiting)?;
     let mut stages = std::mem::take(&mut plan.stages);
-    let mut session = Session::new(&plan, &text, taken, args.format, pair, args.limit);
+    let mut session =
+        CyclePlayer::new(&plan, &text, taken, args.format.played(), &Aloud, pair, args.limit);
     let played = session.play(&mut stages);
     // What was recorded of cycles that went wrong is worth a look too.
     let name = title(&args.file);
     let seconds = session.seconds();
-    let finished = session.taken(|taken| taken.finish(seconds));
+    let finished = session.tape(|taken| taken.finish(seconds));
     if let Some(file) = &args.plot {
-        session.taken(|taken| taken.plot(file, &format!("{name}: motor cycles"), &plan))?;
+        session.tape(|taken| taken.plot(file, &format!("{name}: motor cycles"), &plan))?;
     }
     if let (Some(file), Some(way)) = (&args.xy, session.way()) {
         let title = format!("{name}: the way of {} and {}", way.names.0, way.names.1);
@@ -155,7 +161,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
     if args.format == Format::Json {
         say::result(session.json());
     }
-    played.and(finished)
+    played?;
+    finished
 }
 
 /// What a plot calls the file: its name alone, without folders and ending.
@@ -169,17 +176,32 @@ fn title(file: &Path) -> String {
     name.into_owned()
 }
 
+/// Meets the board at the end of a line.
+fn meet(link: Box<dyn Link>) -> Result<CycleSession, Failure> {
+    let mut session = Session::new(link);
+    let name = session.name();
+    let about = target::met_program(&mut session, NAME, |_| "cycles")?;
+    let board = CycleSession::of(session, about);
+    Ok(board.map_err(|problem| cycle::failure(&name, problem))?)
+}
+
 /// Plays it on a board.
-fn on_board(args: &Args, path: &Path, plan: &mut CyclePlan, text: &Text) -> Result<(), Failure> {
+fn on_board(
+    args: &Args,
+    path: &Path,
+    plan: &mut CyclePlan,
+    text: &PlayText,
+) -> Result<(), Failure> {
     let mut stages = std::mem::take(&mut plan.stages);
-    let board = port::meet(Box::new(crate::order::target::serial(path, args.baud, Share::Alone)?))?;
+    let board = meet(Box::new(target::serial(path, args.baud, Share::Alone)?))?;
     interrupt::listen(While::Holding)?;
-    let mut session = RemoteSession::new(board, plan, text, args.format, args.limit);
+    let format = args.format.played();
+    let mut session = CyclesOnBoard::new(board, plan, text, format, &Aloud, args.limit);
     let played = session.play(&mut stages);
     if args.format == Format::Json {
         say::result(session.json());
     }
-    played
+    Ok(played?)
 }
 
 /// The two motors whose way is drawn.

@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use crate::plot;
 use crate::say;
 use stepwright_cyclefile::CyclePlan;
+use stepwright_play::cycle::PlayTape;
 use stepwright_plot::{MotionPlot, PlotFile, Traces};
 
 /// What is asked for.
@@ -50,11 +51,6 @@ impl Taken {
         Ok(Taken { rate, files, traces, shafts, inverted, events })
     }
 
-    /// The edges since the last call.
-    pub fn fetch(&mut self) -> Vec<Edge> {
-        self.events.as_mut().map(std::mem::take).unwrap_or_default()
-    }
-
     /// Ends the files of edges.
     pub fn finish(&mut self, seconds: f64) -> Result<(), Failure> {
         let time = (seconds * f64::from(self.rate.hz())).round() as u64;
@@ -83,6 +79,12 @@ impl Taken {
         let title = title.to_owned();
         let plot = MotionPlot { title, notes, series, stacked: true, ..MotionPlot::default() };
         plot::save(file, &plot.figure())
+    }
+}
+
+impl PlayTape for Taken {
+    fn fetch(&mut self) -> Vec<Edge> {
+        self.events.as_mut().map(std::mem::take).unwrap_or_default()
     }
 }
 

@@ -6,10 +6,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use stepwright_path::{AxisPace, Unplannable};
-use stepwright_plan::gcode::{GcodeJob, JobPlan};
+use stepwright_plan::gcode::JobPlan;
+use stepwright_play::gcode::begin;
 use stepwright_sim::Description;
 
-use super::play::{Begun, begin, positions};
 use crate::board::edge_files::EdgePaths;
 use crate::cycle::live::{PlayOrder, Played};
 use crate::cycle::taken::{self, Taken};
@@ -29,9 +29,6 @@ const LOOK: Duration = Duration::from_millis(2);
 
 /// Between two reports.
 const REPORT: Duration = Duration::from_millis(20);
-
-/// Events from one look to the next.
-const EVENTS: u32 = 10_000;
 
 /// Plans a job.
 ///
@@ -85,54 +82,38 @@ pub fn play(
     let nothing =
         taken::Wanted { inverted: 0, edges: EdgePaths::default(), motions: false, events: false };
     let taken = |rate| Taken::begin(rate, 3, &nothing);
-    begin(
-        text.as_bytes().to_vec(),
-        axes,
-        &plan,
-        taken,
-        |Begun { stream, board, rate, from, path, .. }| {
-            let hz = f64::from(rate.hz());
-            let begun = Instant::now();
-            let (mut braking, mut told) = (false, None::<Instant>);
-            while board.cycle().is_running() {
-                let order = order.end();
-                if order == Some(Played::Killed) {
-                    break;
-                }
-                let brake = order.is_some() && !braking;
-                if brake {
-                    braking = true;
-                    stream.look(GcodeJob::cancel);
-                }
-                let limit = from + (begun.elapsed().as_secs_f64() * hz) as u64;
-                let mut more = true;
-                for _ in 0..EVENTS {
-                    more = board.pass(limit) && board.cycle().is_running();
-                    if !more {
-                        break;
-                    }
-                }
-                if brake || told.is_none_or(|told| told.elapsed() >= REPORT) {
-                    told = Some(Instant::now());
-                    let seconds = board.now().saturating_sub(path) as f64 / hz;
-                    tell(seconds, &nanometres(positions(board), &axes), braking);
-                }
-                if !more && board.cycle().is_running() {
-                    thread::sleep(LOOK);
-                }
+    begin(text.as_bytes().to_vec(), axes, &plan, taken, |mut job| {
+        let hz = f64::from(job.rate.hz());
+        let begun = Instant::now();
+        let (mut braking, mut told) = (false, None::<Instant>);
+        while job.is_running() {
+            let order = order.end();
+            if order == Some(Played::Killed) {
+                break;
             }
-            let seconds = board.now().saturating_sub(path) as f64 / hz;
-            tell(seconds, &nanometres(positions(board), &axes), braking);
-            if let Some(error) = board.cycle().error() {
-                return Err(Failure::new(format!("the board has ended the job: {error}")));
+            let brake = order.is_some() && !braking;
+            if brake {
+                braking = true;
+                job.brake();
             }
-            Ok(match (board.cycle().is_running(), braking) {
-                (true, _) => Played::Killed,
-                (false, true) => Played::Stopped,
-                (false, false) => Played::Done,
-            })
-        },
-    )
+            let limit = job.from + (begun.elapsed().as_secs_f64() * hz) as u64;
+            let more = job.pass(limit, |_| ());
+            if brake || told.is_none_or(|told| told.elapsed() >= REPORT) {
+                told = Some(Instant::now());
+                tell(job.passed() as f64 / hz, &nanometres(job.positions(), &axes), braking);
+            }
+            if !more && job.is_running() {
+                thread::sleep(LOOK);
+            }
+        }
+        tell(job.passed() as f64 / hz, &nanometres(job.positions(), &axes), braking);
+        job.checked()?;
+        Ok(match (job.is_running(), braking) {
+            (true, _) => Played::Killed,
+            (false, true) => Played::Stopped,
+            (false, false) => Played::Done,
+        })
+    })
 }
 
 fn nanometres(steps: [i64; 3], axes: &[AxisPace; 3]) -> [i64; 3] {

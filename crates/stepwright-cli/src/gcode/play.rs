@@ -2,18 +2,18 @@
 
 use std::thread;
 use std::time::{Duration, Instant};
-use std::vec::IntoIter;
 
 use stepwright::{Rate, Ticks};
-use stepwright_cycle::{Calibration, Clock, Motor, Program};
-use stepwright_path::{AxisPace, Stream};
-use stepwright_plan::gcode::{GcodeJob, JobPlan};
+use stepwright_path::AxisPace;
+use stepwright_plan::gcode::JobPlan;
+use stepwright_play::cycle::PlayTape;
+use stepwright_play::gcode::{BegunJob, GcodeBoard, begin};
+use stepwright_play::micros;
 use stepwright_plot::SpeedWay;
-use stepwright_sim::{CycleBoard, Description, Edge, Pin, Stand};
+use stepwright_sim::{Edge, Pin};
 
 use super::axes::NAMES;
 use crate::board::edge_files::EdgePaths;
-use crate::cycle::micros;
 use crate::cycle::taken::{self, Taken};
 use crate::failure::Failure;
 use crate::order::motion::seconds;
@@ -51,9 +51,6 @@ impl Played {
 /// Between two looks at the clock.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Events from one look to the next, in time that passes as fast as it can.
-const EVENTS: u32 = 10_000;
-
 /// Points of a picture are this part of its longer side apart.
 const FINE: f64 = 1_200.0;
 
@@ -73,56 +70,9 @@ pub fn play(
     begin(job, axes, plan, taken, |begun| follow(begun, axes, plan, wanted))
 }
 
-/// A job that has begun.
-pub struct Begun<'a, 'b> {
-    pub stream: &'a JobStream,
-    pub board: &'a mut GcodeBoard<'b>,
-    pub rate: Rate,
-    pub lead: Ticks,
-    /// When the board began, and when the path does, a lead later, in ticks.
-    pub from: u64,
-    pub path: u64,
-}
-
-type JobStream = Stream<GcodeJob<IntoIter<u8>>, 3>;
-
-/// Has a job that has been planned, and is not refused, begin; `go` lets the board's time pass.
-pub fn begin<T>(
-    job: Vec<u8>,
-    axes: [AxisPace; 3],
-    plan: &JobPlan,
-    taken: impl FnOnce(Rate) -> Result<Taken, Failure>,
-    go: impl FnOnce(Begun) -> Result<T, Failure>,
-) -> Result<T, Failure> {
-    let board = Description::uno().board;
-    let rate = board.rate;
-    let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
-    let job = GcodeJob::new(job, axes).map_err(|why| wrong(&why))?;
-    let delays = plan.delays();
-    let shortest = delays.map(|delay| rate.micros(delay.unwrap_or(0)));
-    // No first step comes sooner than one may after another.
-    let lead = shortest.into_iter().fold(board.lead, Ticks::max);
-    let (stream, mut steps) = Stream::new(job, rate, lead, shortest);
-    let taken = taken(rate)?;
-    let motors = delays.map(|delay| Motor::new(1, delay.unwrap_or(1)));
-    let stands = [Stand::default(); 3];
-    let mut board = CycleBoard::new(motors, stands, Clock::Deadlines, rate, taken);
-    for ((axis, steps), _) in (0..).zip(&mut steps).zip(delays).filter(|(_, d)| d.is_some()) {
-        let prepared = board.cycle().prepare(axis, Program::Paced(steps), Calibration::None);
-        prepared.map_err(|refusal| Failure::new(refusal.to_string()))?;
-    }
-    // A job of dwells alone has nothing to start.
-    if delays.iter().any(Option::is_some) {
-        board.cycle().start().map_err(|refusal| Failure::new(refusal.to_string()))?;
-    }
-    let from = board.now();
-    let path = from + u64::from(lead);
-    go(Begun { stream: &stream, board: &mut board, rate, lead, from, path })
-}
-
 /// Follows a run to its end, as it is wanted.
 fn follow(
-    Begun { stream, board, rate, lead, from, path }: Begun,
+    mut job: BegunJob<Taken>,
     axes: [AxisPace; 3],
     plan: &JobPlan,
     wanted: &Wanted,
@@ -130,68 +80,55 @@ fn follow(
     if wanted.csv {
         say::result("time_us,axis,event,value,position");
     }
+    let rate = job.rate;
     let hz = f64::from(rate.hz());
     let mut drawn = wanted.way.then(|| Drawn::new(plan, &axes));
     let mut line = Line::new();
     let since = Instant::now();
     let mut braked = false;
     let mut shown = None;
-    while board.cycle().is_running() {
+    while job.is_running() {
         if interrupt::presses() >= 2 {
             line.end();
             return Err(Failure::interrupted("killed: the positions are lost"));
         }
         if !braked && interrupt::asked() {
             braked = true;
-            stream.look(GcodeJob::cancel);
+            job.brake();
             line.note(interrupt::braking());
         }
         let limit = match wanted.fast {
             true => u64::MAX,
-            false => from + (since.elapsed().as_secs_f64() * hz) as u64,
+            false => job.from + (since.elapsed().as_secs_f64() * hz) as u64,
         };
-        let mut more = true;
-        for _ in 0..EVENTS {
-            more = board.pass(limit);
+        let more = job.pass(limit, |board| {
             if wanted.csv {
                 events(board, rate);
             }
             if let Some(drawn) = &mut drawn {
-                let at = positions(board);
-                drawn.see(board.now() as f64 / hz, [at[0], at[1]]);
+                let cycle = board.cycle();
+                let at = [0, 1].map(|axis| cycle.position(axis).unwrap_or(0));
+                drawn.see(board.now() as f64 / hz, at);
             }
-            more &= board.cycle().is_running();
-            if !more {
-                break;
-            }
-        }
+        });
         if shown.is_none_or(|shown: Instant| shown.elapsed() > Duration::from_millis(100)) {
             shown = Some(Instant::now());
-            let now = board.now().saturating_sub(path) as f64 / hz;
+            let now = job.passed() as f64 / hz;
             tell(&mut line, now, plan.time, braked);
         }
-        if !more && board.cycle().is_running() {
+        if !more && job.is_running() {
             thread::sleep(LOOK);
         }
     }
     line.end();
     let still = (plan.time * hz).round() as u64;
-    let ticks = if board.now() > path { board.now() - path } else { still };
-    if let Some(error) = board.cycle().error() {
-        return Err(Failure::new(format!("the board has ended the job: {error}")));
-    }
-    let (position, late) = (positions(board), board.cycle().late());
-    let end = board.now() as f64 / hz;
-    board.with_recorder(|taken| taken.finish(end))?;
+    let ticks = if job.board.now() > job.path { job.passed() } else { still };
+    job.checked()?;
+    let (position, late) = (job.positions(), job.board.cycle().late());
+    let end = job.board.now() as f64 / hz;
+    job.board.with_recorder(|taken| taken.finish(end))?;
+    let lead = job.lead;
     Ok(Played { rate, lead, ticks, position, late, braked, way: drawn.map(Drawn::end) })
-}
-
-pub type GcodeBoard<'a> = CycleBoard<'a, Taken, 3>;
-
-/// Where the axes are, in steps.
-pub fn positions(board: &mut GcodeBoard) -> [i64; 3] {
-    let cycle = board.cycle();
-    [0, 1, 2].map(|axis| cycle.position(axis).unwrap_or(0))
 }
 
 /// How far it is, and how long it still takes: exactly, for that is known.
@@ -204,7 +141,7 @@ fn tell(line: &mut Line, now: f64, all: f64, braked: bool) {
 }
 
 /// Prints what the pins have done since the last call.
-fn events(board: &mut GcodeBoard, rate: Rate) {
+fn events(board: &mut GcodeBoard<Taken>, rate: Rate) {
     for Edge { time, axis, pin, level } in board.with_recorder(Taken::fetch) {
         let (event, value) = match pin {
             Pin::Step => ("step", level),

@@ -11,6 +11,8 @@ use super::motion::RampArgs;
 use crate::board::bench::{Bench, Width};
 use crate::board::edge_files::EdgePaths;
 use crate::board::recording::{Heading, Recording};
+use stepwright_play::PlayError;
+
 use crate::failure::Failure;
 use crate::interrupt::{self, Ends};
 use crate::quantity::bounds;
@@ -265,17 +267,7 @@ fn greeting(session: &mut Session) -> Option<String> {
 
 /// The failure of a conversation in which nothing was moving.
 pub fn lost(name: &str, trouble: &LinkError) -> Failure {
-    match trouble {
-        LinkError::Killed | LinkError::Ended => {
-            Failure::interrupted(format!("{name}: interrupted"))
-        }
-        LinkError::Silent => Failure::new(format!("{name} does not answer any more"))
-            .hint("look at its cable and its power, then at `stepwright status`"),
-        LinkError::Gone(_) => Failure::new(format!("{name}: {trouble}"))
-            .hint("was it unplugged? Plug it in and try again"),
-        LinkError::Program(_) => Failure::new(format!("{name}: {trouble}"))
-            .hint("`stepwright flash` writes the controller"),
-    }
+    PlayError::lost(name, trouble).into()
 }
 
 /// That the board has this axis.

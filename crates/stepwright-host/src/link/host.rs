@@ -8,6 +8,8 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 
@@ -26,6 +28,8 @@ pub struct Host {
     asked: Receiver<GuestLine>,
     /// Our lease, for who comes after us.
     lease: LeaseNote,
+    /// Nobody is let in any more.
+    closed: Arc<AtomicBool>,
 }
 
 impl Host {
@@ -38,13 +42,18 @@ impl Host {
         let _ = fs::remove_file(&socket);
         let listener = UnixListener::bind(&socket).ok()?;
         let (ask, asked) = mpsc::channel();
+        let closed = Arc::new(AtomicBool::new(false));
+        let over = closed.clone();
         thread::spawn(move || {
             for guest in listener.incoming().flatten() {
+                if over.load(Ordering::SeqCst) {
+                    break;
+                }
                 let ask = ask.clone();
                 thread::spawn(move || serve(guest, &ask));
             }
         });
-        Some(Host { socket, asked, lease })
+        Some(Host { socket, asked, lease, closed })
     }
 }
 
@@ -64,6 +73,9 @@ impl Guests for Host {
 
 impl Drop for Host {
     fn drop(&mut self) {
+        self.closed.store(true, Ordering::SeqCst);
+        // The thread that waits for guests waits for one more: else it, and its socket, would stay.
+        let _ = UnixStream::connect(&self.socket);
         let _ = fs::remove_file(&self.socket);
     }
 }

@@ -5,11 +5,11 @@ use std::ops::Range;
 use stepwright::Ticks;
 use stepwright_path::LivePath;
 
-use crate::failure::Failure;
+use crate::PlayError;
 use stepwright_cyclefile::MOST;
 
 /// A part of what is played, and when it begins.
-pub struct Part<'a> {
+pub struct PlayPart<'a> {
     /// `line`, `arc`, `path`, `home`, `moves` or `rest`.
     pub kind: &'static str,
     /// Where it stands in the file.
@@ -22,7 +22,7 @@ pub struct Part<'a> {
 
 /// What an onlooker says to the player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Say {
+pub enum PlayAhead {
     /// It may be played up to this tick.
     On(u64),
     /// The motors are to brake, and the rest is not played. Said once.
@@ -32,7 +32,7 @@ pub enum Say {
 /// An onlooker.
 pub trait Onlooker {
     /// A part begins.
-    fn part(&mut self, part: Part);
+    fn part(&mut self, part: PlayPart);
 
     /// The motors are here now, at this tick. Called when one has moved.
     fn at(&mut self, ticks: u64, positions: &[i64; MOST]);
@@ -41,5 +41,5 @@ pub trait Onlooker {
     ///
     /// # Errors
     /// It is not to be played any further.
-    fn may(&mut self, ticks: u64) -> Result<Say, Failure>;
+    fn may(&mut self, ticks: u64) -> Result<PlayAhead, PlayError>;
 }

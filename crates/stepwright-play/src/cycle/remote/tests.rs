@@ -3,6 +3,7 @@
 
 use std::cell::Cell;
 use std::collections::VecDeque;
+use std::fmt::Display;
 use std::io;
 
 use stepwright::Rate;
@@ -14,7 +15,6 @@ use stepwright_host::link::Link;
 const UNO: &str = "stepwright-cycle uno hz=16000000 axes=3 legs=22 late=0 can=sum";
 const MEGA: &str =
     "stepwright-cycle mega hz=16000000 axes=4 legs=400 late=0 can=sum,brakes,home,tick,paths";
-const CONTROLLER: &str = "stepwright 1 16000000 3";
 
 type Host = CycleBoard<'static, Vec<Edge>, 4>;
 
@@ -99,13 +99,25 @@ impl Link for Chip {
     }
 }
 
+struct Nobody;
+
+impl PlayVoice for Nobody {
+    fn result(&self, _: &dyn Display) {}
+
+    fn note(&self, _: &dyn Display) {}
+
+    fn asked(&self) -> bool {
+        false
+    }
+}
+
 /// Plays a file; the positions in the end.
-fn play(about: &'static str, noise: usize, file: &str) -> Result<Vec<i64>, Failure> {
-    let text = Text::named("file.toml", file);
+fn play(about: &'static str, noise: usize, file: &str) -> Result<Vec<i64>, PlayError> {
+    let text = PlayText::named("file.toml", file);
     let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
-    let board = port::meet(Box::new(Chip::new(about, noise)))?;
-    let mut session = RemoteSession::new(board, &plan, &text, Format::Json, 60);
+    let board = CycleSession::on(Box::new(Chip::new(about, noise))).expect("it plays cycles");
+    let mut session = CyclesOnBoard::new(board, &plan, &text, PlayFormat::Json, &Nobody, 60);
     session.play(&mut stages)?;
     Ok(session.shown.clone().unwrap())
 }
@@ -121,7 +133,7 @@ fn file(motors: usize, rest: &str) -> String {
 #[track_caller]
 fn refused(about: &'static str, file: &str, what: &str) {
     let failure = play(about, 0, file).expect_err(what);
-    assert!(failure.message().contains(what), "{}", failure.message());
+    assert!(failure.message.contains(what), "{}", failure.message);
 }
 
 const GO: &str = "[[cycle]]\nmove.A = { steps = 10 }\n";
@@ -155,9 +167,6 @@ fn spoiled_answers_are_asked_for_again() {
 
 #[test]
 fn what_a_board_can_not_do_is_refused() {
-    refused(CONTROLLER, &file(1, GO), "the chip runs the controller, which has no such orders");
-    let timed = "stepwright-timed uno hz=16000000 timers=1";
-    refused(timed, &file(1, GO), "the chip runs the timed driver");
     refused(UNO, &file(4, GO), "this uno moves 3 motors, and the file has 4");
     refused(MEGA, &file(5, GO), "this mega moves 4 motors, and the file has 5");
     let tick = format!("[clock]\ntick-us = 100\n{}", file(1, GO));
@@ -239,13 +248,13 @@ fn a_path_that_a_board_can_not_keep_is_refused() {
         file(2, &path)
     };
     let failure = play(MEGA, 0, &arc(300, 900)).expect_err("ten times round");
-    let message = failure.message();
+    let message = failure.message;
     assert!(message.contains("the path of cycle 1 is "), "{message}");
     assert!(message.contains(" runs, and a mega keeps 400"), "{message}");
     // More than places of a line can name: too long, not endless.
     let far = arc(20_000, 900).replace("3600", "40000");
     let failure = play(MEGA, 0, &far).expect_err("a hundred times round");
-    let message = failure.message();
+    let message = failure.message;
     assert!(message.contains(" runs, and a mega keeps 400"), "{message}");
     let quick = arc(20, 900).replace("smallest-delay-us = 500", "smallest-delay-us = 5000");
     refused(MEGA, &quick, "too fast for A, whose smallest delay is 5000 µs");
@@ -254,7 +263,7 @@ fn a_path_that_a_board_can_not_keep_is_refused() {
 /// A path of several pieces is kept by a board as one: the example fits a Mega.
 #[test]
 fn a_path_of_several_pieces_plays_on_a_board() {
-    let joined = include_str!("../../serve/paths/joined.toml");
+    let joined = include_str!("../../../../stepwright-cli/src/serve/paths/joined.toml");
     assert_eq!(play(MEGA, 0, joined).unwrap(), [10_000_000, 0]);
     let corner = "[[cycle]]\nfinish-s = 0.5\n[cycle.path]\nspeed = 1000\naccel = 4000\n\
                   pieces = [{ to = { A = 300 } }, { to = { B = 900 } }]\n";

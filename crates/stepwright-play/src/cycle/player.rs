@@ -6,25 +6,32 @@ use stepwright::Ticks;
 use stepwright_cycle::{Faults, Homing, HomingError, Status};
 use stepwright_path::LivePath;
 use stepwright_plot::WayPlot;
-use stepwright_sim::{CycleBoard, Edge, Pin};
+use stepwright_sim::{CycleBoard, Edge, Pin, Recorder};
 
-use super::Format;
-use super::onlooker::{Onlooker, Part, Say};
-use super::taken::Taken;
-use super::text::Text;
+use super::PlayText;
+use super::onlooker::{Onlooker, PlayAhead, PlayPart};
 use super::told::{Ended, Ending, Told};
-use crate::failure::Failure;
-use crate::{interrupt, say};
+use crate::{PlayError, PlayFormat, PlayVoice};
 use stepwright_cyclefile::{Act, CyclePlan, JoinedPath, MOST, Move, Stage, Task, TimedAct, along};
 use stepwright_plan::sheet::quoted;
 
-/// The motors of a file, cycle after cycle.
-pub struct Session<'p> {
+/// Takes down the edges of the motors' pins, and keeps them for who asks.
+pub trait PlayTape: Recorder {
+    /// The edges since the last call, if they were kept.
+    fn fetch(&mut self) -> Vec<Edge> {
+        Vec::new()
+    }
+}
+
+impl PlayTape for () {}
+
+/// The motors of a file on a virtual board of their own, cycle after cycle.
+pub struct CyclePlayer<'p, T: PlayTape> {
     plan: &'p CyclePlan,
-    text: &'p Text,
+    text: &'p PlayText,
     told: Told<'p>,
-    board: CycleBoard<'p, Taken, MOST>,
-    format: Format,
+    board: CycleBoard<'p, T, MOST>,
+    format: PlayFormat,
     way: Option<((u8, u8), WayPlot)>,
     limit: u64,
     /// When positions were last printed, and which.
@@ -43,16 +50,19 @@ pub struct Session<'p> {
     braked: bool,
 }
 
-impl<'p> Session<'p> {
+impl<'p, T: PlayTape> CyclePlayer<'p, T> {
+    /// The motors of a file at rest. The way of two of them is drawn if there is a `pair`; a cycle is
+    /// finished that has not ended by itself after `limit` seconds of the board's time.
     pub fn new(
         plan: &'p CyclePlan,
-        text: &'p Text,
-        taken: Taken,
-        format: Format,
+        text: &'p PlayText,
+        tape: T,
+        format: PlayFormat,
+        voice: &'p dyn PlayVoice,
         pair: Option<(u8, u8)>,
         limit: u32,
-    ) -> Session<'p> {
-        let mut board = CycleBoard::new(plan.motors, plan.stands, plan.clock, plan.rate, taken);
+    ) -> CyclePlayer<'p, T> {
+        let mut board = CycleBoard::new(plan.motors, plan.stands, plan.clock, plan.rate, tape);
         board.cycle().set_strategies(plan.strategies);
         for (motor, position) in (0..).zip(plan.positions) {
             // No cycle is running yet.
@@ -67,9 +77,9 @@ impl<'p> Session<'p> {
         });
         let limit = u64::from(limit) * 1_000_000;
         let (looked, shown, faults) = (0, None, [Faults::NONE; MOST]);
-        let told = Told::new(plan, text, format);
+        let told = Told::new(plan, text, format, voice);
         let (onlooker, seen, path, joined, braked) = (None, plan.positions, None, None, false);
-        Session {
+        CyclePlayer {
             plan,
             text,
             told,
@@ -89,8 +99,8 @@ impl<'p> Session<'p> {
     }
 
     /// The same with an onlooker.
-    pub fn before(self, onlooker: &'p mut dyn Onlooker) -> Session<'p> {
-        Session { onlooker: Some(onlooker), ..self }
+    pub fn before(self, onlooker: &'p mut dyn Onlooker) -> CyclePlayer<'p, T> {
+        CyclePlayer { onlooker: Some(onlooker), ..self }
     }
 
     /// Whether the motors were told to brake before all was played.
@@ -103,7 +113,7 @@ impl<'p> Session<'p> {
         let begin = self.board.now();
         if let Some(onlooker) = &mut self.onlooker {
             let path = path.as_ref().map(|(path, lead)| (path, *lead));
-            onlooker.part(Part { kind, at: at.clone(), begin, path });
+            onlooker.part(PlayPart { kind, at: at.clone(), begin, path });
         }
         self.path = path.map(|(path, lead)| (path, begin + u64::from(lead)));
         self.joined = None;
@@ -127,13 +137,18 @@ impl<'p> Session<'p> {
         self.told.seconds(self.board.now())
     }
 
-    /// The same in ticks.
+    /// Steps of all cycles that came late.
+    pub fn late(&self) -> u32 {
+        self.told.late
+    }
+
+    /// The time since the board was switched on, in ticks.
     pub fn now(&self) -> u64 {
         self.board.now()
     }
 
     /// The recordings.
-    pub fn taken<T>(&mut self, look: impl FnOnce(&mut Taken) -> T) -> T {
+    pub fn tape<R>(&mut self, look: impl FnOnce(&mut T) -> R) -> R {
         self.board.with_recorder(look)
     }
 
@@ -142,16 +157,20 @@ impl<'p> Session<'p> {
         self.way.as_ref().map(|(_, way)| way)
     }
 
-    fn positions(&mut self) -> Vec<i64> {
+    /// Where the motors are, in the file's unit.
+    pub fn positions(&mut self) -> Vec<i64> {
         let motors = 0..self.plan.names.len() as u8;
         let cycle = self.board.cycle();
         motors.map(|motor| cycle.position(motor).unwrap_or(0)).collect()
     }
 
     /// Plays all cycles.
-    pub fn play(&mut self, stages: &'p mut [Stage]) -> Result<(), Failure> {
-        if self.format == Format::Csv {
-            say::result("time_us,motor,event,value,position");
+    ///
+    /// # Errors
+    /// A cycle that is refused, cancelled or endless, and who breaks it off.
+    pub fn play(&mut self, stages: &'p mut [Stage]) -> Result<(), PlayError> {
+        if self.format == PlayFormat::Csv {
+            self.told.voice.result(&"time_us,motor,event,value,position");
         }
         self.events();
         self.look();
@@ -173,7 +192,7 @@ impl<'p> Session<'p> {
         result
     }
 
-    fn stage(&mut self, number: usize, stage: &'p mut Stage) -> Result<(), Failure> {
+    fn stage(&mut self, number: usize, stage: &'p mut Stage) -> Result<(), PlayError> {
         let Stage { at, task, moves, acts, rest } = stage;
         let rest = *rest;
         let kind = task.kind();
@@ -251,7 +270,7 @@ impl<'p> Session<'p> {
     }
 
     /// A line of no length: the motors stand at its end already.
-    fn nothing(&mut self, number: usize, at: &Range<usize>, rest: u64) -> Result<(), Failure> {
+    fn nothing(&mut self, number: usize, at: &Range<usize>, rest: u64) -> Result<(), PlayError> {
         self.row("start");
         self.row("end");
         self.told.nothing(number);
@@ -259,7 +278,7 @@ impl<'p> Session<'p> {
     }
 
     /// Stands still for this many µs.
-    fn rest(&mut self, at: &Range<usize>, rest: u64) -> Result<(), Failure> {
+    fn rest(&mut self, at: &Range<usize>, rest: u64) -> Result<(), PlayError> {
         if rest > 0 && !self.braked {
             self.part("rest", at, None);
             self.go(self.board.now() + self.told.ticks(rest))?;
@@ -268,7 +287,12 @@ impl<'p> Session<'p> {
     }
 
     /// Homes a motor.
-    fn home(&mut self, number: usize, mut homing: Homing, at: Range<usize>) -> Result<(), Failure> {
+    fn home(
+        &mut self,
+        number: usize,
+        mut homing: Homing,
+        at: Range<usize>,
+    ) -> Result<(), PlayError> {
         let begun = self.board.now();
         let limit = begun + self.told.ticks(self.limit);
         self.row("start");
@@ -309,24 +333,24 @@ impl<'p> Session<'p> {
     }
 
     /// Lets time pass until `time`.
-    fn go(&mut self, time: u64) -> Result<(), Failure> {
+    fn go(&mut self, time: u64) -> Result<(), PlayError> {
         self.pass(time, false)
     }
 
     /// Lets time pass until the cycle is over, or until `limit`.
-    fn go_to_rest(&mut self, limit: u64) -> Result<(), Failure> {
+    fn go_to_rest(&mut self, limit: u64) -> Result<(), PlayError> {
         self.pass(limit, true)
     }
 
-    fn pass(&mut self, time: u64, to_rest: bool) -> Result<(), Failure> {
+    fn pass(&mut self, time: u64, to_rest: bool) -> Result<(), PlayError> {
         let second = u64::from(self.plan.rate.hz());
         let mut due = self.looked + second;
         while self.board.now() < time {
             if to_rest && !self.board.cycle().is_running() {
                 break;
             }
-            if interrupt::asked() {
-                return Err(Failure::interrupted("interrupted"));
+            if self.told.voice.asked() {
+                return Err(PlayError::interrupted("interrupted"));
             }
             due = due.max(self.looked + second);
             let may = self.may()?;
@@ -362,13 +386,13 @@ impl<'p> Session<'p> {
     }
 
     /// How far it may be played.
-    fn may(&mut self) -> Result<u64, Failure> {
+    fn may(&mut self) -> Result<u64, PlayError> {
         let now = self.board.now();
         let said = self.onlooker.as_mut().map(|onlooker| onlooker.may(now)).transpose()?;
         match said {
             None => Ok(u64::MAX),
-            Some(Say::On(to)) => Ok(to),
-            Some(Say::Stop) => {
+            Some(PlayAhead::On(to)) => Ok(to),
+            Some(PlayAhead::Stop) => {
                 if !self.braked {
                     self.stop();
                 }
@@ -398,15 +422,15 @@ impl<'p> Session<'p> {
                 onlooker.at(self.board.now(), &self.seen);
             }
         }
-        if self.format != Format::Csv && self.way.is_none() {
+        if self.format != PlayFormat::Csv && self.way.is_none() {
             return;
         }
-        let edges = self.board.with_recorder(Taken::fetch);
+        let edges = self.board.with_recorder(T::fetch);
         if let Some(((x, y), way)) = &mut self.way {
             let cycle = self.board.cycle();
             way.go(cycle.position(*x).unwrap_or(0), cycle.position(*y).unwrap_or(0));
         }
-        if self.format == Format::Csv {
+        if self.format == PlayFormat::Csv {
             edges.iter().for_each(|edge| self.edge(edge));
             for (motor, name) in (0u8..).zip(&self.plan.names) {
                 let faults = self.board.cycle().faults(motor);
@@ -416,7 +440,9 @@ impl<'p> Session<'p> {
                     let position = self.board.cycle().position(motor).unwrap_or(0);
                     let faults = faults.replace(", ", " ");
                     let name = quoted(name);
-                    say::result(format_args!("{time},{name},fault,{faults},{position}"));
+                    self.told
+                        .voice
+                        .result(&format_args!("{time},{name},fault,{faults},{position}"));
                 }
             }
         }
@@ -436,15 +462,17 @@ impl<'p> Session<'p> {
         };
         let position = self.board.cycle().position(edge.axis).unwrap_or(0);
         let (time, name) = (self.told.micros(edge.time), quoted(name));
-        say::result(format_args!("{time},{name},{event},{},{position}", u8::from(value)));
+        self.told
+            .voice
+            .result(&format_args!("{time},{name},{event},{},{position}", u8::from(value)));
     }
 
     /// A line of csv about the cycle.
     fn row(&mut self, value: &str) {
-        if self.format == Format::Csv {
+        if self.format == PlayFormat::Csv {
             self.events();
             let time = self.told.micros(self.board.now());
-            say::result(format_args!("{time},,cycle,{value},"));
+            self.told.voice.result(&format_args!("{time},,cycle,{value},"));
         }
     }
 

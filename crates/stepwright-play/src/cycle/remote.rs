@@ -9,12 +9,10 @@ use std::time::Duration;
 use stepwright_cycle::line::{CycleFault, CycleLine, CycleReport, LineAct, MotorPins, MotorReport};
 use stepwright_cycle::{AtTiming, Clock, Faults, Leg, Motor, Refusal, Status};
 
-use super::Format;
+use super::PlayText;
 use super::port;
-use super::text::Text;
 use super::told::{Ended, Ending, Told};
-use crate::failure::Failure;
-use crate::{interrupt, say};
+use crate::{PlayError, PlayFormat, PlayVoice};
 use stepwright_cyclefile::{Act, CyclePlan, Pins, Stage, Task, TimedAct, along};
 use stepwright_host::programs::{CycleProblem, CycleSession, RowProblem};
 use stepwright_plan::sheet::quoted;
@@ -27,10 +25,10 @@ const HOME: u8 = 2;
 const LOOK: Duration = Duration::from_millis(100);
 
 /// The motors of a file on a board.
-pub struct RemoteSession<'p> {
+pub struct CyclesOnBoard<'p> {
     board: CycleSession,
     plan: &'p CyclePlan,
-    text: &'p Text,
+    text: &'p PlayText,
     told: Told<'p>,
     /// The number of the last cycle.
     number: u8,
@@ -43,35 +41,76 @@ pub struct RemoteSession<'p> {
     /// Faults that have been told, and their times.
     faults: Vec<(u8, Option<u64>)>,
     last: Option<CycleReport>,
+    watcher: Option<CycleWatcher<'p>>,
 }
 
-impl<'p> RemoteSession<'p> {
+/// Is told each look at the motors: ticks since the start, and where they are.
+type CycleWatcher<'p> = &'p mut dyn FnMut(u64, &[i64]);
+
+impl<'p> CyclesOnBoard<'p> {
+    /// The motors of a file on a board that was met. A cycle is finished that has not ended by itself
+    /// after `limit` seconds.
     pub fn new(
         board: CycleSession,
         plan: &'p CyclePlan,
-        text: &'p Text,
-        format: Format,
+        text: &'p PlayText,
+        format: PlayFormat,
+        voice: &'p dyn PlayVoice,
         limit: u32,
-    ) -> RemoteSession<'p> {
-        let told = Told::new(plan, text, format);
+    ) -> CyclesOnBoard<'p> {
+        let told = Told::new(plan, text, format, voice);
         let faults = vec![(0, None); plan.names.len()];
         let (limit, last) = (limit.into(), None);
         let (number, before, due, shown) = (0, 0, 0, None);
-        RemoteSession { board, plan, text, told, number, before, due, limit, shown, faults, last }
+        let watcher = None;
+        CyclesOnBoard {
+            board,
+            plan,
+            text,
+            told,
+            number,
+            before,
+            due,
+            limit,
+            shown,
+            faults,
+            last,
+            watcher,
+        }
+    }
+
+    /// Has this be told each look at the motors: ticks since the start, pauses between cycles
+    /// included, and where they are.
+    pub fn watch_by(&mut self, watcher: CycleWatcher<'p>) {
+        self.watcher = Some(watcher);
+    }
+
+    /// Seconds of all cycles and rests so far.
+    pub fn seconds(&self) -> f64 {
+        self.told.seconds(self.before)
+    }
+
+    /// Steps of all cycles that came late.
+    pub fn late(&self) -> u32 {
+        self.told.late
     }
 
     /// Plays all cycles. Whatever comes of it, no motor is left moving.
-    pub fn play(&mut self, stages: &mut [Stage]) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// What the board has no room for; a cycle that is refused, cancelled or endless; a lost line;
+    /// who breaks it off.
+    pub fn play(&mut self, stages: &mut [Stage]) -> Result<(), PlayError> {
         self.check(stages)?;
         let report = self.look()?;
         if report.running {
-            return Err(Failure::new(format!("{} plays a cycle", self.board.name()))
+            return Err(PlayError::new(format!("{} plays a cycle", self.board.name()))
                 .hint("let it end, or end it by a reset of the board"));
         }
         self.number = report.number;
         self.set_up()?;
-        if self.told.format == Format::Csv {
-            say::result("time_us,motor,event,value,position");
+        if self.told.format == PlayFormat::Csv {
+            self.told.voice.result(&"time_us,motor,event,value,position");
         }
         let report = self.look()?;
         self.print(&report);
@@ -94,7 +133,7 @@ impl<'p> RemoteSession<'p> {
     }
 
     /// That the board can do all of it, before anything moves.
-    fn check(&self, stages: &mut [Stage]) -> Result<(), Failure> {
+    fn check(&self, stages: &mut [Stage]) -> Result<(), PlayError> {
         let (board, called) = (&self.board, self.board.name());
         let (has, name) = (self.plan.names.len(), board.board());
         if has > board.motors() {
@@ -110,15 +149,15 @@ impl<'p> RemoteSession<'p> {
                 .hint("leave motors out, or play it on a Mega, which moves four"));
         }
         if self.plan.rate.hz() != board.hz() {
-            return Err(Failure::new(format!("the timer of {called} runs at {} Hz", board.hz()))
+            return Err(PlayError::new(format!("the timer of {called} runs at {} Hz", board.hz()))
                 .hint("leave timer-hz out of the file"));
         }
         if self.plan.strategies.hard_end.brakes() && !board.can("brakes") {
-            return Err(Failure::new(format!("a {name} has no room for braking at a switch"))
+            return Err(PlayError::new(format!("a {name} has no room for braking at a switch"))
                 .hint("let hard-end be \"stop-motor\" or \"cancel\", or play it on a Mega"));
         }
         if self.plan.clock != Clock::Deadlines && !board.can("tick") {
-            return Err(Failure::new(format!("a {name} has no room for the fixed tick")).hint(
+            return Err(PlayError::new(format!("a {name} has no room for the fixed tick")).hint(
                 "leave tick-us out of the file: every step has its own deadline then; \
                  or play it on a Mega",
             ));
@@ -165,30 +204,30 @@ impl<'p> RemoteSession<'p> {
     }
 
     /// Says a line that must be fine.
-    fn say(&mut self, line: CycleLine) -> Result<(), Failure> {
+    fn say(&mut self, line: CycleLine) -> Result<(), PlayError> {
         let said = self.board.say(&line);
         self.heard(said)
     }
 
     /// How the board is.
-    fn look(&mut self) -> Result<CycleReport, Failure> {
+    fn look(&mut self) -> Result<CycleReport, PlayError> {
         let report = self.board.look();
         self.heard(report)
     }
 
     /// Lets time pass.
-    fn pause(&mut self, time: Duration) -> Result<(), Failure> {
+    fn pause(&mut self, time: Duration) -> Result<(), PlayError> {
         let paused = self.board.pause(time);
         self.heard(paused)
     }
 
     /// What came of a row, in the command's words.
-    fn heard<T>(&self, result: Result<T, CycleProblem>) -> Result<T, Failure> {
+    fn heard<T>(&self, result: Result<T, CycleProblem>) -> Result<T, PlayError> {
         result.map_err(|problem| port::failure(&self.board.name(), problem))
     }
 
     /// Says what motors there are.
-    fn set_up(&mut self) -> Result<(), Failure> {
+    fn set_up(&mut self) -> Result<(), PlayError> {
         self.say(CycleLine::New)?;
         // Pins may change places from one file to the next.
         for motor in 0..self.board.motors() as u8 {
@@ -219,7 +258,7 @@ impl<'p> RemoteSession<'p> {
         Ok(())
     }
 
-    fn stage(&mut self, number: usize, stage: &mut Stage) -> Result<(), Failure> {
+    fn stage(&mut self, number: usize, stage: &mut Stage) -> Result<(), PlayError> {
         self.say(CycleLine::New)?;
         let mut spans = Vec::new();
         let mut legs: Vec<Leg> = Vec::new();
@@ -323,16 +362,16 @@ impl<'p> RemoteSession<'p> {
     }
 
     /// Plans a path from where the motors stand; false if they are at its end already.
-    fn plan_path(&mut self, number: usize, stage: &mut Stage) -> Result<bool, Failure> {
+    fn plan_path(&mut self, number: usize, stage: &mut Stage) -> Result<bool, PlayError> {
         let report = self.look()?;
         let positions = self.positions(&report);
         let Stage { task, moves, acts, at, .. } = stage;
         *moves = along(self.plan, self.text, &positions, task, acts, at)?;
         if moves.is_empty() {
-            if self.told.format == Format::Csv {
+            if self.told.format == PlayFormat::Csv {
                 let time = self.told.micros(self.before);
-                say::result(format_args!("{time},,cycle,start,"));
-                say::result(format_args!("{time},,cycle,end,"));
+                self.told.voice.result(&format_args!("{time},,cycle,start,"));
+                self.told.voice.result(&format_args!("{time},,cycle,end,"));
             }
             self.told.nothing(number);
         }
@@ -345,7 +384,7 @@ impl<'p> RemoteSession<'p> {
         refusal: Refusal,
         spans: &[(u8, Range<usize>)],
         at: &Range<usize>,
-    ) -> Failure {
+    ) -> PlayError {
         let span = spans.iter().find(|(motor, _)| Some(*motor) == refusal.motor());
         let at = span.map_or_else(|| at.clone(), |(_, span)| span.clone());
         let failure = self.told.refused(refusal, at);
@@ -360,17 +399,17 @@ impl<'p> RemoteSession<'p> {
     }
 
     /// Watches the cycle until it is over, and says how it was then.
-    fn watch(&mut self, number: usize, stage: &Stage) -> Result<CycleReport, Failure> {
-        if self.told.format == Format::Csv {
+    fn watch(&mut self, number: usize, stage: &Stage) -> Result<CycleReport, PlayError> {
+        if self.told.format == PlayFormat::Csv {
             let time = self.told.micros(self.before);
-            say::result(format_args!("{time},,cycle,start,"));
+            self.told.voice.result(&format_args!("{time},,cycle,start,"));
         }
         let limit = self.told.ticks(self.limit * 1_000_000);
         let mut acts = [None; 3];
         loop {
-            if interrupt::asked() {
+            if self.told.voice.asked() {
                 self.say(CycleLine::Now(LineAct::Finish))?;
-                return Err(Failure::interrupted("interrupted: the motors stand"));
+                return Err(PlayError::interrupted("interrupted: the motors stand"));
             }
             let mut report = self.look()?;
             if faults(self.motors(&report)) != self.faults {
@@ -399,7 +438,11 @@ impl<'p> RemoteSession<'p> {
 
     /// What is new in a report, in the order of its times.
     fn tell(&mut self, report: &CycleReport, acts: &mut [Option<u64>; 3]) {
-        if self.told.format != Format::Csv {
+        let positions = self.positions(report);
+        if let Some(watcher) = &mut self.watcher {
+            watcher(self.before + report.time, &positions);
+        }
+        if self.told.format != PlayFormat::Csv {
             self.faults = faults(self.motors(report));
             return;
         }
@@ -433,16 +476,16 @@ impl<'p> RemoteSession<'p> {
         rows.sort_by_key(|row| row.0);
         for (time, motor, event, value, position) in rows {
             let time = self.told.micros(self.before + time);
-            say::result(format_args!("{time},{motor},{event},{value},{position}"));
+            self.told.voice.result(&format_args!("{time},{motor},{event},{value},{position}"));
         }
     }
 
     /// Stands still for this many µs.
-    fn stand(&mut self, us: u64) -> Result<(), Failure> {
+    fn stand(&mut self, us: u64) -> Result<(), PlayError> {
         let (mut left, mut shown) = (Duration::from_micros(us), Duration::ZERO);
         while !left.is_zero() {
-            if interrupt::asked() {
-                return Err(Failure::interrupted("interrupted: the motors stand"));
+            if self.told.voice.asked() {
+                return Err(PlayError::interrupted("interrupted: the motors stand"));
             }
             let piece = left.min(LOOK);
             self.pause(piece)?;

@@ -4,29 +4,27 @@ use std::ops::Range;
 
 use serde_json::{Value, json};
 
-use stepwright::Rate;
 use stepwright_cycle::{CycleError, Faults, Motor, Refusal, Status};
 use stepwright_plan::tidy;
 
-use super::Format;
-use super::text::Text;
-use crate::failure::Failure;
-use crate::say;
+use super::PlayText;
+use crate::{PlayError, PlayFormat, PlayVoice, micros};
 use stepwright_cyclefile::CyclePlan;
 
 /// What became of each cycle, and how it is said.
-pub struct Told<'p> {
+pub(super) struct Told<'p> {
     pub plan: &'p CyclePlan,
-    pub text: &'p Text,
-    pub format: Format,
+    pub text: &'p PlayText,
+    pub format: PlayFormat,
+    pub voice: &'p dyn PlayVoice,
     cycles: Vec<Value>,
     /// Of all cycles: steps that came late, and the handler's longest time in µs.
-    late: u32,
+    pub late: u32,
     longest: u32,
 }
 
 /// How a cycle ended.
-pub struct Ending {
+pub(super) struct Ending {
     pub seconds: f64,
     pub error: Option<CycleError>,
     pub late: u32,
@@ -36,7 +34,7 @@ pub struct Ending {
 }
 
 /// How a motor is in the end.
-pub struct Ended {
+pub(super) struct Ended {
     pub position: i64,
     pub status: Status,
     pub faults: Faults,
@@ -44,8 +42,13 @@ pub struct Ended {
 }
 
 impl<'p> Told<'p> {
-    pub fn new(plan: &'p CyclePlan, text: &'p Text, format: Format) -> Told<'p> {
-        Told { plan, text, format, cycles: Vec::new(), late: 0, longest: 0 }
+    pub fn new(
+        plan: &'p CyclePlan,
+        text: &'p PlayText,
+        format: PlayFormat,
+        voice: &'p dyn PlayVoice,
+    ) -> Told<'p> {
+        Told { plan, text, format, voice, cycles: Vec::new(), late: 0, longest: 0 }
     }
 
     /// What the file calls a motor.
@@ -55,21 +58,21 @@ impl<'p> Told<'p> {
 
     /// Positions of all.
     pub fn list(&self, positions: &[i64]) {
-        if self.format == Format::List {
+        if self.format == PlayFormat::List {
             let each = self.plan.names.iter().zip(positions);
             let each: Vec<_> = each.map(|(name, at)| format!("{name}.pos={at}")).collect();
-            say::result(each.join(", "));
+            self.voice.result(&each.join(", "));
         }
     }
 
     /// A cycle that failed, for json: what is wrong, in which line of the file, with which
     /// motor. One that was refused took no time.
-    pub fn note(&mut self, n: usize, failure: &Failure) {
+    pub fn note(&mut self, n: usize, failure: &PlayError) {
         if self.cycles.len() <= n {
-            let what = failure.place().map_or(failure.message(), |place| &place.what);
+            let what = failure.place.as_ref().map_or(&failure.message, |place| &place.what);
             self.cycles.push(json!({ "seconds": 0.0, "error": what }));
         }
-        if let (Some(place), Some(cycle)) = (failure.place(), self.cycles.get_mut(n)) {
+        if let (Some(place), Some(cycle)) = (&failure.place, self.cycles.get_mut(n)) {
             cycle["line"] = json!(place.line);
             cycle["motor"] = json!(place.motor);
         }
@@ -78,22 +81,23 @@ impl<'p> Told<'p> {
     /// A cycle in which nothing had to move.
     pub fn nothing(&mut self, number: usize) {
         self.cycles.push(json!({ "seconds": 0.0, "error": null }));
-        if self.format == Format::List {
-            say::note(format_args!("cycle {number}: the motors stand at the end of it already"));
+        if self.format == PlayFormat::List {
+            self.voice
+                .note(&format_args!("cycle {number}: the motors stand at the end of it already"));
         }
     }
 
     /// A motor is home.
     pub fn home(&mut self, number: usize, motor: u8, seconds: f64) {
         self.cycles.push(json!({ "seconds": seconds, "error": null }));
-        if self.format == Format::List {
+        if self.format == PlayFormat::List {
             let name = self.name(motor);
-            say::note(format_args!("cycle {number}: {name} is home after {seconds:.3} s"));
+            self.voice.note(&format_args!("cycle {number}: {name} is home after {seconds:.3} s"));
         }
     }
 
     /// Why a cycle did not start: the motor by its name in the file.
-    pub fn refused(&self, refusal: Refusal, at: Range<usize>) -> Failure {
+    pub fn refused(&self, refusal: Refusal, at: Range<usize>) -> PlayError {
         let name = refusal.motor().map_or("", |motor| self.name(motor));
         let failure = self.text.blame(at, refusal.named(name));
         if name.is_empty() { failure } else { failure.motor(name) }
@@ -108,7 +112,7 @@ impl<'p> Told<'p> {
         faults: impl FnOnce(u8) -> Faults,
         spans: &[(u8, Range<usize>)],
         at: Range<usize>,
-    ) -> Failure {
+    ) -> PlayError {
         match error {
             CycleError::MotorError { motor } => {
                 let faults = faults(motor);
@@ -134,7 +138,7 @@ impl<'p> Told<'p> {
     }
 
     /// A cycle that has not ended by itself.
-    pub fn endless(&self, number: usize, limit: u64, at: Range<usize>) -> Failure {
+    pub fn endless(&self, number: usize, limit: u64, at: Range<usize>) -> PlayError {
         let what = format!("cycle {number} has not ended after {limit} s");
         self.text.blame(at, what).hint("give finish-s, or a longer --limit")
     }
@@ -143,16 +147,17 @@ impl<'p> Told<'p> {
     pub fn ended(&mut self, number: usize, ending: &Ending) {
         let Ending { seconds, error, late, longest, stopped } = ending;
         for (motor, faults) in stopped {
-            if error.is_none() && self.format != Format::Silent {
-                say::note(format_args!("cycle {number}: {} stopped: {faults}", self.name(*motor)));
+            if error.is_none() && self.format != PlayFormat::Silent {
+                self.voice
+                    .note(&format_args!("cycle {number}: {} stopped: {faults}", self.name(*motor)));
             }
         }
         let error = error.map(|error| match error {
             CycleError::MotorError { motor } => format!("an error of {}", self.name(motor)),
             CycleError::TimingExceeded => error.to_string(),
         });
-        if error.is_none() && self.format == Format::List {
-            say::note(format_args!(
+        if error.is_none() && self.format == PlayFormat::List {
+            self.voice.note(&format_args!(
                 "cycle {number}: {seconds:.3} s, {late} steps late, the handler took {longest} µs \
                  at most"
             ));
@@ -211,15 +216,5 @@ impl<'p> Told<'p> {
     /// Seconds of this many ticks.
     pub fn seconds(&self, ticks: u64) -> f64 {
         ticks as f64 / f64::from(self.plan.rate.hz())
-    }
-}
-
-/// Ticks in µs, to a ns.
-pub fn micros(ticks: u64, rate: Rate) -> String {
-    let hz = u128::from(rate.hz());
-    let nanos = (u128::from(ticks) * 1_000_000_000 + hz / 2) / hz;
-    match (nanos / 1000, nanos % 1000) {
-        (us, 0) => us.to_string(),
-        (us, part) => format!("{us}.{part:03}").trim_end_matches('0').to_owned(),
     }
 }

@@ -1,0 +1,91 @@
+//! Why a file is not played, or not to its end.
+
+use std::error::Error;
+use std::fmt;
+
+use stepwright_cyclefile::FileError;
+use stepwright_host::LinkError;
+
+/// Where in a file a mistake stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlayPlace {
+    /// What is wrong there, without the file and its line.
+    pub what: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The motor, by its name in the file.
+    pub motor: Option<String>,
+}
+
+/// Why a file is not played, or not to its end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlayError {
+    /// What is wrong, with its place.
+    pub message: String,
+    /// What can be done about it.
+    pub hint: Option<String>,
+    /// Where in a file it is, if it is in one. Boxed: an error is seldom.
+    pub place: Option<Box<PlayPlace>>,
+    /// Whether somebody has broken it off.
+    pub interrupted: bool,
+}
+
+impl PlayError {
+    /// It failed, or was refused.
+    pub fn new(message: impl Into<String>) -> PlayError {
+        PlayError { message: message.into(), hint: None, place: None, interrupted: false }
+    }
+
+    /// Somebody has broken it off.
+    pub fn interrupted(message: impl Into<String>) -> PlayError {
+        PlayError { interrupted: true, ..PlayError::new(message) }
+    }
+
+    /// The end of a conversation with this board.
+    pub fn lost(name: &str, trouble: &LinkError) -> PlayError {
+        match trouble {
+            LinkError::Killed | LinkError::Ended => {
+                PlayError::interrupted(format!("{name}: interrupted"))
+            }
+            LinkError::Silent => PlayError::new(format!("{name} does not answer any more"))
+                .hint("look at its cable and its power, then at `stepwright status`"),
+            LinkError::Gone(_) => PlayError::new(format!("{name}: {trouble}"))
+                .hint("was it unplugged? Plug it in and try again"),
+            LinkError::Program(_) => PlayError::new(format!("{name}: {trouble}"))
+                .hint("`stepwright flash` writes the controller"),
+        }
+    }
+
+    /// The same with what can be done about it.
+    pub fn hint(self, hint: impl Into<String>) -> PlayError {
+        PlayError { hint: Some(hint.into()), ..self }
+    }
+
+    /// The same with the motor that it is about.
+    pub fn motor(mut self, name: &str) -> PlayError {
+        if let Some(place) = &mut self.place {
+            place.motor = Some(name.to_owned());
+        }
+        self
+    }
+}
+
+impl fmt::Display for PlayError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl Error for PlayError {}
+
+impl From<FileError> for PlayError {
+    fn from(error: FileError) -> PlayError {
+        let place = PlayPlace { what: error.what, line: error.line, motor: None };
+        PlayError {
+            message: error.message,
+            hint: error.hint,
+            place: Some(Box::new(place)),
+            interrupted: false,
+        }
+    }
+}

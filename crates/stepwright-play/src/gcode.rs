@@ -1,0 +1,138 @@
+//! A G-code job on the virtual board: an Uno's timer, and steps as long as its.
+//!
+//! ```
+//! use stepwright_path::AxisPace;
+//! use stepwright_plan::gcode::JobPlan;
+//! use stepwright_play::{PlayError, gcode};
+//! use stepwright_sim::{Description, Edge};
+//!
+//! let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0 };
+//! let job = b"G0 X10\nG1 F600 X12 Y3\n";
+//! let plan = JobPlan::of(*job, [axis; 3], &Description::uno().board, |_, _| ()).unwrap();
+//! let end = gcode::begin(job.to_vec(), [axis; 3], &plan, |_| Ok(Vec::<Edge>::new()), |mut begun| {
+//!     while begun.is_running() {
+//!         begun.pass(u64::MAX, |_| ());
+//!     }
+//!     Ok::<_, PlayError>(begun.positions())
+//! });
+//! assert_eq!(end?, [960, 240, 0]);
+//! # Ok::<(), PlayError>(())
+//! ```
+
+use std::fmt::Display;
+use std::vec::IntoIter;
+
+use stepwright::{Rate, Ticks};
+use stepwright_cycle::{Calibration, Clock, Motor, Program};
+use stepwright_path::{AxisPace, Stream};
+use stepwright_plan::gcode::{GcodeJob, JobPlan};
+use stepwright_sim::{CycleBoard, Description, Recorder, Stand};
+
+use crate::PlayError;
+
+/// Events from one look at the clock to the next.
+const EVENTS: u32 = 10_000;
+
+/// The board of a job.
+pub type GcodeBoard<'a, R> = CycleBoard<'a, R, 3>;
+
+/// A job that has begun.
+pub struct BegunJob<'a, 'b, R: Recorder> {
+    stream: &'a Stream<GcodeJob<IntoIter<u8>>, 3>,
+    /// The board that plays it.
+    pub board: &'a mut GcodeBoard<'b, R>,
+    /// Ticks of the board in a second.
+    pub rate: Rate,
+    /// Ticks from the start to that of the path.
+    pub lead: Ticks,
+    /// When the board began, in ticks.
+    pub from: u64,
+    /// When the path does, a lead later.
+    pub path: u64,
+}
+
+/// Has a job that has been planned, and is not refused, begin; `go` lets the board's time pass.
+/// `recorder` sees the edges of the pins.
+///
+/// # Errors
+/// [`PlayError`] if the axes can't be planned for, or the board refuses them; what `recorder` and
+/// `go` say.
+pub fn begin<T, R: Recorder, E: From<PlayError>>(
+    job: Vec<u8>,
+    axes: [AxisPace; 3],
+    plan: &JobPlan,
+    recorder: impl FnOnce(Rate) -> Result<R, E>,
+    go: impl FnOnce(BegunJob<R>) -> Result<T, E>,
+) -> Result<T, E> {
+    let refused = |why: &dyn Display| PlayError::new(why.to_string());
+    let board = Description::uno().board;
+    let rate = board.rate;
+    let job = GcodeJob::new(job, axes).map_err(|why| refused(&format_args!("the axes: {why}")))?;
+    let delays = plan.delays();
+    let shortest = delays.map(|delay| rate.micros(delay.unwrap_or(0)));
+    // No first step comes sooner than one may after another.
+    let lead = shortest.into_iter().fold(board.lead, Ticks::max);
+    let (stream, mut steps) = Stream::new(job, rate, lead, shortest);
+    let recorder = recorder(rate)?;
+    let motors = delays.map(|delay| Motor::new(1, delay.unwrap_or(1)));
+    let stands = [Stand::default(); 3];
+    let mut board = CycleBoard::new(motors, stands, Clock::Deadlines, rate, recorder);
+    for ((axis, steps), _) in (0..).zip(&mut steps).zip(delays).filter(|(_, d)| d.is_some()) {
+        let prepared = board.cycle().prepare(axis, Program::Paced(steps), Calibration::None);
+        prepared.map_err(|why| refused(&why))?;
+    }
+    // A job of dwells alone has nothing to start.
+    if delays.iter().any(Option::is_some) {
+        board.cycle().start().map_err(|why| refused(&why))?;
+    }
+    let from = board.now();
+    let path = from + u64::from(lead);
+    go(BegunJob { stream: &stream, board: &mut board, rate, lead, from, path })
+}
+
+impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
+    /// Whether it goes on.
+    pub fn is_running(&mut self) -> bool {
+        self.board.cycle().is_running()
+    }
+
+    /// Brakes along the path; what is left of the job is not made.
+    pub fn brake(&self) {
+        self.stream.look(GcodeJob::cancel);
+    }
+
+    /// Lets the board's time pass to `limit` ticks, or as far as some events lead, each of which is
+    /// `seen`. False: nothing more happens before `limit`.
+    pub fn pass(&mut self, limit: u64, mut seen: impl FnMut(&mut GcodeBoard<'b, R>)) -> bool {
+        for _ in 0..EVENTS {
+            let more = self.board.pass(limit);
+            seen(self.board);
+            if !more || !self.is_running() {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Where the axes are, in steps.
+    pub fn positions(&mut self) -> [i64; 3] {
+        let cycle = self.board.cycle();
+        [0, 1, 2].map(|axis| cycle.position(axis).unwrap_or(0))
+    }
+
+    /// How far it is along its path, in ticks.
+    pub fn passed(&self) -> u64 {
+        self.board.now().saturating_sub(self.path)
+    }
+
+    /// Why the board has ended it, if it has.
+    ///
+    /// # Errors
+    /// [`PlayError`]: that.
+    pub fn checked(&mut self) -> Result<(), PlayError> {
+        match self.board.cycle().error() {
+            Some(error) => Err(PlayError::new(format!("the board has ended the job: {error}"))),
+            None => Ok(()),
+        }
+    }
+}

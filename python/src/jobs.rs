@@ -1,0 +1,122 @@
+//! G-code jobs on a virtual board, and paths of waypoints on paper.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use stepwright_keeper::scope::ScopeSource;
+use stepwright_path::{AxisPace, Route};
+use stepwright_plan::gcode::JobPlan;
+use stepwright_play::{PlayError, gcode};
+use stepwright_sim::Pin;
+
+use crate::edges::Edges;
+use crate::run::{Run, Way};
+
+/// Between two looks at the clock, in real time.
+const LOOK: Duration = Duration::from_millis(2);
+
+const NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// STEP and DIR of a motor.
+const PINS: [(Pin, Option<bool>); 2] = [(Pin::Step, Some(false)), (Pin::Direction, None)];
+
+/// Runs a job that was planned, and is not refused, until it ends or is braked since it is `asked`.
+pub fn play(
+    bytes: &[u8],
+    axes: [AxisPace; 3],
+    plan: &JobPlan,
+    fast: bool,
+    asked: &AtomicBool,
+) -> PyResult<Run> {
+    let mut edges = None;
+    let pins = (0..3).flat_map(|axis| PINS.map(|(pin, level)| (axis, pin, level)));
+    let recorder = |rate: stepwright::Rate| Ok(edges.insert(Edges::all(rate.hz(), pins)).clone());
+    let ran = gcode::begin(bytes.to_vec(), axes, plan, recorder, |mut job| {
+        let (hz, since) = (f64::from(job.rate.hz()), Instant::now());
+        let (mut ways, mut braked) = ([0.0; 3].map(Way::from), false);
+        let (path, mut seen) = (job.path, [0; 3]);
+        while job.is_running() {
+            if asked.load(Ordering::Relaxed) && !braked {
+                braked = true;
+                job.brake();
+            }
+            let limit = match fast {
+                true => u64::MAX,
+                false => job.from + (since.elapsed().as_secs_f64() * hz) as u64,
+            };
+            let more = job.pass(limit, |board| {
+                let now = board.now();
+                for axis in 0..3 {
+                    let at = board.cycle().position(axis as u8).unwrap_or(0);
+                    if std::mem::replace(&mut seen[axis], at) != at {
+                        let rose = board.with_recorder(|edges| edges.take_rise(axis));
+                        let time = rose.unwrap_or(now).saturating_sub(path) as f64 / hz;
+                        ways[axis].see(time, at as f64 * axes[axis].step);
+                    }
+                }
+            });
+            if !more && job.is_running() {
+                thread::sleep(LOOK);
+            }
+        }
+        // A job of dwells alone moves nothing.
+        let seconds = if job.passed() > 0 { job.passed() as f64 / hz } else { plan.time };
+        let error = job.checked().err();
+        let late = job.board.cycle().late();
+        let end = job.board.now();
+        job.board.with_recorder(|edges| edges.pass(end));
+        let (names, unit) = (NAMES.map(str::to_owned).into(), "mm".to_owned());
+        let ways = ways.into();
+        Ok::<_, PlayError>((
+            Run { names, unit, seconds, late, error, braked, ways, ..Run::default() },
+            end,
+        ))
+    });
+    let (run, end) = ran.map_err(|why| PyRuntimeError::new_err(why.message))?;
+    Ok(Run { pins: edges.map(|edges| edges.record(end as f64, 0.0)), ..run })
+}
+
+/// A path along these places, on paper: each a place in mm, and the speed to it in mm/s. Axes can do
+/// what is said of them as for a job.
+#[pyfunction]
+pub fn walk(
+    py: Python<'_>,
+    places: Vec<([f64; 3], f64)>,
+    axes: [(f64, f64, f64, f64); 3],
+) -> PyResult<Run> {
+    let axes = axes.map(|(step, speed, accel, jump)| AxisPace { step, speed, accel, jump });
+    let wrong = |number: usize, why: &dyn std::fmt::Display| {
+        PyValueError::new_err(format!("waypoint {number}: {why}"))
+    };
+    py.detach(|| {
+        let Some(((start, _), rest)) = places.split_first() else {
+            return Err(PyValueError::new_err("a path has one place at least"));
+        };
+        let route = Route::at(axes, *start);
+        let mut route = route.map_err(|why| PyValueError::new_err(format!("the axes: {why}")))?;
+        let mut ways = start.map(Way::from);
+        let mut at = *start;
+        let mut take = |route: &mut Route<3>| {
+            for step in route {
+                let axis = step.axis;
+                let pace = axes[axis].step;
+                // Whole steps, so that a long way has no more rounding than a short one.
+                let steps = (at[axis] / pace).round() + if step.forward { 1.0 } else { -1.0 };
+                at[axis] = steps * pace;
+                ways[axis].see(step.time, at[axis]);
+            }
+        };
+        for (number, (to, feed)) in rest.iter().enumerate() {
+            route.line_to(*to, *feed).map_err(|why| wrong(number + 1, &why))?;
+            take(&mut route);
+        }
+        route.close();
+        take(&mut route);
+        let (names, unit) = (NAMES.map(str::to_owned).into(), "mm".to_owned());
+        let (seconds, ways) = (route.time(), ways.into());
+        Ok(Run { names, unit, seconds, ways, ..Run::default() })
+    })
+}

@@ -1,0 +1,167 @@
+//! What motors did by a file: where each of them was when, and every edge of their pins.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
+
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyByteArray;
+use stepwright_keeper::scope::{ScopeFile, ScopeRecord};
+use stepwright_play::PlayError;
+
+/// How often a thread that waits looks for Ctrl-C.
+const SLICE: Duration = Duration::from_millis(20);
+
+/// Where a motor was, from when on.
+#[derive(Clone, Debug, Default)]
+pub struct Way {
+    /// In s.
+    pub times: Vec<f64>,
+    /// In the unit of the run.
+    pub places: Vec<f64>,
+}
+
+impl Way {
+    /// A motor that stands at a place.
+    pub fn from(place: f64) -> Way {
+        Way { times: vec![0.0], places: vec![place] }
+    }
+
+    /// Where it is now, if that is another place.
+    pub fn see(&mut self, time: f64, place: f64) {
+        if self.is_elsewhere(place) {
+            self.times.push(time);
+            self.places.push(place);
+        }
+    }
+
+    /// Whether this is another place than the last one.
+    pub fn is_elsewhere(&self, place: f64) -> bool {
+        self.places.last() != Some(&place)
+    }
+}
+
+/// A run of a file.
+#[pyclass(frozen, module = "stepwright_motion._native")]
+#[derive(Default)]
+pub struct Run {
+    pub names: Vec<String>,
+    pub unit: String,
+    /// Seconds from the start to the end.
+    pub seconds: f64,
+    /// Steps that came late.
+    pub late: u32,
+    /// What became of it, as the command's JSON, if it has any.
+    pub facts: Option<String>,
+    /// Why it did not come to its end, and what can be done about it.
+    pub error: Option<PlayError>,
+    /// Whether it was braked.
+    pub braked: bool,
+    pub ways: Vec<Way>,
+    pub pins: Option<ScopeRecord>,
+}
+
+#[pymethods]
+impl Run {
+    /// The motors' names.
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.names.clone()
+    }
+
+    /// The unit of positions.
+    #[getter]
+    fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// Seconds from the start to the end.
+    #[getter]
+    fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    /// Steps that came late.
+    #[getter]
+    fn late(&self) -> u32 {
+        self.late
+    }
+
+    /// What became of it, as the command's JSON.
+    #[getter]
+    fn facts(&self) -> Option<&str> {
+        self.facts.as_deref()
+    }
+
+    /// Why it did not come to its end, and what can be done about it.
+    #[getter]
+    fn error(&self) -> Option<(&str, Option<&str>)> {
+        self.error.as_ref().map(|error| (error.message.as_str(), error.hint.as_deref()))
+    }
+
+    /// Whether it was braked before its end.
+    #[getter]
+    fn braked(&self) -> bool {
+        self.braked
+    }
+
+    /// Of a motor, from 0: times and positions, as doubles.
+    fn columns<'py>(
+        &self,
+        py: Python<'py>,
+        motor: usize,
+    ) -> PyResult<[Bound<'py, PyByteArray>; 2]> {
+        let way = self.ways.get(motor).ok_or_else(|| PyValueError::new_err("no such motor"))?;
+        let doubles = |values: &[f64]| {
+            let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
+            PyByteArray::new(py, &bytes)
+        };
+        Ok([doubles(&way.times), doubles(&way.places)])
+    }
+
+    /// The pins as a file: `vcd`, `csv`, `mcap`.
+    fn pins<'py>(&self, py: Python<'py>, ending: &str) -> PyResult<Bound<'py, PyByteArray>> {
+        let kind = ScopeFile::named(ending);
+        let kind = kind.ok_or_else(|| PyValueError::new_err("it is vcd, csv or mcap"))?;
+        let record = self.pins.as_ref();
+        let record = record.ok_or_else(|| PyValueError::new_err("nobody has seen its pins"))?;
+        Ok(PyByteArray::new(py, &kind.of(record)?))
+    }
+}
+
+/// Plays something on a thread of its own, and looks for Ctrl-C meanwhile, by which it is asked to
+/// brake; that is raised when it has ended.
+pub fn playing<T: Send>(
+    py: Python<'_>,
+    part: impl FnOnce(&AtomicBool) -> PyResult<T> + Send,
+) -> PyResult<T> {
+    let asked = AtomicBool::new(false);
+    let mut raised = None;
+    let played = thread::scope(|scope| {
+        let (ended, ends) = channel::<()>();
+        let asked = &asked;
+        let player = scope.spawn(move || {
+            let _ended = ended;
+            part(asked)
+        });
+        let mut ends = Some(ends);
+        while let Some(end) = ends.take() {
+            let (over, end) = py.detach(move || {
+                let heard = end.recv_timeout(SLICE);
+                (heard != Err(RecvTimeoutError::Timeout), end)
+            });
+            if let Err(interrupted) = py.check_signals() {
+                asked.store(true, Ordering::Relaxed);
+                raised = Some(interrupted);
+            }
+            ends = (!over).then_some(end);
+        }
+        py.detach(|| player.join())
+    });
+    if let Some(interrupted) = raised {
+        return Err(interrupted);
+    }
+    played.unwrap_or_else(|_| Err(PyRuntimeError::new_err("the player has failed")))
+}

@@ -1,0 +1,44 @@
+"""What the axes of a job or a path can do, in mm."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, TypeVar, Union
+
+from ._native import Scale
+from ._quantity import Quantity, text
+
+Value = TypeVar("Value")
+Paced = Union[Value, Mapping[str, Value]]
+"""One value for all axes, or ``{"x": …, "y": …, "z": …}``."""
+
+Pace = tuple[float, float, float, float]
+
+
+def _of(value: Any, axis: str) -> Any:
+    return value[axis] if isinstance(value, Mapping) else value
+
+
+def speed_of(name: str, value: Quantity, steps: float = 1000.0) -> float:
+    """A speed in mm/s."""
+    return Scale(round(steps * 1000), 1000.0).speed(name, text(value, None, "mm/s")) / steps
+
+
+def paces(
+    steps_per_mm: Paced[float],
+    speed: Paced[Quantity],
+    accel: Paced[Quantity],
+    jump: Paced[Quantity],
+) -> list[Pace]:
+    """Of each axis a step, a speed, an acceleration and a jump in speed."""
+    axes = []
+    for name in ("x", "y", "z"):
+        steps = float(_of(steps_per_mm, name))
+        if not 0 < steps < 4_000_000:
+            raise ValueError(f"steps_per_mm is {steps}: it is above 0")
+        scale = Scale(round(steps * 1000), 1000.0)
+        slope = scale.accel("accel", text(_of(accel, name), None, "mm/s2")) / steps
+        top, at_once = (
+            speed_of(what, _of(value, name), steps) for what, value in (("speed", speed), ("jump", jump))
+        )
+        axes.append((1.0 / steps, top, slope, at_once))
+    return axes

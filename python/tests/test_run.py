@@ -1,0 +1,178 @@
+"""Files that are played: jobs, cycles and paths, against what the command plays."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import COMMAND
+
+import stepwright_motion as sw
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CYCLES = ["calibrate", "drawing", "feed", "joined", "readme", "series", "triangle"]
+
+
+def command(*words: str) -> str:
+    """What the command says."""
+    env = {"STEPWRIGHT_MACHINE": "none"}
+    return subprocess.run(
+        [COMMAND, *words], capture_output=True, text=True, check=True, env=env
+    ).stdout
+
+
+def steps(said: str, name: str) -> tuple[list[float], list[int]]:
+    """When a motor made its steps in s, and where it was then: of the command's events."""
+    rows = [row for row in csv.reader(said.splitlines()) if row[1:4] == [name, "step", "1"]]
+    return [float(row[0]) / 1e6 for row in rows], [int(row[4]) for row in rows]
+
+
+def test_a_job_makes_each_step_when_the_command_does() -> None:
+    job = str(EXAMPLES / "gcode" / "badge.nc")
+    run = sw.gcode(job).run()
+    said: dict[str, Any] = json.loads(command("gcode", job, "--fast", "--format", "json"))
+    assert run.duration == pytest.approx(said["seconds"], abs=1e-9)
+    assert run.positions == pytest.approx(said["position_mm"], abs=1e-9)
+    assert (run.late, run.braked, run.unit) == (0, False, "mm")
+    assert run.duration == pytest.approx(sw.gcode(job).plan().duration, abs=1e-6)
+    lead = said["lead_ticks"] / said["ticks_per_second"]
+    events = command("gcode", job, "--fast", "--format", "csv")
+    for number, name in enumerate("XYZ", 1):
+        times, places = steps(events, name)
+        assert len(times) > 100 and len(run[number]) == len(times) + 1
+        assert run[name].times[1:].tolist() == pytest.approx([t - lead for t in times], abs=2e-9)
+        assert [round(place * 80) for place in run[number].positions[1:]] == places
+
+
+@pytest.mark.parametrize("name", CYCLES)
+def test_cycles_make_each_step_when_the_command_does(name: str) -> None:
+    file = str(EXAMPLES / "cycles" / f"{name}.toml")
+    run = sw.cycle(file).run()
+    facts = json.loads(command("cycle", file, "--format", "json"))
+    assert run.facts() == facts
+    assert list(run.positions) == [motor["position"] for motor in facts["motors"]]
+    assert run.names == [motor["name"] for motor in facts["motors"]]
+    events = command("cycle", file, "--format", "csv")
+    for motor in run.names:
+        times, places = steps(events, motor)
+        ours, at = run[motor].times[1:].tolist(), run[motor].positions.tolist()
+        if name in ("calibrate", "drawing"):
+            # Until a switch is found it is not known where a motor is.
+            found = next(place for place, time in enumerate(times) if time > 4.5)
+            times, places = times[found:], places[found:]
+            ours, at = ours[len(ours) - len(times) :], at[len(at) - len(places) - 1 :]
+        assert len(times) > (5 if motor != "Z" else -1)
+        assert ours == pytest.approx(times, abs=2e-9), motor
+        # With a fixed tick a step is counted behind its row.
+        assert places in (at[1:], at[:-1]), motor
+
+
+def test_edges_of_a_run_are_those_of_the_command(tmp_path: Path) -> None:
+    file = str(EXAMPLES / "cycles" / "triangle.toml")
+    sw.cycle(file).run().save(f"{tmp_path}/ours.vcd")
+    command("cycle", file, "--vcd", f"{tmp_path}/theirs.vcd")
+
+    def rises(path: Path) -> dict[str, int]:
+        lines = path.read_text().splitlines()
+        names = {line.split()[3]: line.split()[4] for line in lines if line.startswith("$var")}
+        return {name: lines.count(f"1{sign}") for sign, name in names.items() if "step" in name}
+
+    ours = rises(tmp_path / "ours.vcd")
+    assert ours == rises(tmp_path / "theirs.vcd") and sum(ours.values()) > 1000
+    for ending in ("csv", "mcap"):
+        sw.cycle(file).run().save(f"{tmp_path}/ours.{ending}")
+        assert (tmp_path / f"ours.{ending}").stat().st_size > 10_000
+
+
+def test_a_path_is_the_job_of_its_lines(tmp_path: Path) -> None:
+    places = [(0, 0), (30, 5), (30, 20, 3), (-4, 20, 3), (0, 0)]
+    job = tmp_path / "path.nc"
+    words = (" ".join(f"{axis}{at}" for axis, at in zip("XYZ", place)) for place in places[1:])
+    job.write_text("G1 F2400\n" + "\n".join(words) + "\n")
+    limits: dict[str, Any] = {"accel": 500, "jump": {"x": 2, "y": 3, "z": "1mm/s"}}
+    path = sw.path(places, feed="40mm/s", **limits)
+    run = sw.gcode(job).run(**limits)
+    # The last place of the path has no Z, which is 0 there, and that of the job stays.
+    assert path.positions == (0, 0, 0) and run.positions == (0, 0, 3)
+    path = sw.path([*places[:-1], (0, 0, 3)], feed="40mm/s", **limits)
+    assert path.duration == pytest.approx(run.duration, abs=1e-6)
+    for ours, theirs in zip(path, run):
+        # A path is not rounded to ticks.
+        assert ours.times.tolist() == pytest.approx(theirs.times.tolist(), abs=2e-7)
+        assert ours.positions.tolist() == pytest.approx(theirs.positions.tolist(), abs=1e-9)
+    assert path.x.speeds.max() == pytest.approx(40 * 30 / math.hypot(30, 5), rel=0.001)
+    with pytest.raises(ValueError, match="one to three"):
+        sw.path([(0, 0, 0, 0)])
+    with pytest.raises(ValueError, match="one place"):
+        sw.path([])
+    with pytest.raises(ValueError, match="waypoint 1"):
+        sw.path([(0, 0), (float("nan"), 1)])
+    with pytest.raises(ValueError, match="steps_per_mm"):
+        sw.path([(0, 0), (1, 1)], steps_per_mm=0)
+
+
+def test_what_can_not_be_played_says_why(tmp_path: Path) -> None:
+    job = tmp_path / "part.nc"
+    job.write_text("G1 F6000 X100\n")
+    with pytest.raises(sw.Refused, match="in line 1 X comes to"):
+        sw.gcode(job).run(steps_per_mm=3200)
+    file = tmp_path / "there.toml"
+    motor = '[[motor]]\nname = "X"\nstep = 1\nsmallest-delay-us = 500\nmax = 5\n'
+    file.write_text(f"{motor}[[cycle]]\nmove.X = {{ steps = many }}\n")
+    with pytest.raises(ValueError, match=r"there.toml:7"):
+        sw.cycle(file).run()
+    file.write_text(f"{motor}[[cycle]]\nmove.X = {{ steps = 10 }}\n")
+    with pytest.raises(sw.Refused, match="soft-end") as refused:
+        sw.cycle(file).run()
+    assert "stop-motor" in (refused.value.remedy or "")
+    with pytest.raises(OSError):
+        sw.cycle(tmp_path / "none.toml").run()
+    with pytest.raises(ConnectionError, match="nowhere"):
+        sw.cycle(EXAMPLES / "cycles" / "readme.toml").run("/dev/nowhere")
+    run = sw.cycle(EXAMPLES / "cycles" / "readme.toml").run()
+    with pytest.raises(KeyError, match="no motor"):
+        run["other"]
+    with pytest.raises(IndexError):
+        run[9]
+
+
+SLOW = """
+import sys
+import stepwright_motion as sw
+print("runs", flush=True)
+{0}.run(fast=False)
+"""
+
+
+@pytest.mark.parametrize("kind", ["job", "cycle"])
+def test_ctrl_c_ends_a_run_in_real_time(kind: str) -> None:
+    badge, feed = str(EXAMPLES / "gcode" / "badge.nc"), str(EXAMPLES / "cycles" / "feed.toml")
+    what = f"sw.gcode({badge!r})" if kind == "job" else f"sw.cycle({feed!r})"
+    child = subprocess.Popen(
+        [sys.executable, "-c", SLOW.format(what)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert child.stdout is not None and child.stdout.readline() == "runs\n"
+    with pytest.raises(subprocess.TimeoutExpired):
+        child.wait(0.7)
+    child.send_signal(signal.SIGINT)
+    assert "KeyboardInterrupt" in child.communicate(timeout=10)[1]
+
+
+def test_a_run_is_drawn() -> None:
+    pytest.importorskip("matplotlib").use("Agg")
+    run = sw.cycle(EXAMPLES / "cycles" / "drawing.toml").run()
+    figure = run.plot()
+    assert len(figure.axes) == 3
+    assert figure.axes[0].lines[0].get_ydata().tolist() == run.x.positions.tolist()
+    picture = run._repr_png_()
+    assert picture is not None and picture.startswith(b"\x89PNG") and len(picture) > 10_000

@@ -38,8 +38,10 @@ pub(crate) struct Cell<const N: usize> {
     pub rapid: bool,
     most: f64,
     pub top: f64,
-    /// The w at its beginning, at most.
+    /// The w at its beginning, at most; and how far it turns there on each side, if its joint is
+    /// one of a curve.
     pub cap: f64,
+    pub zone: f64,
 }
 
 /// Parts of the ordered speed: overrides.
@@ -77,8 +79,25 @@ impl<const N: usize> Cell<N> {
         });
         let (first, last) = (shape.direction(begin), shape.direction(end));
         let top = most.min(feed * feed);
-        let (shape, scale, cap) = (*shape, 1.0, f64::INFINITY);
-        Cell { shape, begin, end, first, last, room, feed, scale, rapid: false, most, top, cap }
+        let (shape, scale, cap, zone, rapid) = (*shape, 1.0, f64::INFINITY, 0.0, false);
+        Cell { shape, begin, end, first, last, room, feed, scale, rapid, most, top, cap, zone }
+    }
+
+    /// A part of it, to whose beginning there is no joint.
+    pub fn part(&self, begin: f64, end: f64) -> Cell<N> {
+        let (first, last) = (self.shape.direction(begin), self.shape.direction(end));
+        let last = if end < self.end { last } else { self.last };
+        Cell { begin, end, first, last, cap: f64::INFINITY, zone: 0.0, ..self.clone() }
+    }
+
+    /// The w at which turning alone takes all of the acceleration of an axis.
+    pub fn turning(&self) -> f64 {
+        self.least(|accel, curb| accel / curb)
+    }
+
+    /// Whether it turns: what it does in a curve of chords, too.
+    pub fn turns(&self) -> bool {
+        self.room.iter().any(|(_, curb)| *curb > 0.0)
     }
 
     pub fn length(&self) -> f64 {

@@ -11,6 +11,7 @@ use crate::cell::Scales;
 use crate::law::SCALES;
 use crate::pace::Unplannable;
 use crate::passes::broken;
+use crate::piece::{Moment, Piece};
 use crate::route::{Route, SLIVER};
 
 /// A change of a route.
@@ -127,9 +128,15 @@ impl<const N: usize> Route<N> {
             return false;
         }
         (cell.begin, cell.first) = (s, cell.shape.direction(s));
-        self.bucket.wait(here.t - self.time, &self.axes);
-        self.bucket.meet(here.v, &cell.first, 0, &self.axes);
-        self.passes.w[0] = here.v * here.v;
+        if self.smooth.is_some() {
+            let cell = cell.clone();
+            let part = Piece { from: piece.from, to: Moment { s, ..here }, jerk: piece.jerk };
+            self.leave_smooth(&part, &cell);
+        } else {
+            self.bucket.wait(here.t - self.time, &self.axes);
+            self.bucket.meet(here.v, &cell.first, 0, &self.axes);
+            self.passes.w[0] = here.v * here.v;
+        }
         (self.time, self.front) = (here.t, None);
         true
     }
@@ -148,6 +155,13 @@ impl<const N: usize> Route<N> {
 
     /// Brakes from here on, if the law allows it: the cell in which it stands is divided there.
     fn brake(&mut self) -> bool {
+        if self.smooth.is_some() {
+            let count = self.brake_smooth();
+            if let Some(count) = count {
+                (self.passes.sure, self.halt) = (count, Some(count));
+            }
+            return count.is_some();
+        }
         let mut w = VecDeque::from([self.passes.w[0]]);
         let mut ahead = VecDeque::new();
         let mut rest = None;
@@ -214,8 +228,7 @@ impl<const N: usize> Route<N> {
     /// Stands until `at`.
     fn rest(&mut self, at: f64) {
         let wait = (at - self.time).max(0.0);
-        self.time += wait;
-        self.bucket.wait(wait, &self.axes);
+        self.stand_for(wait);
         self.halt = None;
     }
 
@@ -231,5 +244,9 @@ impl<const N: usize> Route<N> {
         self.cells.clear();
         self.passes.w = VecDeque::from([0.0]);
         self.passes.sure = 0;
+        if let Some(smooth) = &mut self.smooth {
+            smooth.course.clear();
+            smooth.here.s = self.length;
+        }
     }
 }

@@ -27,7 +27,7 @@ use crate::piece::{Moment, Piece};
 /// further than that, it is a stop.
 pub(crate) fn go(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
     if pace.jerk.is_finite() {
-        smooth(from, end, top, pace)
+        lead(from, (end, 0.0), top, pace)
     } else {
         trapezoid(from, end, top, pace)
     }
@@ -36,7 +36,7 @@ pub(crate) fn go(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
 /// Pieces from `from` to rest, as soon as can be.
 pub(crate) fn stop(from: Moment, pace: &Pace) -> Vec<Piece> {
     if pace.jerk.is_finite() {
-        return join(from, &reach(from, 0.0, pace));
+        return join(from, &reach(from, 0.0, pace), 0.0);
     }
     let (v, d) = (from.v, pace.decel);
     let to = Moment::at_rest(from.t + v / d, from.s + v * v / 2.0 / d);
@@ -72,10 +72,10 @@ fn trapezoid(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
 }
 
 /// A jerk for a time.
-type Push = (f64, f64);
+pub(crate) type Push = (f64, f64);
 
 /// To the speed `to` without acceleration.
-fn reach(from: Moment, to: f64, pace: &Pace) -> [Push; 3] {
+pub(crate) fn reach(from: Moment, to: f64, pace: &Pace) -> [Push; 3] {
     let Pace { accel, decel, jerk, .. } = *pace;
     let gain = to - (from.v + from.a * from.a.abs() / 2.0 / jerk);
     let (sign, most) = if gain < 0.0 { (-1.0, decel) } else { (1.0, accel) };
@@ -95,13 +95,13 @@ fn after(from: Moment, pushes: &[Push]) -> Moment {
     pushes.iter().fold(from, |at, &(jerk, time)| at.after(jerk, time))
 }
 
-/// Where a stop from there leads.
-fn stopped(from: Moment, pace: &Pace) -> f64 {
-    after(from, &reach(from, 0.0, pace)).s
+/// Where a change to this speed leads.
+pub(crate) fn reached(from: Moment, to: f64, pace: &Pace) -> f64 {
+    after(from, &reach(from, to, pace)).s
 }
 
-/// One after the other; the last ends at rest.
-fn join(from: Moment, pushes: &[Push]) -> Vec<Piece> {
+/// One after the other; the last ends at the speed `to`, without acceleration.
+pub(crate) fn join(from: Moment, pushes: &[Push], to: f64) -> Vec<Piece> {
     let mut at = from;
     let mut pieces: Vec<Piece> = Vec::new();
     for &(jerk, time) in pushes.iter().filter(|push| push.1 > 0.0) {
@@ -111,20 +111,22 @@ fn join(from: Moment, pushes: &[Push]) -> Vec<Piece> {
     }
     if let Some(last) = pieces.last_mut() {
         // By the law, whatever is rounded.
-        last.to.v = 0.0;
+        last.to.v = to;
         last.to.a = 0.0;
     }
     pieces
 }
 
-fn smooth(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
+/// Pieces from `from` to the speed `to` at a place. If the change of speed alone leads further,
+/// it is that.
+pub(crate) fn lead(from: Moment, (end, to): (f64, f64), top: f64, pace: &Pace) -> Vec<Piece> {
     let mut pushes = Vec::new();
     let mut at = from;
-    let mut short = stopped(at, pace) < end;
+    let mut short = reached(at, to, pace) < end;
     if short {
         for (jerk, time) in reach(from, top, pace) {
             let there = at.after(jerk, time);
-            if stopped(there, pace) < end {
+            if reached(there, to, pace) < end {
                 pushes.push((jerk, time));
                 at = there;
                 continue;
@@ -132,7 +134,7 @@ fn smooth(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
             let (mut low, mut high) = (0.0, time);
             for _ in 0..100 {
                 let x = low + (high - low) / 2.0;
-                if stopped(at.after(jerk, x), pace) < end {
+                if reached(at.after(jerk, x), to, pace) < end {
                     low = x;
                 } else {
                     high = x;
@@ -144,13 +146,13 @@ fn smooth(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
             break;
         }
         if short {
-            let level = (end - stopped(at, pace)) / top;
+            let level = (end - reached(at, to, pace)) / top;
             pushes.push((0.0, level));
             at = at.after(0.0, level);
         }
     }
-    pushes.extend(reach(at, 0.0, pace));
-    let mut pieces = join(from, &pushes);
+    pushes.extend(reach(at, to, pace));
+    let mut pieces = join(from, &pushes, to);
     let Some(last) = pieces.last() else { return pieces };
     // What is left over is gone at the highest speed.
     let rest = end - last.to.s;

@@ -26,6 +26,7 @@ use crate::pace::{PACES, Unplannable};
 use crate::passes::Passes;
 use crate::piece::Piece;
 use crate::shape::{Shape, norm};
+use crate::smooth::Smooth;
 use crate::stretch::Stretch;
 
 /// What one axis of a [`Route`] can do, in the user's unit and seconds.
@@ -117,10 +118,15 @@ pub struct Route<const N: usize> {
     pub(crate) changes: VecDeque<(f64, Change)>,
     /// Cells to the place where it is held.
     pub(crate) halt: Option<usize>,
+    /// Where the jerk is limited.
+    pub(crate) smooth: Option<Box<Smooth<N>>>,
 }
 
 /// Cells that a route keeps ahead at most.
 const MOST: usize = 65_536;
+
+/// The same with limited jerk, where a plan takes longer.
+const MOST_SMOOTH: usize = 8_192;
 
 /// Cells that are new when it is worth while to plan again, at least.
 const FRESH: usize = 8;
@@ -179,6 +185,7 @@ impl<const N: usize> Route<N> {
             now: 0.0,
             changes: VecDeque::new(),
             halt: None,
+            smooth: None,
         };
         route.check(&place)?;
         route.at = std::array::from_fn(|n| (place[n] / axes[n].step).round() as i64);
@@ -322,8 +329,7 @@ impl<const N: usize> Route<N> {
             return false;
         }
         let wait = seconds.max(0.0);
-        self.time += wait;
-        self.bucket.wait(wait, &self.axes);
+        self.stand_for(wait);
         true
     }
 
@@ -401,7 +407,7 @@ impl<const N: usize> Route<N> {
         cuts.dedup_by(|b, a| *b - *a <= length * SLIVER);
         let accel = self.axes.map(|axis| axis.accel);
         let speed = self.axes.map(|axis| axis.speed);
-        let mut cap = begin.cap;
+        let (mut cap, mut zone) = (begin.cap, begin.zone);
         let mut from = 0.0;
         for to in cuts.into_iter().chain([length]) {
             let (mut bend, mut tilt) = ([0.0f64; N], [0.0f64; N]);
@@ -419,6 +425,7 @@ impl<const N: usize> Route<N> {
             cell.rapid = rapid;
             cell.scale(self.scales);
             cell.cap = std::mem::replace(&mut cap, f64::INFINITY);
+            cell.zone = std::mem::replace(&mut zone, 0.0);
             self.cells.push_back(cell);
             self.fresh += 1;
         }
@@ -433,9 +440,13 @@ impl<const N: usize> Route<N> {
             if self.passes.sure == 0 || self.cells.is_empty() {
                 self.replan()?;
             }
-            let (w, trip_to) = (self.passes.w[0], self.passes.w[1]);
             let cell = self.cells.front()?;
-            self.front = Some(cell.pieces(&cell.trip(w, trip_to), self.time));
+            self.front = Some(if self.smooth.is_some() {
+                self.enter_smooth()?
+            } else {
+                let (w, trip_to) = (self.passes.w[0], self.passes.w[1]);
+                cell.pieces(&cell.trip(w, trip_to), self.time)
+            });
             self.next = [None; N];
         }
         self.front.map(|pieces| pieces[2].to.t)
@@ -443,13 +454,15 @@ impl<const N: usize> Route<N> {
 
     /// Plans as far as is known; `None` if nothing of that is final.
     fn replan(&mut self) -> Option<()> {
-        let full = self.cells.len() >= MOST;
+        let full = self.cells.len() >= if self.smooth.is_some() { MOST_SMOOTH } else { MOST };
         let enough = self.fresh >= FRESH.max(self.cells.len() / 2);
         if self.cells.is_empty() || !(enough || self.closed || full) {
             return None;
         }
-        self.plan();
-        if self.closed {
+        let planned = self.plan() || self.smooth.is_none();
+        if !planned {
+            // By what was planned before.
+        } else if self.closed {
             self.passes.sure = self.cells.len();
         } else if full {
             self.passes.sure = self.passes.sure.max(self.cells.len() / 2);
@@ -460,6 +473,9 @@ impl<const N: usize> Route<N> {
     /// Plans; if the law can't be kept, what was planned stays, and what is new is passed from
     /// rest to rest. Whether it was planned.
     pub(crate) fn plan(&mut self) -> bool {
+        if self.smooth.is_some() {
+            return self.plan_smooth();
+        }
         let strict = self.deviation.is_none();
         self.fresh = 0;
         let planned = self.passes.plan(&self.cells, &self.bucket, &self.axes, strict).is_some();
@@ -470,16 +486,29 @@ impl<const N: usize> Route<N> {
         planned
     }
 
+    /// It stands for this long.
+    pub(crate) fn stand_for(&mut self, wait: f64) {
+        self.time += wait;
+        match &mut self.smooth {
+            Some(smooth) => smooth.lens.wait(wait),
+            None => self.bucket.wait(wait, &self.axes),
+        }
+    }
+
     /// Leaves the first cell behind.
     fn leave(&mut self) {
         let (Some(pieces), Some(cell)) = (self.front.take(), self.cells.pop_front()) else {
             return;
         };
         let end = pieces[2].to;
-        self.bucket.wait(end.t - self.time, &self.axes);
-        self.bucket.meet(end.v, &cell.last, 0, &self.axes);
+        if self.smooth.is_some() {
+            self.leave_smooth(&pieces[0], &cell);
+        } else {
+            self.bucket.wait(end.t - self.time, &self.axes);
+            self.bucket.meet(end.v, &cell.last, 0, &self.axes);
+            self.passes.w.pop_front();
+        }
         self.time = end.t;
-        self.passes.w.pop_front();
         self.passes.sure = self.passes.sure.saturating_sub(1);
         self.halt = self.halt.map(|cells| cells.saturating_sub(1));
     }

@@ -80,6 +80,21 @@ impl<const N: usize> Shape<N> {
         self.round.map_or(0.0, |round| (round.turn * self.length()).abs())
     }
 
+    /// Whether two axes are on a circle.
+    pub fn is_round(&self) -> bool {
+        self.round.is_some()
+    }
+
+    /// The change of direction of each axis in a unit of path, with its sign.
+    pub fn curvature(&self, s: f64) -> [f64; N] {
+        std::array::from_fn(|axis| match self.circle(axis) {
+            Some((Round { radius, from, turn, .. }, ahead)) => {
+                -radius * turn * turn * (from - ahead + turn * (s - self.begin)).cos()
+            }
+            None => 0.0,
+        })
+    }
+
     /// The circle that an axis is on, and by how much its angle is ahead of the axis's own.
     fn circle(&self, axis: usize) -> Option<(Round, f64)> {
         let round = self.round?;

@@ -27,8 +27,12 @@ impl<const N: usize> Route<N> {
             let here = piece.at(time.max(piece.from.t));
             return (here.s, here.v);
         }
+        let speed = match &self.smooth {
+            Some(smooth) => smooth.here.v,
+            None => self.passes.w.front().map_or(0.0, |w| w.sqrt()),
+        };
         match (self.cells.front(), &self.loose) {
-            (Some(cell), _) => (cell.begin, self.passes.w.front().map_or(0.0, |w| w.sqrt())),
+            (Some(cell), _) => (cell.begin, speed),
             (None, Some(loose)) => (loose.shape.begin, 0.0),
             (None, None) => (self.length, 0.0),
         }

@@ -1,7 +1,9 @@
 //! Random routes, judged by their steps alone: lines, arcs, chords, reversals and tiny pieces of
-//! unequal axes, half of them with overrides, holds and cancelled rests.
+//! unequal axes, half of them with overrides, holds and cancelled rests; without a limit of the
+//! jerk, and with one.
 //!
-//! `STEPWRIGHT_ROUTES` says how many, from seed `STEPWRIGHT_ROUTES_FROM` on.
+//! `STEPWRIGHT_ROUTES` says how many, and `STEPWRIGHT_SMOOTH_ROUTES` how many of the latter, from
+//! seed `STEPWRIGHT_ROUTES_FROM` on.
 
 mod jobs;
 mod judge;
@@ -9,6 +11,7 @@ mod judge;
 use std::f64::consts::{PI, TAU};
 
 use jobs::Dice;
+use judge::jerk::jerk_broken;
 use judge::{Axis, jump_needed};
 use stepwright_path::{AxisPace, Route};
 
@@ -16,13 +19,14 @@ use stepwright_path::{AxisPace, Route};
 struct Made<const N: usize> {
     route: Route<N>,
     axes: [AxisPace; N],
+    jerk: Option<[f64; N]>,
     steps: [Axis; N],
     dice: Dice,
     cancelled: bool,
 }
 
 impl<const N: usize> Made<N> {
-    fn new(seed: u64) -> Made<N> {
+    fn new(seed: u64, smooth: bool) -> Made<N> {
         let mut dice = Dice(seed);
         let axes = std::array::from_fn(|_| AxisPace {
             step: 0.02 + 0.2 * dice.roll(),
@@ -30,8 +34,15 @@ impl<const N: usize> Made<N> {
             accel: 100.0 * 30f64.powf(dice.roll()),
             jump: 0.5 + 8.0 * dice.roll(),
         });
-        let route = Route::new(axes).unwrap();
-        Made { route, axes, steps: [const { Vec::new() }; N], dice, cancelled: false }
+        let mut route = Route::new(axes).unwrap();
+        let mut jerk = None;
+        if smooth {
+            // The acceleration comes and goes in 10 ms to 0.3 s.
+            let each = axes.map(|axis| axis.accel / (0.01 * 30f64.powf(dice.roll())));
+            route = route.with_jerk(each).unwrap();
+            jerk = Some(each);
+        }
+        Made { route, axes, jerk, steps: [const { Vec::new() }; N], dice, cancelled: false }
     }
 
     fn roll(&mut self) -> f64 {
@@ -144,12 +155,19 @@ impl<const N: usize> Made<N> {
                 needed <= jump * 1.000_1,
                 "{seed}: axis {n} of {N} needs {needed}, not {jump}, at {when} of {time}"
             );
+            if let Some(jerk) = self.jerk {
+                let broken = jerk_broken(steps, step, [jump, accel, jerk[n]], time);
+                assert!(
+                    broken.is_none(),
+                    "{seed}: axis {n} of {N} breaks the law of jerk at {broken:?} of {time}"
+                );
+            }
         }
     }
 }
 
-fn try_one<const N: usize>(seed: u64) {
-    let mut made: Made<N> = Made::new(seed);
+fn try_one<const N: usize>(seed: u64, smooth: bool) {
+    let mut made: Made<N> = Made::new(seed, smooth);
     if !seed.is_multiple_of(2) {
         made.disturb();
     }
@@ -159,17 +177,27 @@ fn try_one<const N: usize>(seed: u64) {
     made.judge(seed);
 }
 
-#[test]
-fn random_routes_keep_the_law_and_end_where_they_should() {
+/// As many as this variable says, or these.
+fn try_all(variable: &str, count: u64, smooth: bool) {
     let number = |name: &str, else_: u64| {
         std::env::var(name).map_or(else_, |text| text.parse().expect("a number"))
     };
     let from = number("STEPWRIGHT_ROUTES_FROM", 0);
-    for seed in from..from + number("STEPWRIGHT_ROUTES", 10_000) {
+    for seed in from..from + number(variable, count) {
         match seed % 3 {
-            0 => try_one::<2>(seed),
-            1 => try_one::<3>(seed),
-            _ => try_one::<6>(seed),
+            0 => try_one::<2>(seed, smooth),
+            1 => try_one::<3>(seed, smooth),
+            _ => try_one::<6>(seed, smooth),
         }
     }
+}
+
+#[test]
+fn random_routes_keep_the_law_and_end_where_they_should() {
+    try_all("STEPWRIGHT_ROUTES", 10_000, false);
+}
+
+#[test]
+fn random_routes_keep_the_law_of_jerk() {
+    try_all("STEPWRIGHT_SMOOTH_ROUTES", 200, true);
 }

@@ -1,0 +1,334 @@
+//! The law of jerk, kept while a speed is planned: every axis stays within S/2 of a speed u with
+//! |u'| ≤ A and |u''| ≤ J.
+//!
+//! What is remembered of the past is where u may be by now, a convex set of (u, u'), one of each
+//! axis. With the time it drifts, and widens by what |u''| ≤ J reaches; the speed of the axis
+//! cuts from it what is too far away.
+//!
+//! ```text
+//!   u'  A ┤      ╱▔▔╲            later   (u, a) → (u + a·T, a), and ± (J·T²/2, J·T)
+//!         │    ╱      ▏          seen    v − S/2 ≤ u ≤ v + S/2,   −A ≤ a ≤ A
+//!         │   ▕     ╱
+//!         │    ╲__╱
+//!         └────┼──┼──┼──── u
+//!            v−S/2 v v+S/2
+//! ```
+//!
+//! The set is never too large: the jerk of u is constant within a moment, which is short beside
+//! √(S/J), and corners too many are left out inwards. So a speed that passes keeps the law. That
+//! law is stronger than the law of speed ([`Bucket`](crate::bucket::Bucket)): u changes by A·t at
+//! most, and the axis is within S/2 of it.
+
+use crate::piece::Piece;
+use crate::route::AxisPace;
+use crate::shape::Shape;
+
+/// Corners that are kept.
+const CORNERS: usize = 12;
+
+/// Corners while it is changed: two more by what u'' reaches, one more by each of four cuts.
+const ROOM: usize = CORNERS + 6;
+
+/// The part of the jump that is used: what is left is for the moments between two looks.
+const USED: f64 = 0.99;
+
+/// Rounding, of a limit.
+const ROUNDED: f64 = 1e-9;
+
+/// A moment is at most this part of √(S/J). u may come near to a bound and back within it: at a
+/// relative jerk of 2J by J·T²/4, 0.005·S.
+const SHORT: f64 = 0.14;
+
+/// Moments of a constant speed after which u may be anywhere, at rest: 6.4·√(S/J) would do, as a
+/// u that stayed so long can stop within S and go to any place in 2·√(S/J).
+const SETTLED: u32 = 48;
+
+/// u and u'.
+type Corner = [f64; 2];
+
+fn cross(a: Corner, b: Corner) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn less(a: Corner, b: Corner) -> Corner {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+/// A convex polygon, counterclockwise; of one corner, or of two, as well.
+#[derive(Clone, Copy, Debug)]
+struct Polygon {
+    corners: [Corner; ROOM],
+    count: usize,
+}
+
+impl Polygon {
+    const NONE: Polygon = Polygon { corners: [[0.0; 2]; ROOM], count: 0 };
+
+    fn line(from: f64, to: f64) -> Polygon {
+        let mut line = Polygon::NONE;
+        line.push([from, 0.0]);
+        line.push([to, 0.0]);
+        line
+    }
+
+    fn push(&mut self, corner: Corner) {
+        if let Some(place) = self.corners.get_mut(self.count) {
+            *place = corner;
+            self.count += 1;
+        }
+    }
+
+    fn known(&self) -> &[Corner] {
+        self.corners.get(..self.count).unwrap_or(&[])
+    }
+
+    /// After a time: it drifts, and is moved along ±reach.
+    fn later(&self, time: f64, jerk: f64) -> Polygon {
+        let reach = [jerk * time * time / 2.0, jerk * time];
+        let mut moved = *self;
+        for corner in &mut moved.corners[..self.count] {
+            corner[0] += corner[1] * time;
+        }
+        let corners = moved.known();
+        let count = corners.len();
+        let side = |n: usize| {
+            let edge = less(corners[(n + 1) % count], corners[n % count]);
+            cross(reach, edge)
+        };
+        let mut later = Polygon::NONE;
+        // An edge along the reach belongs to the side before it.
+        let Some(mut before) = (0..count).rev().map(side).find(|side| *side != 0.0) else {
+            // All in a line along it, or a single corner.
+            let along = |corner: &Corner| corner[0] * reach[0] + corner[1] * reach[1];
+            let ends = corners.iter().copied();
+            let low = ends.clone().min_by(|a, b| along(a).total_cmp(&along(b)));
+            let high = ends.max_by(|a, b| along(a).total_cmp(&along(b)));
+            if let (Some(low), Some(high)) = (low, high) {
+                later.push(less(low, reach));
+                later.push([high[0] + reach[0], high[1] + reach[1]]);
+            }
+            return later;
+        };
+        for (n, corner) in corners.iter().enumerate() {
+            let next = match side(n) {
+                0.0 => before,
+                side => side,
+            };
+            // Outwards is where the reach leads on the side that looks that way.
+            let ahead = [corner[0] + reach[0], corner[1] + reach[1]];
+            let back = less(*corner, reach);
+            match (before > 0.0, next > 0.0) {
+                (true, true) => later.push(ahead),
+                (false, false) => later.push(back),
+                (true, false) => {
+                    later.push(ahead);
+                    later.push(back);
+                }
+                (false, true) => {
+                    later.push(back);
+                    later.push(ahead);
+                }
+            }
+            before = next;
+        }
+        later
+    }
+
+    /// What is left where `sign`·corner[`part`] ≤ `most`.
+    fn clip(&mut self, part: usize, sign: f64, most: f64) {
+        let over = |corner: &Corner| sign * corner[part] - most;
+        if self.known().iter().all(|corner| over(corner) <= 0.0) {
+            return;
+        }
+        let mut left = Polygon::NONE;
+        let corners = self.known();
+        for (n, corner) in corners.iter().enumerate() {
+            let next = &corners[(n + 1) % corners.len()];
+            let (here, there) = (over(corner), over(next));
+            if here <= 0.0 {
+                left.push(*corner);
+            }
+            if (here < 0.0 && there > 0.0) || (here > 0.0 && there < 0.0) {
+                let share = here / (here - there);
+                let way = less(*next, *corner);
+                left.push([corner[0] + way[0] * share, corner[1] + way[1] * share]);
+            }
+        }
+        *self = left;
+    }
+
+    /// What is left where the speed is within `near` of v; false if nothing is.
+    fn see(&mut self, v: f64, near: f64, accel: f64) -> bool {
+        self.clip(0, 1.0, v + near);
+        self.clip(0, -1.0, near - v);
+        self.clip(1, 1.0, accel);
+        self.clip(1, -1.0, accel);
+        while self.count > CORNERS {
+            self.simplify();
+        }
+        self.count > 0
+    }
+
+    /// Leaves out the corner that takes least with it.
+    fn simplify(&mut self) {
+        let corners = self.known();
+        let count = corners.len();
+        let area = |n: usize| {
+            let [a, b, c] = [n + count - 1, n, n + 1].map(|n| corners[n % count]);
+            cross(less(b, a), less(c, a)).abs()
+        };
+        let least = (0..count).min_by(|a, b| area(*a).total_cmp(&area(*b)));
+        if let Some(least) = least {
+            self.corners.copy_within(least + 1..self.count, least);
+            self.count -= 1;
+        }
+    }
+}
+
+/// What the speeds so far leave to each axis.
+#[derive(Clone, Debug)]
+pub(crate) struct Lens<const N: usize> {
+    axes: [Polygon; N],
+    limits: [Limits; N],
+    /// Seconds of a moment.
+    moment: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    near: f64,
+    accel: f64,
+    jerk: f64,
+}
+
+impl<const N: usize> Lens<N> {
+    /// After a long rest.
+    pub fn new(axes: &[AxisPace; N], jerk: &[f64; N]) -> Lens<N> {
+        let limits: [Limits; N] = std::array::from_fn(|n| {
+            let AxisPace { accel, jump, .. } = axes[n];
+            let more = 1.0 + ROUNDED;
+            Limits { near: USED * jump / 2.0 * more, accel: accel * more, jerk: jerk[n] }
+        });
+        let short = |(axis, jerk): (&AxisPace, &f64)| SHORT * (axis.jump / jerk).sqrt();
+        let moment = axes.iter().zip(jerk).map(short).fold(f64::INFINITY, f64::min);
+        let axes = limits.map(|limits| Polygon::line(-limits.near, limits.near));
+        Lens { axes, limits, moment }
+    }
+
+    /// The same with anything possible at this speed.
+    pub fn forget(&mut self, v: &[f64; N]) {
+        for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
+            *polygon = Polygon::line(v - limits.near, v + limits.near);
+        }
+    }
+
+    /// At rest for this long.
+    pub fn wait(&mut self, time: f64) {
+        if self.steady(time, &[0.0; N]).is_err() {
+            // It was at rest before.
+            self.forget(&[0.0; N]);
+        }
+    }
+
+    fn see(&mut self, v: &[f64; N]) -> bool {
+        let mut left = true;
+        for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
+            left &= polygon.see(*v, limits.near, limits.accel);
+        }
+        left
+    }
+
+    fn later(&mut self, time: f64) {
+        for (polygon, limits) in self.axes.iter_mut().zip(&self.limits) {
+            *polygon = polygon.later(time, limits.jerk);
+        }
+    }
+
+    /// Constant speeds for a time.
+    fn steady(&mut self, time: f64, v: &[f64; N]) -> Result<(), f64> {
+        let moments = (time / self.moment).ceil();
+        let (count, each) = if moments > f64::from(SETTLED) {
+            (SETTLED, self.moment)
+        } else {
+            (moments as u32, time / moments.max(1.0))
+        };
+        for n in 0..count {
+            self.later(each);
+            if !self.see(v) {
+                return Err(f64::from(n + 1) * each);
+            }
+        }
+        if moments > f64::from(SETTLED) {
+            self.forget(v);
+        }
+        Ok(())
+    }
+
+    /// Along a part of a shape.
+    ///
+    /// # Errors
+    /// Where along the route the law is broken first.
+    pub fn follow(&mut self, shape: &Shape<N>, piece: &Piece) -> Result<(), f64> {
+        let (from, time) = (piece.from, piece.to.t - piece.from.t);
+        let mut direction = shape.direction(from.s);
+        if !self.see(&direction.map(|part| part * from.v)) {
+            return Err(from.s);
+        }
+        if piece.jerk == 0.0 && from.a == 0.0 && !shape.is_round() {
+            let speeds = direction.map(|part| part * from.v);
+            return self.steady(time, &speeds).map_err(|after| from.s + from.v * after);
+        }
+        let moments = (time / self.moment).ceil().max(1.0);
+        let each = time / moments;
+        let mut n = 0.0;
+        while n < moments && each > 0.0 {
+            n += 1.0;
+            let here = if n == moments { piece.to } else { from.after(piece.jerk, n * each) };
+            if shape.is_round() {
+                direction = shape.direction(here.s);
+            }
+            self.later(each);
+            if !self.see(&direction.map(|part| part * here.v)) {
+                return Err(here.s);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AXIS: AxisPace = AxisPace { step: 0.01, speed: 300.0, accel: 1_000.0, jump: 5.0 };
+
+    /// u has to move by S between two jumps of S: in √(2·S/J) = 31.6 ms, less what is not used.
+    #[test]
+    fn two_jumps_need_a_time_between() {
+        let jump = USED * 5.0;
+        for (time, kept) in [(0.031, false), (0.032, true), (10.0, true)] {
+            let mut lens = Lens::new(&[AXIS], &[10_000.0]);
+            assert!(lens.see(&[0.0]) && lens.see(&[jump]));
+            assert!(lens.steady(time, &[jump]).is_ok());
+            assert_eq!(lens.see(&[2.0 * jump]), kept, "{time}");
+        }
+        // Nor is there one for more than S.
+        let mut lens = Lens::new(&[AXIS], &[10_000.0]);
+        assert!(lens.see(&[0.0]) && !lens.see(&[5.01]));
+    }
+
+    /// A step of acceleration by Δ is hidden within Δ²/8J: √(8·S·J) = 632 mm/s² at most.
+    #[test]
+    fn a_step_of_acceleration_takes_of_the_jump() {
+        for (accel, kept) in [(600.0, true), (660.0, false)] {
+            let mut lens = Lens::new(&[AXIS], &[10_000.0]);
+            // u may have begun before.
+            let mut left = lens.steady(0.1, &[0.0]).is_ok();
+            for n in 1..=100 {
+                lens.later(0.001);
+                left &= lens.see(&[accel * 0.001 * f64::from(n)]);
+            }
+            assert_eq!(left, kept, "{accel}");
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Ramps with limited jerk, from one speed to another, both without acceleration.
+//!
+//! ```text
+//!   a    ╱▔▔╲            a change of speed by d takes     2·√(d/J)      up to d = A²/J
+//!       ╱    ╲                                            d/A + A/J     beyond
+//!   v  _╱▔▔▔▔▔           and leads, by symmetry, (v₀ + v₁)/2 times that far
+//! ```
+
+use crate::course::{Push, join};
+use crate::pace::Pace;
+use crate::piece::{Moment, Piece};
+
+/// Along a stretch of a route, in its unit and seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    pub accel: f64,
+    pub jerk: f64,
+}
+
+impl Limits {
+    /// As those of a path.
+    pub fn pace(&self) -> Pace {
+        Pace::new(1.0, self.accel).with_jerk(self.jerk)
+    }
+
+    /// The same, at least with an acceleration that there is.
+    pub fn with(self, accel: f64) -> Limits {
+        Limits { accel: self.accel.max(accel.abs()), ..self }
+    }
+
+    fn time(&self, change: f64) -> f64 {
+        let change = change.abs();
+        if change * self.jerk <= self.accel * self.accel {
+            2.0 * (change / self.jerk).sqrt()
+        } else {
+            change / self.accel + self.accel / self.jerk
+        }
+    }
+
+    /// How far a change of speed leads.
+    pub fn way(&self, from: f64, to: f64) -> f64 {
+        (from + to) / 2.0 * self.time(to - from)
+    }
+
+    /// The speed up to which it can rise over a way; as well, from which it can fall.
+    pub fn rise(&self, from: f64, way: f64) -> f64 {
+        // With no limit of the jerk it is this.
+        let most = (from * from + 2.0 * self.accel * way).sqrt();
+        root(from, most, |v| self.way(from, v) - way)
+    }
+
+    /// Jerks and their times, which change the speed.
+    fn pushes(&self, from: f64, to: f64) -> [Push; 3] {
+        let change = (to - from).abs();
+        let sign = if to < from { -1.0 } else { 1.0 };
+        let peak = (self.jerk * change).sqrt().min(self.accel);
+        let hold = if peak < self.accel { 0.0 } else { change / peak - peak / self.jerk };
+        let bend = peak / self.jerk;
+        [(sign * self.jerk, bend), (0.0, hold.max(0.0)), (-sign * self.jerk, bend)]
+    }
+
+    /// From a speed to another over a way, as fast as can be, at most at `top`. The way must be
+    /// long enough for the change by itself.
+    pub fn over(&self, from: Moment, to: Moment, top: f64) -> Vec<Piece> {
+        let way = to.s - from.s;
+        let low = from.v.max(to.v);
+        let both = |peak: f64| self.way(from.v, peak) + self.way(peak, to.v);
+        let top = top.max(low);
+        let peak = if both(top) <= way { top } else { root(low, top, |v| both(v) - way) };
+        let level = (way - both(peak)).max(0.0) / peak;
+        let level = if level.is_finite() { level } else { 0.0 };
+        let up = self.pushes(from.v, peak);
+        let down = self.pushes(peak, to.v);
+        let from = Moment { a: 0.0, ..from };
+        let mut pieces = join(from, &up, peak);
+        let mut begin = pieces.last().map_or(from, |piece| piece.to);
+        if level > 0.0 {
+            let end = Moment { t: begin.t + level, s: begin.s + level * peak, v: peak, a: 0.0 };
+            pieces.push(Piece { from: begin, to: end, jerk: 0.0 });
+            begin = end;
+        }
+        pieces.extend(join(begin, &down, to.v));
+        if let Some(last) = pieces.last_mut() {
+            last.to = Moment { t: last.to.t, s: to.s, v: to.v, a: 0.0 };
+        }
+        pieces
+    }
+}
+
+/// Where a rising function comes to 0, from below; `high` if it does not.
+pub(crate) fn root(low: f64, high: f64, of: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (low, high);
+    let (mut below, mut above) = (of(low), of(high));
+    if above <= 0.0 {
+        return high;
+    }
+    // By the chord; where that moves one end only, by halves.
+    for n in 0..200 {
+        let middle = low + (high - low) / 2.0;
+        let chord = low - below * (high - low) / (above - below);
+        let next = if n % 3 == 2 || !(chord > low && chord < high) { middle } else { chord };
+        if next <= low || next >= high || high - low <= 1e-15 * high {
+            break;
+        }
+        let off = of(next);
+        if off <= 0.0 {
+            (low, below) = (next, off);
+        } else {
+            (high, above) = (next, off);
+        }
+        if off.abs() == 0.0 {
+            break;
+        }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits { accel: 1_000.0, jerk: 10_000.0 };
+
+    #[test]
+    fn ramps_by_hand() {
+        // 0 to 100: A²/J is 100, so 0.2 s at a mean of 50.
+        assert!((LIMITS.way(0.0, 100.0) - 10.0).abs() < 1e-12);
+        // 0 to 300: 0.4 s.
+        assert!((LIMITS.way(300.0, 0.0) - 60.0).abs() < 1e-12);
+        assert!((LIMITS.rise(0.0, 60.0) - 300.0).abs() < 1e-9);
+        // 5 to 30 in 0.1 s.
+        assert!((LIMITS.rise(5.0, 1.75) - 30.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_course_begins_and_ends_where_it_should() {
+        for (v, to, way) in [(0.0, 0.0, 1.0), (5.0, 5.0, 10.0), (80.0, 0.0, 30.0), (3.0, 60.0, 9.0)]
+        {
+            let from = Moment { t: 1.0, s: 2.0, v, a: 0.0 };
+            let end = Moment { t: 0.0, s: 2.0 + way, v: to, a: 0.0 };
+            let pieces = LIMITS.over(from, end, 100.0);
+            let mut at = from;
+            for piece in &pieces {
+                assert!((piece.from.s - at.s).abs() < 1e-12 && (piece.from.v - at.v).abs() < 1e-12);
+                assert!((piece.from.a - at.a).abs() < 1e-9 && piece.from.t == at.t);
+                let end = piece.from.after(piece.jerk, piece.to.t - piece.from.t);
+                assert!((end.s - piece.to.s).abs() < 1e-9 && (end.v - piece.to.v).abs() < 1e-8);
+                assert!(end.a.abs() <= 1_000.000_001 && end.v <= 100.000_001);
+                at = piece.to;
+            }
+            assert_eq!((at.s, at.v, at.a), (2.0 + way, to, 0.0));
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! The speed over cells with limited jerk: courses from one node that binds to the next.
+//!
+//! ```text
+//!   v    ╱▔▔▔▔▔╲          ╱▔▔╲              the acceleration is 0 where a node binds: at B, and
+//!       ╱       ╲        ╱    ╲             at rest; in between it goes on over whatever joints
+//!      ╱         ╲__B___╱      ╲            there are
+//!    rest  · · ·  · · ·   · · ·  rest
+//! ```
+//!
+//! First there are two of them, the beginning and the end. The fastest course between two is
+//! known ([`Limits::over`]). Where it is beyond what a node allows, the node at which it is most so
+//! binds too, at its speed; or at less, where that can't be risen to or fallen from within the
+//! limits, for which there is a pass back and a pass on over what binds. This ends when all
+//! courses are allowed, or all nodes bind.
+
+use std::collections::VecDeque;
+
+use crate::cell::Cell;
+use crate::course::{self, join, reach, reached};
+use crate::piece::{Moment, Piece};
+use crate::ramp::{Limits, root};
+
+/// Rounding, of w.
+const ROUNDED: f64 = 1e-9;
+
+/// Part of the acceleration there is on a straight line below which a node binds instead.
+const LEAST: f64 = 0.4;
+
+/// What is known of each cell and of the nodes between them.
+pub(crate) struct Ground<'a, const N: usize> {
+    pub cells: &'a VecDeque<Cell<N>>,
+    /// w at each node, and within each cell, at most.
+    pub caps: Vec<f64>,
+    pub tops: Vec<f64>,
+    /// Along each cell, where it does not turn.
+    pub limits: Vec<Limits>,
+}
+
+/// A node that binds, without acceleration.
+#[derive(Clone, Copy, Debug)]
+struct Bind {
+    /// Cells before it, or, of the beginning, before the cell that it is in.
+    node: usize,
+    s: f64,
+    v: f64,
+}
+
+/// What comes out of looking for a course between two that bind.
+enum Bound {
+    None(Vec<Piece>),
+    Node(Bind),
+    /// The acceleration over a cell is less.
+    Accel(usize, f64),
+}
+
+/// What a course exceeds.
+enum Beyond {
+    Node(usize, f64),
+    /// The acceleration over a cell, by its part that is allowed.
+    Accel(usize, f64),
+    Top(f64),
+}
+
+impl<const N: usize> Ground<'_, N> {
+    /// Along all cells from one node to another.
+    pub fn limits(&self, from: usize, to: usize) -> Limits {
+        let none = Limits { accel: f64::INFINITY, jerk: f64::INFINITY };
+        self.limits[from..to.max(from + 1).min(self.limits.len())].iter().fold(none, |all, cell| {
+            Limits { accel: all.accel.min(cell.accel), jerk: all.jerk.min(cell.jerk) }
+        })
+    }
+
+    fn place(&self, node: usize) -> f64 {
+        match self.cells.get(node) {
+            Some(cell) => cell.begin,
+            None => self.cells.back().map_or(0.0, |cell| cell.end),
+        }
+    }
+
+    /// From a moment to rest at the end, in time. `None` if it can't be done from there.
+    pub fn courses(&mut self, from: Moment) -> Option<Vec<Piece>> {
+        let count = self.cells.len();
+        let mut pieces = Vec::new();
+        let (mut begin, mut at) = (from, 0);
+        if from.a != 0.0 || from.v * from.v > self.caps[0].min(self.tops[0]) * (1.0 + ROUNDED) {
+            (pieces, at) = self.fall(from)?;
+            begin = pieces.last().map_or(from, |piece| piece.to);
+        }
+        let mut binds = vec![
+            Bind { node: at, s: begin.s, v: begin.v },
+            Bind { node: count, s: self.place(count), v: 0.0 },
+        ];
+        let mut known: Vec<Option<Vec<Piece>>> = vec![None];
+        loop {
+            while let Err(n) = self.pass(&mut binds, &mut known, begin) {
+                // Over fewer cells the limits may be higher.
+                let (from, to) = (binds[n].node, binds[n + 1].node);
+                let node = from + (to - from) / 2;
+                if node == from {
+                    return None;
+                }
+                binds.insert(n + 1, self.bind(node, f64::INFINITY));
+                known.insert(n + 1, None);
+            }
+            let mut more = false;
+            let (mut next, mut courses) = (Vec::with_capacity(binds.len()), Vec::new());
+            for (n, pair) in binds.windows(2).enumerate() {
+                next.push(pair[0]);
+                let mut course = known[n].take();
+                if course.is_none() {
+                    let begin = (n == 0 && begin.a != 0.0).then_some(begin);
+                    match self.course(pair[0], pair[1], begin) {
+                        Bound::None(found) => course = Some(found),
+                        Bound::Node(bind) => {
+                            next.push(bind);
+                            courses.push(None);
+                            more = true;
+                        }
+                        Bound::Accel(cell, accel) => {
+                            self.limits[cell].accel = accel;
+                            more = true;
+                        }
+                    }
+                }
+                courses.push(course);
+            }
+            next.extend(binds.last());
+            (binds, known) = (next, courses);
+            if !more {
+                break;
+            }
+        }
+        let mut time = begin.t;
+        for piece in known.into_iter().flatten().flatten() {
+            let Piece { mut from, mut to, jerk } = piece;
+            let long = to.t - from.t;
+            (from.t, to.t) = (time, time + long);
+            time += long;
+            pieces.push(Piece { from, to, jerk });
+        }
+        Some(pieces)
+    }
+
+    /// Lowers what can't be come from or to; what it changes is unknown again.
+    fn pass(
+        &self,
+        binds: &mut [Bind],
+        known: &mut [Option<Vec<Piece>>],
+        begin: Moment,
+    ) -> Result<(), usize> {
+        for n in (1..binds.len().saturating_sub(1)).rev() {
+            if known[n].is_some() {
+                continue;
+            }
+            let [here, there] = [binds[n], binds[n + 1]];
+            let limits = self.limits(here.node, there.node);
+            if here.v > there.v && limits.way(here.v, there.v) > there.s - here.s {
+                binds[n].v = limits.rise(there.v, there.s - here.s);
+                (known[n - 1], known[n]) = (None, None);
+            }
+        }
+        for n in 0..binds.len() - 1 {
+            if known[n].is_some() {
+                continue;
+            }
+            let [here, there] = [binds[n], binds[n + 1]];
+            let limits = self.limits(here.node, there.node);
+            let way = there.s - here.s;
+            let v = if n == 0 && begin.a != 0.0 {
+                arrive(begin, there.s, there.v, &limits.with(begin.a)).ok_or(n)?
+            } else if n == 0 && here.v > there.v {
+                // It can't be slower here.
+                if limits.way(here.v, there.v) > way * (1.0 + ROUNDED) {
+                    return Err(n);
+                }
+                there.v
+            } else if there.v > here.v && limits.way(here.v, there.v) > way {
+                limits.rise(here.v, way)
+            } else {
+                there.v
+            };
+            if v < there.v {
+                if n + 2 == binds.len() {
+                    return Err(n);
+                }
+                binds[n + 1].v = v;
+                (known[n], known[n + 1]) = (None, None);
+            }
+        }
+        Ok(())
+    }
+
+    /// The course from one to the other, or what binds in between.
+    fn course(&self, from: Bind, to: Bind, begin: Option<Moment>) -> Bound {
+        let mut limits = self.limits(from.node, to.node);
+        if let Some(begin) = begin {
+            limits = limits.with(begin.a);
+        }
+        let cells = from.node..to.node.max(from.node + 1).min(self.cells.len());
+        let mut top = self.tops[cells.clone()].iter().copied().fold(0.0, f64::max).sqrt();
+        loop {
+            let pieces = match begin {
+                Some(begin) => {
+                    let begin = Moment { t: 0.0, ..begin };
+                    course::lead(begin, (to.s, to.v), top, &limits.pace())
+                }
+                None => {
+                    let end = Moment { t: 0.0, s: to.s, v: to.v, a: 0.0 };
+                    let begin = Moment { t: 0.0, s: from.s, v: from.v, a: 0.0 };
+                    limits.over(begin, end, top)
+                }
+            };
+            match self.beyond(cells.clone(), &pieces, top) {
+                Some(Beyond::Top(most)) => top = most,
+                Some(Beyond::Node(node, v)) => return Bound::Node(self.bind(node, v)),
+                Some(Beyond::Accel(cell, part)) => {
+                    let accel = limits.accel * part.clamp(0.5, 0.98);
+                    let node = if cell > from.node { cell } else { cell + 1 };
+                    let splits = node > from.node && node < to.node;
+                    if splits && (begin.is_some() || accel < LEAST * self.cells[cell].slope(0.0)) {
+                        return Bound::Node(self.bind(node, speed(&pieces, self.place(node))));
+                    }
+                    if begin.is_none() {
+                        return Bound::Accel(cell, accel);
+                    }
+                    // As it is: the law decides.
+                    return Bound::None(pieces);
+                }
+                None => return Bound::None(pieces),
+            }
+        }
+    }
+
+    fn bind(&self, node: usize, v: f64) -> Bind {
+        Bind { node, s: self.place(node), v: v.min(self.caps[node].sqrt()) }
+    }
+
+    /// Where a course is furthest beyond what is allowed.
+    fn beyond(&self, cells: std::ops::Range<usize>, pieces: &[Piece], top: f64) -> Option<Beyond> {
+        let mut worst: Option<(f64, usize, f64)> = None;
+        let mut accel: Option<(f64, usize)> = None;
+        let mut peak = f64::INFINITY;
+        let mut n = 0;
+        let mut before = pieces.first()?.from;
+        for cell in cells.clone() {
+            let end = self.cells.get(cell)?.end;
+            let (mut most, mut steep) = (before.v, before.a.abs());
+            while n + 1 < pieces.len() && pieces[n].to.s < end {
+                let to = pieces[n].to;
+                (most, steep) = (most.max(to.v), steep.max(to.a.abs()));
+                n += 1;
+            }
+            let piece = &pieces[n];
+            let cap = self.caps.get(cell + 1).copied().unwrap_or(0.0);
+            let here = if end >= piece.to.s { piece.to } else { piece.at(piece.time(end)) };
+            if cell + 1 < cells.end {
+                let over = here.v * here.v / cap;
+                if over > 1.0 + ROUNDED && worst.is_none_or(|known| over > known.0) {
+                    worst = Some((over, cell + 1, here.v));
+                }
+            }
+            (most, steep) = (most.max(here.v), steep.max(here.a.abs()));
+            let limit = self.tops[cell];
+            if most * most > limit * (1.0 + ROUNDED) {
+                peak = peak.min(limit.sqrt().max(before.v.min(here.v)));
+            }
+            let allowed = self.cells[cell].slope(most * most) / steep;
+            if allowed < 1.0 - ROUNDED && accel.is_none_or(|known| allowed < known.0) {
+                accel = Some((allowed, cell));
+            }
+            before = here;
+        }
+        if let Some((_, node, v)) = worst {
+            return Some(Beyond::Node(node, v));
+        }
+        if peak < top {
+            return Some(Beyond::Top(peak));
+        }
+        accel.map(|(part, cell)| Beyond::Accel(cell, part))
+    }
+
+    /// Along the first cells, at most at the speed there is: what turning leaves.
+    fn falling(&self, from: Moment, cells: usize) -> Limits {
+        let all = self.limits(0, cells);
+        let v = from.v + from.a.max(0.0).powi(2) / 2.0 / all.jerk;
+        let slopes = self.cells.iter().take(cells).map(|cell| cell.slope(v * v));
+        Limits { accel: slopes.fold(all.accel, f64::min), ..all }.with(from.a)
+    }
+
+    /// The fastest stop, and the cell in which it ends. `None` if that is beyond the last.
+    pub fn stop(&self, from: Moment) -> Option<(Vec<Piece>, usize)> {
+        let mut last = 1;
+        loop {
+            let limits = self.falling(from, last);
+            let pieces = join(from, &reach(from, 0.0, &limits.pace()), 0.0);
+            let end = pieces.last().map_or(from, |piece| piece.to);
+            let cell = self.cells.iter().position(|cell| cell.end > end.s)?;
+            if cell < last {
+                return Some((pieces, cell));
+            }
+            last = cell + 1;
+        }
+    }
+
+    /// From a speed that is beyond what is allowed now, or an acceleration: down to what is, and
+    /// the cell in which that is reached.
+    fn fall(&self, from: Moment) -> Option<(Vec<Piece>, usize)> {
+        let least = from.v + from.a.max(0.0).powi(2) / 2.0 / self.limits(0, 1).jerk;
+        let top = self.tops[0];
+        if least * least <= top * (1.0 + ROUNDED) {
+            return Some((Vec::new(), 0));
+        }
+        let mut v = top.sqrt();
+        let mut last = 1;
+        for _ in 0..64 {
+            let limits = self.falling(from, last);
+            let pieces = join(from, &reach(from, v, &limits.pace()), v);
+            let end = pieces.last().map_or(from, |piece| piece.to);
+            let cell = self.cells.iter().position(|cell| cell.end > end.s)?;
+            let tops = self.tops[..=cell].iter();
+            let slower = tops.chain(&self.caps[1..=cell]).copied().fold(v * v, f64::min).sqrt();
+            if slower >= v && last > cell {
+                return Some((pieces, cell));
+            }
+            (v, last) = (slower.min(v), last.max(cell + 1));
+        }
+        None
+    }
+}
+
+/// The speed at a place of a course.
+fn speed(pieces: &[Piece], s: f64) -> f64 {
+    let piece = pieces.iter().find(|piece| piece.to.s >= s).or(pieces.last());
+    piece.map_or(0.0, |piece| piece.at(piece.time(s)).v)
+}
+
+/// The speed, `v` at most, at which it can be at a place without acceleration.
+fn arrive(from: Moment, s: f64, v: f64, limits: &Limits) -> Option<f64> {
+    let pace = limits.pace();
+    if reached(from, v, &pace) <= s + ROUNDED * (s - from.s) {
+        return Some(v);
+    }
+    // What it comes to if the acceleration only ends.
+    let free = (from.v + from.a * from.a.abs() / 2.0 / limits.jerk).max(0.0);
+    if free >= v || reached(from, free, &pace) > s {
+        return None;
+    }
+    Some(root(free, v, |v| reached(from, v, &pace) - s))
+}

@@ -1,0 +1,368 @@
+//! A route with limited jerk: its speed is a course over many cells, and what is made of it is
+//! cut from that course, cell by cell.
+//!
+//! A plan is tried with the law of jerk ([`Lens`]) before it is taken. Where it fails, what lies
+//! within the time in which a jump can be hidden is passed slower, at last at rest, and planned
+//! again.
+
+use std::collections::VecDeque;
+
+use crate::cell::Cell;
+use crate::lens::Lens;
+use crate::pace::{PACES, Unplannable};
+use crate::piece::{Moment, Piece};
+use crate::ramp::Limits;
+use crate::route::{Route, SLIVER};
+use crate::runs::Ground;
+use crate::turning::{self, TURN};
+
+/// Of the limits: what is left is for rounding, and for what is between two looks at the law.
+const JUMP: f64 = 0.97;
+const JERK: f64 = 0.99;
+
+/// Of the acceleration, for turning at a constant speed.
+const CURVE: f64 = 0.9;
+
+/// Rounds in which what breaks the law is passed slower, and at rest.
+const SLOWER: usize = 24;
+const AT_REST: usize = 100;
+
+/// Of w, in each.
+const BY: f64 = 0.8;
+
+/// What a route with limited jerk has besides.
+#[derive(Clone, Debug)]
+pub(crate) struct Smooth<const N: usize> {
+    jerk: [f64; N],
+    /// What the law leaves where the first cell begins, and the moment there.
+    pub lens: Lens<N>,
+    pub here: Moment,
+    /// From there on.
+    pub course: VecDeque<Piece>,
+}
+
+impl<const N: usize> Smooth<N> {
+    /// The moment at the end of its first cell, and its part of the first piece. That ends where
+    /// a piece ends, too: the cell is divided there.
+    fn first(&self, cell: &Cell<N>) -> Option<Piece> {
+        let piece = self.course.front()?;
+        let least = cell.shape.length() * SLIVER;
+        let end = if piece.to.s >= cell.end - least { cell.end } else { piece.to.s };
+        Some(clip(piece, self.here, end))
+    }
+}
+
+/// The part of a piece from a moment of it to a place.
+fn clip(piece: &Piece, from: Moment, end: f64) -> Piece {
+    let mut to = if end >= piece.to.s { piece.to } else { piece.at(piece.time(end)) };
+    to.s = end;
+    to.t = to.t.max(from.t);
+    Piece { from, to, jerk: piece.jerk }
+}
+
+/// Calls for each cell and each part of a course in it.
+fn walk<const N: usize>(
+    cells: &VecDeque<Cell<N>>,
+    course: impl IntoIterator<Item = Piece>,
+    mut here: Moment,
+    mut with: impl FnMut(usize, &Piece),
+) {
+    let mut course = course.into_iter().peekable();
+    for (n, cell) in cells.iter().enumerate() {
+        let least = cell.shape.length() * SLIVER;
+        while let Some(piece) = course.peek() {
+            let last = piece.to.s >= cell.end - least;
+            let end = if last { cell.end } else { piece.to.s };
+            let part = clip(piece, here, end);
+            with(n, &part);
+            here = part.to;
+            if piece.to.s <= cell.end + least {
+                course.next();
+                if let Some(next) = course.peek() {
+                    here = Moment { s: here.s, ..next.from };
+                }
+            }
+            if last {
+                break;
+            }
+        }
+    }
+}
+
+impl<const N: usize> Route<N> {
+    /// The same with the jerk of each axis limited, in units/s³: each stays within half of its
+    /// `jump` of a speed u with |u'| ≤ `accel` and |u''| ≤ its jerk. To be called before its first
+    /// piece.
+    ///
+    /// # Errors
+    /// [`Unplannable::Jerk`] beyond [`PACES`].
+    pub fn with_jerk(mut self, jerk: [f64; N]) -> Result<Route<N>, Unplannable> {
+        if !jerk.iter().all(|jerk| PACES.contains(jerk)) {
+            return Err(Unplannable::Jerk);
+        }
+        let lens = Lens::new(&self.axes, &jerk);
+        let here = Moment::at_rest(self.time, self.length);
+        self.smooth = Some(Box::new(Smooth { jerk, lens, here, course: VecDeque::new() }));
+        Ok(self)
+    }
+
+    /// What is known of the cells.
+    fn ground<'a>(&self, cells: &'a VecDeque<Cell<N>>, jerk: &[f64; N]) -> Ground<'a, N> {
+        let count = cells.len();
+        let top = |cell: &Cell<N>| cell.top.min(CURVE * cell.turning());
+        let mut tops: Vec<f64> = cells.iter().map(top).collect();
+        let mut caps = vec![0.0; count + 1];
+        caps[0] = f64::INFINITY;
+        for n in 1..count {
+            caps[n] = (JUMP * JUMP * cells[n].cap).min(tops[n - 1]).min(tops[n]);
+        }
+        turning::bound(cells, (&mut caps, &mut tops), &self.axes, jerk);
+        caps[count] = 0.0;
+        let limits = cells.iter().map(|cell| {
+            let (_, tilt) = cell.shape.bounds(cell.begin, cell.end);
+            let part = if cell.turns() { JERK * TURN } else { JERK };
+            let each = jerk.iter().zip(&tilt).map(|(jerk, tilt)| part * jerk / tilt);
+            Limits { accel: cell.slope(0.0), jerk: each.fold(f64::INFINITY, f64::min) }
+        });
+        let limits = limits.collect();
+        Ground { cells, caps, tops, limits }
+    }
+
+    /// Plans all cells from the moment at which the first begins. False, and nothing changes, if
+    /// that is not possible within the law.
+    pub(crate) fn plan_smooth(&mut self) -> bool {
+        if self.cells.is_empty() {
+            return true;
+        }
+        let Some(mut smooth) = self.smooth.take() else { return false };
+        smooth.here.t = self.time;
+        let planned = self.planned(&smooth);
+        let done = planned.is_some();
+        match planned {
+            Some((course, sure)) => {
+                smooth.course = course.into();
+                self.passes.sure = sure;
+            }
+            None => self.keep(&mut smooth),
+        }
+        self.fresh = 0;
+        self.smooth = Some(smooth);
+        done
+    }
+
+    fn planned(&self, smooth: &Smooth<N>) -> Option<(Vec<Piece>, usize)> {
+        let mut ground = self.ground(&self.cells, &smooth.jerk);
+        let asked = ground.caps.clone();
+        let strict = self.deviation.is_none();
+        for round in 0..SLOWER + AT_REST {
+            let course = ground.courses(smooth.here)?;
+            let broken = if strict { self.broken(smooth, &course) } else { Vec::new() };
+            if broken.is_empty() {
+                let sure = self.sure(smooth, &course, &ground, &asked);
+                return Some((course, sure));
+            }
+            let mut slower = false;
+            let by = if round < SLOWER { BY } else { 0.0 };
+            let mut done = 0;
+            for (from, to) in broken {
+                for n in from.max(done)..to {
+                    if n > 0 {
+                        slower |= ground.caps[n] > 0.0;
+                        ground.caps[n] *= by;
+                    }
+                    if round < SLOWER {
+                        ground.tops[n] *= by;
+                        slower = true;
+                    }
+                }
+                if to < self.cells.len() && to >= done {
+                    slower |= ground.caps[to] > 0.0;
+                    ground.caps[to] *= by;
+                }
+                done = done.max(to);
+            }
+            if !slower {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Nodes from which and to which the law is broken.
+    fn broken(&self, smooth: &Smooth<N>, course: &[Piece]) -> Vec<(usize, usize)> {
+        let mut lens = smooth.lens.clone();
+        let mut broken: Vec<(usize, usize)> = Vec::new();
+        let mut begun = vec![0.0; self.cells.len() + 1];
+        let mut known = 0;
+        walk(&self.cells, course.iter().copied(), smooth.here, |n, part| {
+            if n + 1 > known {
+                begun[n] = part.from.t;
+                known = n + 1;
+            }
+            if lens.follow(&self.cells[n].shape, part).is_err() {
+                let hidden = self.hidden(&smooth.jerk);
+                let since = begun[..=n].iter().rposition(|t| *t < part.from.t - hidden);
+                broken.push((since.map_or(0, |n| n + 1).min(n), n + 1));
+                lens.forget(&self.cells[n].shape.direction(part.to.s).map(|d| d * part.to.v));
+            }
+        });
+        broken
+    }
+
+    /// Seconds in which a jump may be hidden.
+    fn hidden(&self, jerk: &[f64; N]) -> f64 {
+        let each = self.axes.iter().zip(jerk).map(|(axis, jerk)| 2.0 * (axis.jump / jerk).sqrt());
+        each.fold(0.0, f64::max)
+    }
+
+    /// Cells from the first on whose course is final, whatever follows: up to a node that is passed
+    /// as fast as it may be, without acceleration, before anything brakes for the end.
+    ///
+    /// What follows changes how fast a curve may be passed that is not over yet, so a stop must be
+    /// possible before that.
+    fn sure(
+        &self,
+        smooth: &Smooth<N>,
+        course: &[Piece],
+        ground: &Ground<N>,
+        caps: &[f64],
+    ) -> usize {
+        let count = self.cells.len();
+        let firm = turning::firm(&self.cells);
+        let firm = self.cells.get(firm).map_or(f64::INFINITY, |cell| cell.begin);
+        let hidden = self.hidden(&smooth.jerk);
+        let mut back = caps.to_vec();
+        let mut free = 0;
+        for n in (1..count).rev() {
+            let rise = self.cells[n].rise(back[n + 1]);
+            if rise < back[n] {
+                back[n] = rise;
+            } else {
+                free = free.max(n);
+            }
+        }
+        let mut sure = 0;
+        walk(&self.cells, course.iter().copied(), smooth.here, |n, part| {
+            let end = part.to;
+            let there = n < free && end.s >= self.cells[n].end;
+            let level = end.a.abs() <= STILL * self.cells[n].slope(0.0);
+            if there && level && end.v * end.v >= caps[n + 1] * NEAR {
+                let limits = ground.limits(n + 1, count);
+                if end.s + limits.way(end.v, 0.0) + end.v * hidden <= firm {
+                    sure = n + 1;
+                }
+            }
+        });
+        sure
+    }
+
+    /// Goes on by the plan before, up to the next node where that has no acceleration: from there
+    /// it is planned again. Where that is here and now, at rest, each cell is passed from rest to
+    /// rest.
+    fn keep(&mut self, smooth: &mut Smooth<N>) {
+        let mut sure = 0;
+        let mut known = false;
+        walk(&self.cells, smooth.course.iter().copied(), smooth.here, |n, part| {
+            known |= n < sure;
+            if !known && part.to.s >= self.cells[n].end {
+                sure = n + 1;
+                known = part.to.a.abs() <= STILL * self.cells[n].slope(0.0);
+            }
+        });
+        if sure == 0 {
+            self.rest_to_rest(smooth);
+            sure = self.cells.len();
+        }
+        self.passes.sure = sure;
+    }
+
+    /// A course with a rest at each node.
+    fn rest_to_rest(&self, smooth: &mut Smooth<N>) {
+        let ground = self.ground(&self.cells, &smooth.jerk);
+        let mut here = smooth.here;
+        smooth.course.clear();
+        for (n, cell) in self.cells.iter().enumerate() {
+            let w = ground.tops[n];
+            // What turning leaves at the highest speed.
+            let accel = ground.limits[n].accel.min(cell.slope(w));
+            let limits = Limits { accel, ..ground.limits[n] };
+            let begin = Moment::at_rest(here.t, cell.begin);
+            let course = limits.over(begin, Moment::at_rest(0.0, cell.end), w.sqrt());
+            here = course.last().map_or(begin, |piece| piece.to);
+            smooth.course.extend(course);
+        }
+    }
+
+    /// The first cell in time.
+    pub(crate) fn enter_smooth(&mut self) -> Option<[Piece; 3]> {
+        let smooth = self.smooth.as_ref()?;
+        let cell = self.cells.front()?;
+        let part = smooth.first(cell)?;
+        if part.to.s < cell.end {
+            // A piece of the course ends within it.
+            let behind = cell.part(part.to.s, cell.end);
+            let cell = self.cells.front_mut()?;
+            (cell.end, cell.last) = (behind.begin, behind.first);
+            self.cells.insert(1, behind);
+            self.passes.sure += 1;
+            self.halt = self.halt.map(|cells| cells + 1);
+        }
+        let still = Piece { from: part.to, to: part.to, jerk: 0.0 };
+        Some([part, still, still])
+    }
+
+    /// Leaves the first cell behind, or a part of it that ends now.
+    pub(crate) fn leave_smooth(&mut self, part: &Piece, cell: &Cell<N>) {
+        let Some(smooth) = &mut self.smooth else { return };
+        // It was tried before.
+        if smooth.lens.follow(&cell.shape, part).is_err() {
+            smooth.lens.forget(&cell.shape.direction(part.to.s).map(|d| d * part.to.v));
+        }
+        smooth.here = part.to;
+        let least = cell.shape.length() * SLIVER;
+        while smooth.course.front().is_some_and(|piece| piece.to.s <= part.to.s + least) {
+            smooth.course.pop_front();
+            if let Some(next) = smooth.course.front() {
+                smooth.here = Moment { s: part.to.s, ..next.from };
+            }
+        }
+    }
+
+    /// The fastest stop from here, and the cells to its end; `None` if the law does not allow it.
+    /// The cell in which it ends is divided.
+    pub(crate) fn brake_smooth(&mut self) -> Option<usize> {
+        let smooth = self.smooth.as_ref()?;
+        let ground = self.ground(&self.cells, &smooth.jerk);
+        let here = Moment { t: self.time, ..smooth.here };
+        let Some((course, cell)) = ground.stop(here) else {
+            // At the end of the plan it stands anyway.
+            let end = smooth.course.back()?.to.s;
+            let beyond = |cell: &Cell<N>| cell.end > end + cell.shape.length() * SLIVER;
+            return Some(self.cells.iter().position(beyond).unwrap_or(self.cells.len()));
+        };
+        let end = course.last().map_or(here, |piece| piece.to);
+        let strict = self.deviation.is_none();
+        if strict && !self.broken(smooth, &course).is_empty() {
+            return None;
+        }
+        let known = self.cells.get(cell)?;
+        let least = known.shape.length() * SLIVER;
+        let mut count = cell + 1;
+        if end.s <= known.begin + least {
+            count = cell;
+        } else if end.s < known.end - least {
+            let behind = known.part(end.s, known.end);
+            let known = self.cells.get_mut(cell)?;
+            (known.end, known.last) = (behind.begin, behind.first);
+            self.cells.insert(cell + 1, behind);
+        }
+        self.smooth.as_mut()?.course = course.into();
+        Some(count)
+    }
+}
+
+/// Of the acceleration, which is none.
+const STILL: f64 = 1e-6;
+
+/// As fast as it may be, but for rounding.
+const NEAR: f64 = 1.0 - 1e-6;

@@ -1,0 +1,118 @@
+//! Routes with limited jerk, judged by their steps alone.
+
+mod jobs;
+mod judge;
+
+use jobs::{AXIS, Job};
+use judge::jerk::jerk_broken;
+use judge::{Axis, jump_needed};
+use stepwright_path::{Route, Unplannable};
+
+fn smooth(jerk: f64) -> Route<2> {
+    Route::new([AXIS; 2]).unwrap().with_jerk([jerk; 2]).unwrap()
+}
+
+fn played<const N: usize>(route: &mut Route<N>, axes: &mut [Axis; N]) {
+    for step in route.by_ref() {
+        axes[step.axis].push((step.time, step.forward));
+    }
+}
+
+/// The time of a job, which its steps have too, within the law of jerk.
+fn judged(name: &str, job: &Job, jerk: f64) -> f64 {
+    let planned = jobs::time(job, smooth(jerk));
+    let (mut route, mut axes) = (smooth(jerk), [const { Vec::new() }; 2]);
+    for (to, feed) in job {
+        route.line_to(*to, *feed).unwrap();
+        played(&mut route, &mut axes);
+    }
+    route.close();
+    played(&mut route, &mut axes);
+    assert!(route.is_over());
+    let time = route.time();
+    assert!(time == planned, "{name}: {time} s, planned {planned}");
+    let end = job.last().unwrap().0;
+    for (n, axis) in axes.iter().enumerate() {
+        let at: i64 = axis.iter().map(|(_, forward)| if *forward { 1 } else { -1 }).sum();
+        assert!((at as f64 * 0.0125 - end[n]).abs() <= 0.0125 * 0.501, "{at}");
+        let (jump, at) = jump_needed(axis, AXIS.step, AXIS.accel, time);
+        println!("{name}, {jerk}: {time:.3} s, axis {n} needs a jump of {jump:.3} at {at:.3} s");
+        assert!(jump <= AXIS.jump, "{name}: axis {n} jumps by {jump} at {at} s");
+        let broken = jerk_broken(axis, AXIS.step, [AXIS.jump, AXIS.accel, jerk], time);
+        assert!(broken.is_none(), "{name}: axis {n} breaks the law of jerk at {broken:?} s");
+    }
+    time
+}
+
+/// The staircase has one S-curve a leg: from 5 mm/s over 10 mm and back, at 1000 mm/s² and 10,000
+/// mm/s³, takes 12.05 s by arithmetic, and 12.45 at nine tenths of the jerk. With no acceleration
+/// at the joints of its chords it takes 29 s.
+#[test]
+fn an_acceleration_is_carried_over_joints() {
+    let time = judged("staircase", &jobs::staircase(), 10_000.0);
+    assert!(time <= 12.4, "{time}");
+}
+
+#[test]
+fn curves_keep_the_law_of_jerk() {
+    for (name, job, most) in [
+        ("arcs at 29", jobs::arcs(1_750.0 / 60.0), [8.79, 8.72]),
+        ("circle", jobs::circle(100.0), [5.86, 5.64]),
+        ("arcs at 100", jobs::arcs(100.0), [6.6, 4.5]),
+        ("organic", jobs::organic(), [34.0, 27.5]),
+    ] {
+        for (jerk, most) in [10_000.0, 50_000.0].into_iter().zip(most) {
+            let time = judged(name, &job, jerk);
+            assert!(time <= most, "{name} at {jerk}: {time} s");
+        }
+    }
+}
+
+/// From rest to rest a line is an S-curve, by arithmetic: to 100 mm/s in 0.2 s over 10 mm.
+#[test]
+fn a_line_by_hand() {
+    let mut route = smooth(10_000.0);
+    route.line_to([100.0, 0.0], 100.0).unwrap();
+    route.close();
+    let mut axes = [const { Vec::new() }; 2];
+    played(&mut route, &mut axes);
+    // At 0.99 of the jerk: to 1000 mm/s² in 0.101 s, which makes 101 mm/s; so 100 in 2·√(100/9900).
+    let ramp = 2.0 * (100.0f64 / 9_900.0).sqrt();
+    let time = 2.0 * ramp + (100.0 - 100.0 * ramp) / 100.0;
+    assert!((route.time() - time).abs() < 1e-9, "{} {time}", route.time());
+    // Half of the ramp's time: J·t³/6.
+    let place = 9_900.0 * (ramp / 2.0).powi(3) / 6.0;
+    let count = axes[0].iter().filter(|step| step.0 <= ramp / 2.0).count();
+    assert_eq!(count, (place / AXIS.step).round() as usize);
+}
+
+#[test]
+fn a_hold_brakes_by_its_jerk_and_goes_on() {
+    let mut route = smooth(10_000.0);
+    route.line_to([100.0, 0.0], 50.0).unwrap();
+    route.close();
+    route.hold(1.0);
+    let mut axes = [const { Vec::new() }; 2];
+    played(&mut route, &mut axes);
+    // From 50 mm/s in 2·√(50/9900).
+    let rest = 1.0 + 2.0 * (50.0f64 / 9_900.0).sqrt();
+    assert!(route.is_held() && (route.time() - rest).abs() < 1e-9, "{} {rest}", route.time());
+    route.resume(3.0);
+    // While it rises: from a speed and an acceleration.
+    route.hold(3.05);
+    route.resume(4.0);
+    route.scale(4.06, 0.5).unwrap();
+    route.scale(4.5, 2.0).unwrap();
+    played(&mut route, &mut axes);
+    assert!(route.is_over() && route.position() == [8_000, 0]);
+    let broken = jerk_broken(&axes[0], AXIS.step, [0.1, 1_000.0, 10_000.0], route.time());
+    assert_eq!(broken, None);
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    for jerk in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = Route::new([AXIS]).unwrap().with_jerk([jerk]).unwrap_err();
+        assert_eq!(refused, Unplannable::Jerk);
+    }
+}

@@ -1,18 +1,17 @@
 //! `stepwright home`: finds 0 by a limit switch, as [`homing`] says.
 
-use serde_json::json;
 use stepwright_protocol::{AxisId, Command, Direction, Distance, Setting, Travel, Value};
 
 use super::motion::{MOTION, Motion};
 use super::screen::Screen;
 use super::settings;
 use super::target::{self, AxisArgs, Format, MotionArgs};
-use super::travel::{Way, last_line};
+use super::travel::{Way, print_rest};
 use super::{drive, homing};
 use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::{DistanceArg, SpeedArg, in_unit};
+use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
 use stepwright_host::home::{HomeOrder, HomeSight, NotHomed};
 use stepwright_host::homing::{HomeLeg, SwitchSide};
@@ -84,19 +83,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let result = home(&mut session, &args);
     let finished = target::finish(&mut session);
     let at = result?;
-    match args.order.format {
-        Format::Json => say::json(in_unit(
-            args.order.ramps.unit(),
-            json!({
-                "axis": args.on.axis.number(),
-                "position": at,
-                "state": "ready",
-                "board": session.link().name(),
-            }),
-            &["position"],
-        )),
-        Format::Text => say::result(last_line("ready", Some(at), None)),
-    }
+    print_rest(&args.order, &session, args.on.axis, at);
     finished
 }
 

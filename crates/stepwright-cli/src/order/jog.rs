@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
-use serde_json::json;
 use stepwright_protocol::{
     AxisId, Command, Direction, Distance, MilliSpeed, Reply, Selection, Travel,
 };
@@ -16,11 +15,10 @@ use super::motion::{MOTION, Motion};
 use super::progress::Line;
 use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::terminal::{self, Keys};
-use super::travel::{Way, last_line, start_position};
+use super::travel::{Way, last_line, print_rest, start_position};
 use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::in_unit;
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
 use stepwright_host::motion::{NotBegun, RestPlace};
@@ -102,19 +100,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let result = jog(&mut session, &args, step.get(), motion);
     let finished = target::finish(&mut session);
     let at = result?;
-    match args.order.format {
-        Format::Json => say::json(in_unit(
-            args.order.ramps.unit(),
-            json!({
-                "axis": args.on.axis.number(),
-                "position": at,
-                "state": "ready",
-                "board": session.link().name(),
-            }),
-            &["position"],
-        )),
-        Format::Text => say::result(last_line("ready", Some(at), None)),
-    }
+    print_rest(&args.order, &session, args.on.axis, at);
     finished
 }
 

@@ -291,6 +291,23 @@ pub fn last_line(state: &str, position: Option<i64>, why: Option<Stop>) -> Strin
     }
 }
 
+/// Prints where an axis rests.
+pub fn print_rest(order: &MotionArgs, session: &Session, axis: AxisId, at: i64) {
+    match order.format {
+        Format::Json => say::json(in_unit(
+            order.ramps.unit(),
+            json!({
+                "axis": axis.number(),
+                "position": at,
+                "state": "ready",
+                "board": session.name(),
+            }),
+            &["position"],
+        )),
+        Format::Text => say::result(last_line("ready", Some(at), None)),
+    }
+}
+
 /// Where the axis stands before it moves.
 pub fn start_position(session: &mut Session, axis: AxisId) -> Result<i64, Failure> {
     if interrupt::asked() {

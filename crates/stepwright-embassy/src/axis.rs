@@ -52,6 +52,11 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
         self.motors.look(|steppers| steppers.set_limits(self.axis, limits));
     }
 
+    /// The limits of the axis.
+    pub fn limits(&self) -> AxisLimits {
+        self.motors.look(|steppers| steppers.limits(self.axis)).unwrap_or_default()
+    }
+
     /// The position in steps, also on the way; `None` where it is not known.
     pub fn position(&self) -> Option<i64> {
         self.motors.look(|steppers| steppers.position(self.axis)).flatten()
@@ -63,6 +68,11 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
     /// [`Refusal::Busy`](stepwright::Refusal::Busy) while it moves.
     pub fn set_position(&self, position: i64) -> Result<(), MoveError> {
         self.motors.say(|steppers| steppers.set_position(self.axis, position))
+    }
+
+    /// Forgets the position: something else may have turned the motor.
+    pub fn mark_unknown(&self) {
+        self.motors.look(|steppers| steppers.mark_unknown(self.axis));
     }
 
     /// Whether the axis moves, or is about to.

@@ -30,6 +30,7 @@ mod cycle;
 mod description;
 mod edge;
 mod few;
+mod hard_stop;
 #[cfg(feature = "std")]
 mod laws;
 mod panel;
@@ -59,6 +60,7 @@ pub use edge::{Edge, Pin, Recorder};
 #[cfg(not(feature = "std"))]
 pub use few::Few;
 pub use few::{Answers, EnableChanges};
+pub use hard_stop::HardStop;
 #[cfg(feature = "std")]
 pub use laws::LawBoard;
 pub use panel::{EMPTY, Eeprom, Remains};

@@ -12,6 +12,17 @@ const ONLY: &[(&str, &[&str])] = &[
     ("stepwright", &["critical-section", "embedded-hal"]),
     ("stepwright-embassy", &["embassy-futures", "embassy-sync", "stepwright"]),
     ("stepwright-port-test", &["stepwright"]),
+    (
+        "stepwright-tmc2209",
+        &[
+            "embassy-futures",
+            "embedded-hal-async",
+            "embedded-io-async",
+            "stepwright",
+            "stepwright-embassy",
+            "tmc2209",
+        ],
+    ),
     ("stepwright-sink", &["critical-section", "stepwright"]),
     ("stepwright-protocol", &["stepwright"]),
     ("stepwright-stream", &["stepwright"]),
@@ -65,6 +76,7 @@ const SMALL: &[&str] = &[
     "stepwright-sink",
     "stepwright-stream",
     "stepwright-timed",
+    "stepwright-tmc2209",
 ];
 
 /// The files of the core that may be unsafe, each block with its proof beside it.

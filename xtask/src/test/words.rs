@@ -58,6 +58,7 @@ const PAIRS: &[(&str, &str)] = &[
     ("Mark", "of a step on a path; what RAM remembers over a reset"),
     ("Motor", "of a motor cycle; on an AVR also one of the timed driver, and one that a law moves"),
     ("MotorIo", "what motor cycles ask of their board, and an AVR's"),
+    ("NotHomed", "why an axis is not homed: by a switch from a PC, by a stall on a chip"),
     ("Order", "a move as the core takes it; the same as the serial line can carry it"),
     ("Motors", "those of an executor's tasks; on an AVR those of motor cycles"),
     ("Move", "of a cycle file's motor; of a machine's axes, by G-code"),

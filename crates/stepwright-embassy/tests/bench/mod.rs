@@ -6,6 +6,7 @@
 
 use std::cell::{Cell, RefCell};
 use std::future::Future;
+use std::ops::Deref;
 use std::pin::Pin;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -20,6 +21,7 @@ use stepwright::{
     Accel, Axis, AxisLimits, Board, Control, Engine, Playing, Rate, Report, Speed, Timing,
 };
 use stepwright_embassy::{Motors, News};
+use stepwright_sim::HardStop;
 
 pub const HZ: u64 = 1_000_000;
 pub const AXES: usize = 3;
@@ -58,6 +60,8 @@ impl StepTimer for Time {
 #[derive(Default)]
 pub struct Shafts {
     backward: [bool; AXES],
+    /// What some of them run against.
+    pub stops: [Option<HardStop>; AXES],
     pub at: [i64; AXES],
     pub steps: [Vec<u64>; AXES],
 }
@@ -68,7 +72,11 @@ impl Drive for Wires {
     fn begin(&mut self, axes: Axes) {
         let shafts = &mut *self.0.borrow_mut();
         for axis in (0..AXES).filter(|axis| axes >> axis & 1 != 0) {
-            shafts.at[axis] += if shafts.backward[axis] { -1 } else { 1 };
+            let backward = shafts.backward[axis];
+            shafts.at[axis] += if backward { -1 } else { 1 };
+            if let Some(stop) = &mut shafts.stops[axis] {
+                stop.step(!backward);
+            }
             shafts.steps[axis].push(self.1.now());
         }
     }
@@ -135,12 +143,27 @@ pub type Moved<'q> = Motors<'q, Handle<'q>, AXES>;
 pub struct Bench<'q> {
     engine: Rc<RefCell<Played<'q>>>,
     news: &'q News,
-    pub time: Time,
-    pub shafts: Rc<RefCell<Shafts>>,
     pub entries: Rc<Cell<usize>>,
     /// How often the executor left its sleep at news of the step interrupt.
     pub wakings: Cell<usize>,
+    pub around: Rc<Around>,
+}
+
+/// What there is around the motors.
+#[derive(Default)]
+pub struct Around {
+    pub time: Time,
+    pub shafts: Rc<RefCell<Shafts>>,
     alarms: RefCell<Vec<(u64, Waker)>>,
+    /// Who looks at a pin after each interrupt.
+    watchers: RefCell<Vec<Waker>>,
+}
+
+impl Deref for Bench<'_> {
+    type Target = Around;
+    fn deref(&self) -> &Around {
+        &self.around
+    }
 }
 
 /// A task, and whether it is to be polled.
@@ -157,9 +180,10 @@ impl Wake for Awake {
 /// Makes a board of three axes at 1 MHz, and has it play.
 pub fn with<R>(play: impl FnOnce(&Bench<'_>, &Moved<'_>) -> R) -> R {
     let (mut queues, news) = ([const { Queue::new() }; AXES], News::new());
-    let (time, shafts, entries) = (Time::default(), Rc::default(), Rc::new(Cell::new(0)));
+    let (around, entries) = (Rc::new(Around::default()), Rc::new(Cell::new(0)));
+    let time = &around.time;
     let board = Board::unmeasured(Rate::of::<{ HZ as u32 }>());
-    let wires = Wires(Rc::clone(&shafts), time.clone());
+    let wires = Wires(Rc::clone(&around.shafts), time.clone());
     let [x, y, z] = queues.each_mut().map(|queue| queue.split());
     let sources = [x.1, y.1, z.1].map(|entry| Counted(entry, Rc::clone(&entries)));
     let engine = Engine::new(time.clone(), wires, sources, board.timing, board.rate);
@@ -168,14 +192,23 @@ pub fn with<R>(play: impl FnOnce(&Bench<'_>, &Moved<'_>) -> R) -> R {
     for axis in Axis::all() {
         motors.axis(axis).set_limits(AxisLimits::new(Speed::of::<2_000>(), Accel::of::<20_000>()));
     }
-    let (wakings, alarms) = (Cell::new(0), RefCell::default());
-    play(&Bench { engine, news: &news, time, shafts, entries, wakings, alarms }, &motors)
+    play(&Bench { engine, news: &news, entries, wakings: Cell::new(0), around }, &motors)
 }
 
-impl Bench<'_> {
+impl Around {
+    /// Wakes a task after the next interrupt or alarm.
+    pub fn watch(&self, context: &Context<'_>) {
+        self.watchers.borrow_mut().push(context.waker().clone());
+    }
+
     /// Waits until this many milliseconds have passed.
     pub async fn after(&self, ms: u64) {
-        let due = self.time.now() + ms * HZ / 1_000;
+        self.after_us(ms * 1_000).await;
+    }
+
+    /// Likewise, microseconds.
+    pub async fn after_us(&self, us: u64) {
+        let due = self.time.now() + us * HZ / 1_000_000;
         std::future::poll_fn(|context| {
             if self.time.now() >= due {
                 return Poll::Ready(());
@@ -185,7 +218,9 @@ impl Bench<'_> {
         })
         .await;
     }
+}
 
+impl Bench<'_> {
     /// Has the planner and these tasks to their end, and the motors to rest.
     pub fn run<'t>(
         &self,
@@ -217,12 +252,18 @@ impl Bench<'_> {
     fn sleep(&self, until: u64) {
         while self.time.0.get().1 <= until {
             self.time.set(self.time.0.get().1.max(self.time.now()));
-            if self.engine.borrow_mut().on_compare() {
+            let news = self.engine.borrow_mut().on_compare();
+            if news {
                 self.wakings.set(self.wakings.get() + 1);
-                return self.news.tell();
+                self.news.tell();
+            }
+            let watchers = self.watchers.take();
+            if news || !watchers.is_empty() {
+                return watchers.into_iter().for_each(Waker::wake);
             }
         }
         self.time.set(until);
+        self.watchers.take().into_iter().for_each(Waker::wake);
         let alarms = self.alarms.take();
         let (due, later) = alarms.into_iter().partition(|(due, _)| *due <= until);
         self.alarms.replace(later);

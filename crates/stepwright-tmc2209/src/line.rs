@@ -1,0 +1,96 @@
+//! A driver on its UART: registers are read, and written so that it is known.
+
+use embassy_futures::select::{Either, select};
+use embedded_hal_async::delay::DelayNs;
+use embedded_io_async::{Read, Write};
+use tmc2209::reg::{self, ReadableRegister, WritableRegister};
+use tmc2209::{ReadRequest, ReadResponse, Reader, WriteRequest};
+
+use crate::current::Scale;
+use crate::error::DriverError;
+
+/// How often an access is tried.
+const ATTEMPTS: u8 = 3;
+
+/// How long an answer is waited for, in ms: at 9600 baud it takes 13, with the echo of what was asked.
+const ANSWER_MS: u32 = 30;
+
+/// A TMC2209 on a UART.
+///
+/// The wire is one for both directions, so what is sent is read back before the answer: that is
+/// passed over. Two to four drivers on one wire have addresses of their own (MS1, MS2). What is written is
+/// confirmed by the chip's counter of writes, and written again if it was lost.
+pub struct Tmc2209<U, D> {
+    line: U,
+    pub(crate) delay: D,
+    address: u8,
+    pub(crate) scale: Option<Scale>,
+    pub(crate) currents: reg::IHOLD_IRUN,
+}
+
+impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
+    /// The driver with this address, 0 to 3, on a line, 9,600 to 500,000 baud.
+    pub fn new(line: U, delay: D, address: u8) -> Tmc2209<U, D> {
+        let currents = reg::IHOLD_IRUN::default();
+        Tmc2209 { line, delay, address: address & 3, scale: None, currents }
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// [`DriverError::Line`], [`DriverError::Silent`]
+    pub async fn read<R: ReadableRegister>(&mut self) -> Result<R, DriverError<U::Error>> {
+        let request = ReadRequest::new::<R>(self.address);
+        for _ in 0..ATTEMPTS {
+            self.send(request.bytes()).await?;
+            match select(answer::<R, U>(&mut self.line), self.delay.delay_ms(ANSWER_MS)).await {
+                Either::First(answer) => return answer.map_err(DriverError::Line),
+                Either::Second(()) => {}
+            }
+        }
+        Err(DriverError::Silent)
+    }
+
+    /// Writes a register, and sees that it was taken.
+    ///
+    /// # Errors
+    /// [`DriverError::Line`], [`DriverError::Silent`], [`DriverError::NotTaken`]
+    pub async fn write<R: WritableRegister>(
+        &mut self,
+        register: R,
+    ) -> Result<(), DriverError<U::Error>> {
+        let request = WriteRequest::new(self.address, register);
+        let before = self.read::<reg::IFCNT>().await?.get();
+        for _ in 0..ATTEMPTS {
+            self.send(request.bytes()).await?;
+            // The same value twice does no harm, so it need not be known which was taken.
+            if self.read::<reg::IFCNT>().await?.get() != before {
+                return Ok(());
+            }
+        }
+        Err(DriverError::NotTaken)
+    }
+
+    async fn send(&mut self, bytes: &[u8]) -> Result<(), DriverError<U::Error>> {
+        self.line.write_all(bytes).await.map_err(DriverError::Line)?;
+        self.line.flush().await.map_err(DriverError::Line)
+    }
+}
+
+/// The next answer of a register that came over whole.
+async fn answer<R: ReadableRegister, U: Read>(line: &mut U) -> Result<R, U::Error> {
+    let (mut reader, mut buffer) = (Reader::default(), [0; ReadResponse::LEN_BYTES]);
+    loop {
+        let count = line.read(&mut buffer).await?;
+        let mut bytes = buffer.get(..count).unwrap_or_default();
+        while !bytes.is_empty() {
+            let (used, answer) = reader.read_response(bytes);
+            bytes = bytes.get(used.max(1)..).unwrap_or_default();
+            if let Some(answer) = answer.filter(ReadResponse::crc_is_valid)
+                && let Ok(register) = answer.register::<R>()
+            {
+                return Ok(register);
+            }
+        }
+    }
+}

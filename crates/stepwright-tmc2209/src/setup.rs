@@ -1,0 +1,201 @@
+//! What a driver is set to.
+
+use embedded_hal_async::delay::DelayNs;
+use embedded_io_async::{Read, Write};
+use stepwright::{OutOfRange, Speed};
+use tmc2209::data::MicroStepResolution;
+use tmc2209::reg;
+
+use crate::current::Scale;
+use crate::error::DriverError;
+use crate::faults::DriverFaults;
+use crate::line::Tmc2209;
+
+/// The chip's own clock, in Hz.
+const CLOCK: u64 = 12_000_000;
+/// The highest value of a register of 20 bits.
+const LONGEST: u64 = (1 << 20) - 1;
+/// What the first and every later TMC2209 says of itself.
+const VERSION: u8 = 0x21;
+
+/// What a driver is set to.
+///
+/// ```
+/// use stepwright::Speed;
+/// use stepwright_tmc2209::DriverSetup;
+///
+/// // A sense resistor of 0.11 Ω, 800 mA; 400 mA at rest, 16 microsteps. Stalls are told from
+/// // 2,000 steps/s on.
+/// let setup = DriverSetup::new(110, 800).hold(400).microsteps(16).stall(60, Speed::of::<2_000>());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DriverSetup {
+    sense_milliohms: u16,
+    run: u16,
+    hold: u16,
+    microsteps: u16,
+    stall: u8,
+    stall_from: Option<Speed>,
+}
+
+impl DriverSetup {
+    /// A sense resistor in mΩ, as the board's maker says (0.11 Ω is usual), and the motor's current in
+    /// mA (rms). Half of it at rest, 16 microsteps, no stalls.
+    pub const fn new(sense_milliohms: u16, milliamps: u16) -> DriverSetup {
+        DriverSetup {
+            sense_milliohms,
+            run: milliamps,
+            hold: milliamps / 2,
+            microsteps: 16,
+            stall: 0,
+            stall_from: None,
+        }
+    }
+
+    /// The current at rest in mA.
+    #[must_use]
+    pub const fn hold(self, milliamps: u16) -> DriverSetup {
+        DriverSetup { hold: milliamps, ..self }
+    }
+
+    /// Steps a full step: 1, 2, 4 … 256.
+    #[must_use]
+    pub const fn microsteps(self, microsteps: u16) -> DriverSetup {
+        DriverSetup { microsteps, ..self }
+    }
+
+    /// DIAG tells stalls, from a speed in (micro)steps/s on: below it StallGuard knows nothing. The
+    /// higher the threshold, the less load is a stall; it has to be found by trying
+    /// ([`load`](Tmc2209::load) helps), at the speed and the current that it is used with.
+    #[must_use]
+    pub const fn stall(self, threshold: u8, from: Speed) -> DriverSetup {
+        DriverSetup { stall: threshold, stall_from: Some(from), ..self }
+    }
+
+    /// The exponent of the microsteps.
+    fn resolution(&self) -> Result<MicroStepResolution, OutOfRange> {
+        if self.microsteps.is_power_of_two() && self.microsteps <= 256 {
+            Ok(MicroStepResolution::from_microsteps(self.microsteps.into()))
+        } else {
+            Err(OutOfRange { what: "microsteps", min: 1, max: 256, unit: "(a power of two)" })
+        }
+    }
+
+    /// Ticks of the chip's clock in 1/256 of a full step at the speed from which on stalls are told.
+    fn stall_ticks(&self) -> Result<u32, OutOfRange> {
+        let Some(from) = self.stall_from else { return Ok(0) };
+        let millis = 256 * u64::from(from.millisteps());
+        let ticks = (1_000 * CLOCK * u64::from(self.microsteps)).checked_div(millis).unwrap_or(0);
+        if (1..=LONGEST).contains(&ticks) {
+            Ok(ticks as u32)
+        } else {
+            let rate = CLOCK * u64::from(self.microsteps) / 256;
+            let (min, max) = (rate / LONGEST + 1, rate);
+            Err(OutOfRange { what: "speed of stalls", min, max, unit: "steps/s" })
+        }
+    }
+}
+
+impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
+    /// Sets the driver up. Its chopper is StealthChop, which StallGuard asks for; its current is by
+    /// these settings and not by the pin VREF; faults that it remembers are forgotten.
+    ///
+    /// # Errors
+    /// [`DriverError`]. What was not reached keeps its setting; a range is refused before anything is
+    /// written.
+    pub async fn set_up(&mut self, setup: &DriverSetup) -> Result<(), DriverError<U::Error>> {
+        let scale = Scale::reaching(setup.run, setup.sense_milliohms);
+        let mut currents = reg::IHOLD_IRUN::default();
+        currents.set_irun(scale.steps(setup.run)?);
+        currents.set_ihold(hold(scale, setup.hold)?);
+        currents.set_ihold_delay(8);
+        let (resolution, stall_ticks) = (setup.resolution()?, setup.stall_ticks()?);
+
+        let version = self.read::<reg::IOIN>().await?.version();
+        if version != VERSION {
+            return Err(DriverError::OtherChip(version));
+        }
+        let mut general = reg::GCONF::default();
+        general.set_i_scale_analog(false);
+        general.set_en_spread_cycle(false);
+        general.set_pdn_disable(true);
+        general.set_mstep_reg_select(true);
+        general.set_multistep_filt(true);
+        self.write(general).await?;
+        let mut chopper = reg::CHOPCONF::default();
+        chopper.set_vsense(scale.sensitive);
+        chopper.set_mres(resolution);
+        chopper.set_tbl(2);
+        // In the order in which the motor never has more than its current, whatever was set before: the
+        // high sensitivity makes any current lower, and a low one has to find the right step.
+        if scale.sensitive {
+            self.write(chopper).await?;
+            self.write(currents).await?;
+        } else {
+            self.write(currents).await?;
+            self.write(chopper).await?;
+        }
+        let mut seconds = reg::TPOWERDOWN::default();
+        seconds.set(20);
+        self.write(seconds).await?;
+        self.write(reg::TPWMTHRS(0)).await?;
+        self.write(reg::COOLCONF(0)).await?;
+        self.write(reg::SGTHRS(setup.stall.into())).await?;
+        self.write(reg::TCOOLTHRS(stall_ticks)).await?;
+        self.forget_faults().await?;
+        (self.scale, self.currents) = (Some(scale), currents);
+        Ok(())
+    }
+
+    /// Has another current on the way, in mA, until [`restore_current`](Tmc2209::restore_current); that
+    /// at rest stays.
+    ///
+    /// # Errors
+    /// [`DriverError::NotSetUp`], [`DriverError::Range`] above what the sensitivity of the set-up reaches,
+    /// and those of [`write`](Tmc2209::write).
+    pub async fn set_run_current(&mut self, milliamps: u16) -> Result<(), DriverError<U::Error>> {
+        let scale = self.scale.ok_or(DriverError::NotSetUp)?;
+        let mut currents = self.currents;
+        currents.set_irun(scale.steps(milliamps)?);
+        self.write(currents).await
+    }
+
+    /// Has the current of the set-up again.
+    ///
+    /// # Errors
+    /// Those of [`write`](Tmc2209::write).
+    pub async fn restore_current(&mut self) -> Result<(), DriverError<U::Error>> {
+        self.write(self.currents).await
+    }
+
+    /// What is wrong now, and what was since the faults were forgotten.
+    ///
+    /// # Errors
+    /// Those of [`read`](Tmc2209::read).
+    pub async fn faults(&mut self) -> Result<DriverFaults, DriverError<U::Error>> {
+        Ok(DriverFaults::of(self.read().await?, self.read().await?))
+    }
+
+    /// Forgets faults that are over. A driver that was [reset](crate::DriverFault::Reset) is to be set
+    /// up again instead.
+    ///
+    /// # Errors
+    /// Those of [`write`](Tmc2209::write).
+    pub async fn forget_faults(&mut self) -> Result<(), DriverError<U::Error>> {
+        // Each bit that is written as 1 is cleared.
+        self.write(reg::GSTAT(0b111)).await
+    }
+
+    /// How freely the motor turns, 0 to 510: 0 is a stall. It is one from twice the threshold down.
+    ///
+    /// # Errors
+    /// Those of [`read`](Tmc2209::read).
+    pub async fn load(&mut self) -> Result<u16, DriverError<U::Error>> {
+        Ok(self.read::<reg::SG_RESULT>().await?.get())
+    }
+}
+
+/// The steps of a current at rest, which may be none: then it is the lowest.
+fn hold(scale: Scale, milliamps: u16) -> Result<u8, OutOfRange> {
+    if milliamps == 0 { Ok(0) } else { scale.steps(milliamps) }
+}

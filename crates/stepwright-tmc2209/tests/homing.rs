@@ -1,0 +1,250 @@
+//! Homing against a stop that the motor can't pass, and alarms on the way.
+
+#[path = "../../stepwright-embassy/tests/bench/mod.rs"]
+mod bench;
+mod model;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use bench::{Bench, Moved};
+use embassy_futures::select::{Either, select};
+use model::{Chip, DRV_STATUS, Delay, Diag, Wire};
+use proptest::prelude::*;
+use stepwright::{Accel, Axis, AxisLimits, MoveError, Speed};
+use stepwright_embassy::Outcome;
+use stepwright_sim::HardStop;
+use stepwright_tmc2209::{
+    DriverFault, DriverSetup, NotHomed, StallHoming, Tmc2209, brake_on_alarm,
+};
+
+/// Microsteps of a full step, and steps of an electrical period.
+const FULL: u32 = 16;
+const PERIOD: u32 = 4 * FULL;
+
+const SETUP: DriverSetup = DriverSetup::new(110, 800).stall(60, Speed::of::<1_000>());
+
+const HOMING: StallHoming = StallHoming {
+    forward: false,
+    speed: Speed::of::<4_000>(),
+    second: Speed::of::<2_500>(),
+    accel: Accel::of::<20_000>(),
+    milliamps: 500,
+    dwell: 100,
+    least: 600,
+    back_off: 1_000,
+    most: 20_000,
+    position: 50,
+};
+
+/// A board whose X runs against a stop: the chip of its driver, the driver, and DIAG.
+fn with(
+    stop: HardStop,
+    play: impl AsyncFnOnce(
+        &Bench<'_>,
+        &Moved<'_>,
+        Rc<RefCell<Chip>>,
+        &mut Tmc2209<Wire, Delay>,
+        &mut Diag,
+    ),
+) {
+    bench::with(|bench, motors| {
+        let chip = Rc::new(RefCell::new(Chip::new(0)));
+        bench.shafts.borrow_mut().stops[0] = Some(stop);
+        let mut driver = Tmc2209::new(
+            Wire(Rc::clone(&chip), Rc::clone(&bench.around)),
+            Delay(Rc::clone(&bench.around)),
+            0,
+        );
+        let mut diag = Diag(Rc::clone(&chip), Rc::clone(&bench.around));
+        let task = Box::pin(async move {
+            driver.set_up(&SETUP).await.unwrap();
+            play(bench, motors, chip, &mut driver, &mut diag).await;
+        });
+        bench.run(motors, [task as _]);
+        assert_eq!(motors.late(), 0);
+    });
+}
+
+/// Where the rotor of X is.
+fn rotor(bench: &Bench<'_>) -> i64 {
+    bench.shafts.borrow().stops[0].unwrap().rotor()
+}
+
+/// Homes, and returns how far the position is from the rotor's distance to the stop.
+fn homed(stop: HardStop, homing: StallHoming) -> i64 {
+    let mut off = i64::MAX;
+    with(stop, async |bench, motors, chip, driver, diag| {
+        let mut x = motors.axis(Axis::X);
+        let limits = x.limits();
+        homing.home(&mut x, driver, diag).await.unwrap();
+        assert_eq!(x.limits(), limits);
+        let back = i64::from(if homing.forward { -homing.back_off } else { homing.back_off });
+        assert_eq!(x.position(), Some(homing.position + back));
+        off = rotor(bench) - back;
+        // 800 mA, 500 while it homes, 800 again; no step within the dwell behind a change.
+        let currents = chip.borrow().currents.clone();
+        assert_eq!(currents.iter().map(|(_, steps)| *steps).collect::<Vec<_>>(), [25, 15, 25]);
+        let steps = &bench.shafts.borrow().steps[0];
+        for (changed, _) in &currents[1..] {
+            let dwell = changed + 1..changed + 100_000;
+            assert!(!steps.iter().any(|step| dwell.contains(step)), "a step in the dwell");
+        }
+    });
+    off
+}
+
+/// From wherever it starts, on both sides: within two full steps of the stop.
+#[test]
+fn it_homes_within_two_full_steps() {
+    for start in [1_000, 1_001, 1_777, 5_000, 12_345, 19_000] {
+        for forward in [false, true] {
+            let stop = if forward {
+                HardStop::above(0, -start, PERIOD)
+            } else {
+                HardStop::below(0, start, PERIOD)
+            };
+            let off = homed(stop, StallHoming { forward, ..HOMING });
+            println!("{start} steps away, forward {forward}: {off} steps off");
+            assert!(off.abs() <= 2 * i64::from(FULL), "{start}: {off}");
+        }
+    }
+}
+
+/// At the stop, or so near that the motor has not been at speed: it backs off and tries again.
+#[test]
+fn it_homes_from_the_stop() {
+    for start in [0, 3, 100, 590] {
+        let off = homed(HardStop::below(0, start, PERIOD), HOMING);
+        assert!(off.abs() <= 2 * i64::from(FULL), "{start}: {off}");
+    }
+}
+
+/// A stall that StallGuard sees in the ramp, where it knows nothing, is none.
+#[test]
+fn a_stall_within_the_least_distance_is_none() {
+    with(HardStop::below(0, 5_000, PERIOD), async |bench, motors, chip, driver, diag| {
+        chip.borrow_mut().false_stall = Some(300);
+        let mut x = motors.axis(Axis::X);
+        assert_eq!(HOMING.home(&mut x, driver, diag).await, Ok(()));
+        let off = rotor(bench) - i64::from(HOMING.back_off);
+        assert!(off.abs() <= 2 * i64::from(FULL), "{off}");
+        // Without a least distance this one is taken for the stop.
+        let hasty = StallHoming { least: 0, ..HOMING };
+        x.move_by(3_000).await.unwrap();
+        chip.borrow_mut().false_stall = Some(bench.shafts.borrow().steps[0].len() + 300);
+        assert_eq!(hasty.home(&mut x, driver, diag).await, Err(NotHomed::NoStall));
+    });
+}
+
+#[test]
+fn no_stall_and_one_that_comes_too_soon_are_told() {
+    let judge = |start, homing: StallHoming, setup: DriverSetup, expected| {
+        with(HardStop::below(0, start, PERIOD), async |_, motors, chip, driver, diag| {
+            let mut x = motors.axis(Axis::X);
+            driver.set_up(&setup).await.unwrap();
+            let limits = x.limits();
+            let before = chip.borrow().registers[model::IHOLD_IRUN];
+            assert_eq!(homing.home(&mut x, driver, diag).await, Err(expected));
+            assert_eq!((x.position(), x.is_moving(), x.limits()), (None, false, limits));
+            assert_eq!(chip.borrow().registers[model::IHOLD_IRUN], before);
+        });
+    };
+    // Further than it searches; below the threshold's speed; any load is a stall.
+    judge(25_000, HOMING, SETUP, NotHomed::NoStall);
+    judge(5_000, HOMING, SETUP.stall(60, Speed::of::<5_000>()), NotHomed::NoStall);
+    judge(5_000, HOMING, SETUP.stall(200, Speed::of::<1_000>()), NotHomed::TooSoon);
+}
+
+/// A driver that switches itself off is no stall.
+#[test]
+fn a_fault_is_no_stall() {
+    with(HardStop::below(0, 9_000, PERIOD), async |bench, motors, chip, driver, diag| {
+        let mut x = motors.axis(Axis::X);
+        let fault = async {
+            bench.after(1_000).await;
+            chip.borrow_mut().registers[DRV_STATUS] |= 1 << 1;
+            std::future::pending::<()>().await;
+        };
+        let Either::First(Err(NotHomed::Faulty(faults))) =
+            select(HOMING.home(&mut x, driver, diag), fault).await
+        else {
+            panic!("no fault")
+        };
+        assert!(faults.has(DriverFault::Overheated));
+        assert_eq!(x.position(), None);
+    });
+}
+
+/// Who stops the axis stops its homing.
+#[test]
+fn homing_is_stopped_and_dropped() {
+    with(HardStop::below(0, 9_000, PERIOD), async |bench, motors, _, driver, diag| {
+        let mut x = motors.axis(Axis::X);
+        let stop = async {
+            bench.after(500).await;
+            motors.axis(Axis::X).stop().await;
+            std::future::pending::<()>().await;
+        };
+        let ended = select(HOMING.home(&mut x, driver, diag), stop).await;
+        assert!(matches!(ended, Either::First(Err(NotHomed::Stopped))));
+        assert!(rotor(bench) > 5_000);
+        // Dropped, it brakes.
+        x.set_position(0).unwrap();
+        select(HOMING.home(&mut x, driver, diag), bench.after(700)).await;
+        x.rest().await;
+        assert!(rotor(bench) > 3_000, "{}", rotor(bench));
+    });
+}
+
+/// At work: a stall and a fault brake the axis along its ramp, and its position is unknown.
+#[test]
+fn an_alarm_brakes_and_forgets() {
+    for by_stall in [true, false] {
+        let far = if by_stall { 4_000 } else { 40_000 };
+        with(HardStop::above(far, 0, PERIOD), async |bench, motors, chip, _, diag| {
+            let mut x = motors.axis(Axis::X);
+            x.set_limits(AxisLimits::new(Speed::of::<4_000>(), Accel::of::<20_000>()));
+            let work = async {
+                assert_eq!(x.move_to(30_000).await, Ok(Outcome::Uncertain));
+                assert_eq!(x.move_to(0).await, Err(MoveError::PositionUnknown));
+            };
+            let fault = async {
+                bench.after(1_500).await;
+                if !by_stall {
+                    chip.borrow_mut().registers[DRV_STATUS] |= 1 << 2;
+                }
+                std::future::pending::<()>().await;
+            };
+            let watch = select(brake_on_alarm(motors, Axis::X, diag), fault);
+            assert!(matches!(select(work, watch).await, Either::First(())));
+            let shafts = bench.shafts.borrow();
+            let steps = &shafts.steps[0];
+            let last = steps[steps.len() - 1] - steps[steps.len() - 2];
+            assert!(last > 3_000, "{last} µs: it did not brake");
+            // 400 steps of braking, and what was planned.
+            assert!(steps.len() < 7_000, "{}", steps.len());
+        });
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+
+    #[test]
+    fn it_homes_whatever_the_way(
+        start in 0i64..15_000, speed in 2_000u32..6_000, second in 1_500u32..4_000,
+        accel in 10_000u32..60_000, back_off in 900i32..3_000, least in 1_900i32..3_000,
+    ) {
+        let homing = StallHoming {
+            speed: Speed::from_steps(speed).unwrap(),
+            second: Speed::from_steps(second).unwrap(),
+            accel: Accel::from_steps(accel).unwrap(),
+            back_off,
+            least,
+            ..HOMING
+        };
+        let off = homed(HardStop::below(0, start, PERIOD), homing);
+        prop_assert!(off.abs() <= 2 * i64::from(FULL), "{} steps", off);
+    }
+}

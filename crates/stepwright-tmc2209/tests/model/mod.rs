@@ -1,0 +1,233 @@
+//! A TMC2209 by its data sheet (revision 1.09): registers and datagrams on one wire, and its pin DIAG.
+//!
+//! It shares nothing with what it judges: numbers of registers and bits are written out here.
+#![allow(dead_code)] // each test has what it needs
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::future::poll_fn;
+use std::rc::Rc;
+use std::task::{Poll, Waker};
+
+use embedded_hal_async::delay::DelayNs;
+use embedded_hal_async::digital::Wait;
+use embedded_io_async::{ErrorType, Read, Write};
+
+use super::bench::Around;
+
+pub const GCONF: usize = 0x00;
+pub const GSTAT: usize = 0x01;
+pub const IFCNT: usize = 0x02;
+pub const IOIN: usize = 0x06;
+pub const IHOLD_IRUN: usize = 0x10;
+pub const TCOOLTHRS: usize = 0x14;
+pub const SGTHRS: usize = 0x40;
+pub const SG_RESULT: usize = 0x41;
+pub const CHOPCONF: usize = 0x6C;
+pub const DRV_STATUS: usize = 0x6F;
+
+/// x⁸ + x² + x + 1, by long division of the bits, each byte's lowest first.
+pub fn crc(bytes: &[u8]) -> u8 {
+    let mut bits: Vec<bool> =
+        bytes.iter().flat_map(|byte| (0..8).map(move |n| byte >> n & 1 != 0)).collect();
+    let length = bits.len();
+    bits.extend([false; 8]);
+    for at in 0..length {
+        if bits[at] {
+            for power in [8, 2, 1, 0] {
+                bits[at + 8 - power] ^= true;
+            }
+        }
+    }
+    bits[length..].iter().fold(0, |crc, bit| crc << 1 | u8::from(*bit))
+}
+
+pub struct Chip {
+    pub registers: [u32; 128],
+    address: u8,
+    outgoing: VecDeque<u8>,
+    readers: Vec<Waker>,
+    /// Bytes that have come over the wire, either way; that with this number is spoiled.
+    pub passed: usize,
+    pub spoiled: Option<usize>,
+    /// It is not there; it takes no writes.
+    pub silent: bool,
+    pub deaf: bool,
+    /// StallGuard sees a stall at this step, where there is none.
+    pub false_stall: Option<usize>,
+    /// When the run current was written, and to what.
+    pub currents: Vec<(u64, u32)>,
+    now: u64,
+}
+
+impl Chip {
+    pub fn new(address: u8) -> Chip {
+        let mut registers = [0; 128];
+        registers[GSTAT] = 1;
+        registers[IOIN] = 0x21 << 24;
+        registers[IHOLD_IRUN] = 31 << 8;
+        registers[CHOPCONF] = 0x1000_0053;
+        Chip {
+            registers,
+            address,
+            outgoing: VecDeque::new(),
+            readers: Vec::new(),
+            passed: 0,
+            spoiled: None,
+            silent: false,
+            deaf: false,
+            false_stall: None,
+            currents: Vec::new(),
+            now: 0,
+        }
+    }
+
+    fn on_wire(&mut self, byte: u8) -> u8 {
+        let spoiled = self.spoiled == Some(self.passed);
+        self.passed += 1;
+        if spoiled { byte ^ 0x10 } else { byte }
+    }
+
+    /// A datagram, behind a pause.
+    fn receive(&mut self, bytes: &[u8]) {
+        if self.silent {
+            return;
+        }
+        let Some((&check, rest)) = bytes.split_last() else { return };
+        if rest[0] & 0xF != 5 || rest[1] != self.address || crc(rest) != check {
+            return;
+        }
+        let register = usize::from(rest[2] & 0x7F);
+        match (rest[2] >> 7, bytes.len()) {
+            (0, 4) => {
+                let mut answer = vec![0x05, 0xFF, register as u8];
+                answer.extend(self.registers[register].to_be_bytes());
+                answer.push(crc(&answer));
+                for byte in answer {
+                    let byte = self.on_wire(byte);
+                    self.outgoing.push_back(byte);
+                }
+            }
+            (1, 8) if !self.deaf => {
+                let value = u32::from_be_bytes([rest[3], rest[4], rest[5], rest[6]]);
+                match register {
+                    // What is written as 1 is cleared.
+                    GSTAT => self.registers[GSTAT] &= !value,
+                    _ => self.registers[register] = value,
+                }
+                if register == IHOLD_IRUN {
+                    self.currents.push((self.now, value >> 8 & 31));
+                }
+                self.registers[IFCNT] = (self.registers[IFCNT] + 1) & 0xFF;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The wire.
+#[derive(Clone)]
+pub struct Wire(pub Rc<RefCell<Chip>>, pub Rc<Around>);
+
+impl ErrorType for Wire {
+    type Error = Infallible;
+}
+
+impl Read for Wire {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        poll_fn(|context| {
+            let mut chip = self.0.borrow_mut();
+            let count = buffer.len().min(chip.outgoing.len());
+            if count == 0 {
+                chip.readers.push(context.waker().clone());
+                return Poll::Pending;
+            }
+            buffer.iter_mut().zip(chip.outgoing.drain(..count)).for_each(|(to, from)| *to = from);
+            Poll::Ready(Ok(count))
+        })
+        .await
+    }
+}
+
+impl Write for Wire {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        let mut chip = self.0.borrow_mut();
+        chip.now = self.1.time.now();
+        let bytes: Vec<u8> = bytes.iter().map(|byte| chip.on_wire(*byte)).collect();
+        // One wire: who sends hears it.
+        chip.outgoing.extend(&bytes);
+        chip.receive(&bytes);
+        chip.readers.drain(..).for_each(Waker::wake);
+        Ok(bytes.len())
+    }
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+pub struct Delay(pub Rc<Around>);
+
+impl DelayNs for Delay {
+    async fn delay_ns(&mut self, ns: u32) {
+        self.0.after_us(u64::from(ns).div_ceil(1_000)).await;
+    }
+}
+
+/// DIAG of the driver of X.
+pub struct Diag(pub Rc<RefCell<Chip>>, pub Rc<Around>);
+
+impl Diag {
+    /// High on a stall at speed, and while the driver is off.
+    fn is_high(&self) -> bool {
+        let (mut chip, shafts) = (self.0.borrow_mut(), self.1.shafts.borrow());
+        if chip.registers[DRV_STATUS] & 0b111110 != 0 {
+            return true;
+        }
+        let [.., before, last] = shafts.steps[0][..] else { return false };
+        // MHz, and 1/256 of a full step.
+        let interval = (last - before).max(self.1.time.now() - last) as u32;
+        let microsteps = 256 >> (chip.registers[CHOPCONF] >> 24 & 0xF);
+        let ticks = interval.saturating_mul(12) * microsteps / 256;
+        let lag = shafts.stops[0].map_or(0, |stop| stop.lag());
+        let nervous = chip.false_stall == Some(shafts.steps[0].len());
+        let load = if nervous || lag >= i64::from(microsteps) { 20 } else { 300 };
+        chip.registers[SG_RESULT] = load;
+        ticks <= chip.registers[TCOOLTHRS] && load <= 2 * chip.registers[SGTHRS]
+    }
+
+    async fn level(&self, high: bool) -> Result<(), Infallible> {
+        poll_fn(|context| {
+            if self.is_high() == high {
+                return Poll::Ready(Ok(()));
+            }
+            self.1.watch(context);
+            Poll::Pending
+        })
+        .await
+    }
+}
+
+impl embedded_hal::digital::ErrorType for Diag {
+    type Error = Infallible;
+}
+
+impl Wait for Diag {
+    async fn wait_for_high(&mut self) -> Result<(), Infallible> {
+        self.level(true).await
+    }
+    async fn wait_for_low(&mut self) -> Result<(), Infallible> {
+        self.level(false).await
+    }
+    async fn wait_for_rising_edge(&mut self) -> Result<(), Infallible> {
+        self.level(false).await?;
+        self.level(true).await
+    }
+    async fn wait_for_falling_edge(&mut self) -> Result<(), Infallible> {
+        self.level(true).await?;
+        self.level(false).await
+    }
+    async fn wait_for_any_edge(&mut self) -> Result<(), Infallible> {
+        self.level(!self.is_high()).await
+    }
+}

@@ -259,6 +259,12 @@ impl Planned {
         filled(py, plan.law.pulses() as usize, delays)
     }
 
+    /// The sum of all delays, in ticks: what the core takes for a plan, without an array. For
+    /// benchmarks.
+    fn walk(&self, py: Python<'_>) -> PyResult<u64> {
+        self.with(py, |plan| plan.law.delays().map(u64::from).sum())
+    }
+
     /// The speed in the row of each pulse, in steps/s.
     fn speeds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyByteArray>> {
         let plan = self.plan().map_err(wrong)?;

@@ -220,6 +220,16 @@ def test_a_recording_becomes_a_table(board: sw.Board, tmp_path: Path) -> None:
     assert len(rows) == 1 + sum(len(log[axis]) for axis in (1, 2, 3))
 
 
+def test_a_recording_becomes_a_frame(board: sw.Board) -> None:
+    pytest.importorskip("pandas")
+    with board.record() as log:
+        board.x.move_to(100).wait()
+    frame = log.frame()
+    assert list(frame.columns) == ["axis", "time", "position", "speed", "state"]
+    assert len(frame) == sum(len(log[axis]) for axis in (1, 2, 3))
+    assert frame[frame.axis == 1].position.iloc[-1] == 100
+
+
 def test_a_recording_has_every_edge_of_a_virtual_board(board: sw.Board, tmp_path: Path) -> None:
     board.x.move_to(100).wait()
     with board.record() as log:

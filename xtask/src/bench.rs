@@ -1,6 +1,7 @@
 //! `cargo xtask bench avr`: cycles, rates and sizes of the firmware, measured
 //! on the simulated chip, with `bench/avr.json` as their store. `cargo xtask bench cortex-m`:
-//! instructions and sizes of that for a Cortex-M0, in QEMU, with `bench/cortex-m.json`.
+//! instructions and sizes of that for a Cortex-M0, in QEMU, with `bench/cortex-m.json`. `cargo xtask
+//! bench python`: plans as arrays, beside what the core takes, with `bench/python.json`.
 
 use std::process::Command;
 
@@ -29,6 +30,8 @@ enum What {
     Avr,
     /// That of the micro:bit.
     CortexM,
+    /// The Python package.
+    Python,
 }
 
 impl Bench {
@@ -44,6 +47,10 @@ impl Bench {
                 SmallBoard::Nrf51.build(ws)?;
                 qemu::plugin(ws)?;
                 cortex_m(ws, self.check)
+            }
+            What::Python => {
+                setup::ensure(&[setup::PYTHON])?;
+                crate::test::python::bench(ws, self.check)
             }
         }
     }

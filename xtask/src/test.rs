@@ -17,7 +17,7 @@ mod page;
 mod ports;
 mod programs;
 mod pyserial;
-mod python;
+pub mod python;
 mod qemu;
 mod rig;
 mod sigrok;
@@ -48,6 +48,9 @@ struct Step {
 
 /// What a boot loader on the simulated chip takes.
 const FLASH_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::ARDUINO];
+
+/// Python, and what a simulated Uno takes.
+const PYTHON_NEEDS: &[&Need] = &[setup::PYTHON, setup::CROSS, setup::AVR_GCC, setup::SIMAVR];
 
 /// What a browser at a simulated chip takes.
 const PAGE_CHIP_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
@@ -133,8 +136,8 @@ const STEPS: &[Step] = &[
     },
     Step {
         name: "python",
-        what: "the Python package builds, installs, and drives virtual boards",
-        needs: &[setup::PYTHON],
+        what: "the Python package builds, installs, and drives boards",
+        needs: PYTHON_NEEDS,
         run: python::run,
     },
     Step {

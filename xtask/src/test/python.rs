@@ -1,5 +1,5 @@
 //! The Python package: its wheel is built, put into a clean environment, and tried there on virtual
-//! boards, in the process and behind a pseudo-terminal.
+//! boards, in the process and behind a pseudo-terminal, and on a simulated Uno.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -9,31 +9,43 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::python;
+use crate::firmware::{Board, Build};
+use crate::program::Program;
 use crate::workspace::{self, Guard, Workspace, run_within};
+use crate::{python, rig};
 
 /// An example is something to read and try: it has to be done soon, on a loaded machine, too.
 const EXAMPLE_LIMIT: Duration = Duration::from_secs(60);
 /// All tests.
-const TESTS_LIMIT: Duration = Duration::from_secs(240);
+const TESTS_LIMIT: Duration = Duration::from_secs(480);
 /// A task of a lab is a script of this many lines of code at most.
 const SHORT: usize = 15;
 
-/// Builds the wheel; runs every example on both kinds of board without any other package, then the
+/// The programs of a simulated Uno besides the controller that the tests try.
+const PROGRAMS: [&str; 4] = ["laws", "transitions", "power-term", "cycles"];
+
+/// Builds the wheel; runs every example on each kind of board without any other package, then the
 /// tests and the check of the types with numpy beside it.
 pub fn run(ws: &Workspace) -> Result<()> {
     python::MOTION.prepare(ws)?;
     let tools = python::MOTION.interpreter(ws);
     let command = ws.shipped()?;
     let wheel = build(ws, &tools)?;
+    let uno = Build { board: Board::Uno, timer: 1, bench: false };
+    let firmware = uno.controller(ws)?.elf;
+    for program in PROGRAMS {
+        uno.make(ws, &Program::named(ws, program)?)?;
+    }
+    let sim = rig::program(ws, "sim")?;
 
     let clean = python::clean(ws, "venv-wheel")?;
     install(&clean, &wheel, &["--no-index"])?;
     let examples = ws.root.join("examples/python");
     let folder = ws.target.join("xtask/python");
     fs::create_dir_all(&folder)?;
+    let chip = ["uno", "--elf", &firmware.to_string_lossy()];
     for script in scripts(&examples)? {
-        try_example(&clean, &script, &folder, &command)?;
+        try_example(&clean, &script, &folder, [(&command, &["board", "--pty"]), (&sim, &chip)])?;
     }
 
     install(&tools, &wheel, &["--no-index", "--no-deps", "--force-reinstall"])?;
@@ -41,11 +53,27 @@ pub fn run(ws: &Workspace) -> Result<()> {
     let mut tests = Command::new(&tools);
     tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(python.join("tests"));
     // From elsewhere: the package is the installed one, not the folder beside the tests.
-    run_within(TESTS_LIMIT, tests.env("STEPWRIGHT_COMMAND", &command).current_dir(&folder))?;
+    rig::with_firmware(ws, &mut tests);
+    tests.env("STEPWRIGHT_COMMAND", &command).env("STEPWRIGHT_SIM", &sim);
+    run_within(TESTS_LIMIT, tests.current_dir(&folder))?;
     let mut types = Command::new(&tools);
     let cache = ws.target.join("mypy");
     types.args(["-m", "mypy", "--strict", "stepwright_motion", "tests", "--cache-dir"]).arg(cache);
     workspace::run(types.current_dir(&python))
+}
+
+/// Measures how long a plan takes to become an array.
+pub fn bench(ws: &Workspace, check: bool) -> Result<()> {
+    python::MOTION.prepare(ws)?;
+    let tools = python::MOTION.interpreter(ws);
+    let wheel = build(ws, &tools)?;
+    install(&tools, &wheel, &["--no-index", "--no-deps", "--force-reinstall"])?;
+    let mut bench = Command::new(&tools);
+    bench.arg(ws.root.join("python/tests/bench_arrays.py")).arg(ws.root.join("bench/python.json"));
+    if check {
+        bench.arg("--check");
+    }
+    workspace::run(&mut bench)
 }
 
 /// Builds the wheel, and gives its path.
@@ -92,30 +120,48 @@ fn scripts(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(scripts)
 }
 
-/// Runs a script on a virtual board of its own, and on one behind a pseudo-terminal, at once.
-fn try_example(python: &Path, script: &Path, folder: &Path, stepwright: &Path) -> Result<()> {
-    let mut board = Command::new(stepwright);
-    // A switch, for the one that looks for it.
-    board.args(["board", "--pty", "--switch", "1:-300"]);
-    board.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
-    let mut board = Guard(board.spawn().context("starting the virtual board")?);
+/// Runs a script on a virtual board of its own, and on each of these boards, all at once. They are
+/// commands that say `pty PATH` first.
+fn try_example(
+    python: &Path,
+    script: &Path,
+    folder: &Path,
+    boards: [(&PathBuf, &[&str]); 2],
+) -> Result<()> {
+    let (mut running, mut held) = (Vec::new(), Vec::new());
+    for (number, board) in [None].into_iter().chain(boards.map(Some)).enumerate() {
+        let place = folder.join(format!("board-{number}"));
+        fs::create_dir_all(&place)?;
+        let mut run = Command::new(python);
+        run.arg(script).current_dir(&place).stdin(Stdio::null()).stdout(Stdio::null());
+        if let Some((program, words)) = board {
+            let (board, port) = begin(program, words)?;
+            held.push(board);
+            run.arg(port);
+        }
+        running.push(Guard(run.env("STEPWRIGHT_MACHINE", "none").spawn()?));
+    }
+    for (run, on) in running.into_iter().zip(["in the process", "behind a pty", "on a chip"]) {
+        match run.wait_within(EXAMPLE_LIMIT)? {
+            Some(status) if status.success() => {}
+            Some(status) => bail!("{} on a board {on}: {status}", script.display()),
+            None => bail!("{} on a board {on} did not end", script.display()),
+        }
+    }
+    Ok(())
+}
+
+/// Begins a board, and gives its port. It has a switch, for the script that looks for it.
+fn begin(program: &Path, words: &[&str]) -> Result<(Guard, String)> {
+    let mut board = Command::new(program);
+    board.args(words).args(["--switch", "1:-300"]);
+    board.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut board = Guard(board.spawn().context("starting the board")?);
     let mut first = String::new();
     let stdout = board.0.stdout.take().context("the board has no stdout")?;
     BufReader::new(stdout).read_line(&mut first)?;
-    let Some(port) = first.trim_end().strip_prefix("pty ") else {
-        bail!("the board's first line is {first:?}, not `pty PATH`");
-    };
-    let on_its_own = folder.join("virtual");
-    fs::create_dir_all(&on_its_own)?;
-    let mut alone = Command::new(python);
-    alone.arg(script).current_dir(&on_its_own).stdin(Stdio::null()).stdout(Stdio::null());
-    let alone = Guard(alone.env("STEPWRIGHT_MACHINE", "none").spawn()?);
-    let mut there = Command::new(python);
-    there.arg(script).arg(port).current_dir(folder).env("STEPWRIGHT_MACHINE", "none");
-    run_within(EXAMPLE_LIMIT, &mut there)?;
-    match alone.wait_within(EXAMPLE_LIMIT)? {
-        Some(status) if status.success() => Ok(()),
-        Some(status) => bail!("{} on a virtual board: {status}", script.display()),
-        None => bail!("{} on a virtual board did not end", script.display()),
+    match first.trim_end().strip_prefix("pty ") {
+        Some(port) => Ok((board, port.to_owned())),
+        None => bail!("the board's first line is {first:?}, not `pty PATH`"),
     }
 }

@@ -1,0 +1,163 @@
+"""Plans and runs against the pins of a simulated Uno, which runs the firmware itself.
+
+``STEPWRIGHT_SIM`` is the simulator (``cargo xtask sim`` builds it), ``STEPWRIGHT_FIRMWARE`` the folder
+of the firmwares.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import COMMAND
+
+import stepwright_motion as sw
+
+SIM = os.environ.get("STEPWRIGHT_SIM")
+FIRMWARE = Path(os.environ.get("STEPWRIGHT_FIRMWARE", "."))
+pytestmark = pytest.mark.skipif(SIM is None, reason="STEPWRIGHT_SIM names no simulator")
+
+STEP = {"x": "D2", "y": "D3", "z": "D4"}
+"""The pins of a CNC shield."""
+HZ = 16_000_000
+
+
+class Chip:
+    """A simulated Uno that runs a program, and writes down its pins."""
+
+    def __init__(self, folder: Path, program: str, *options: str):
+        self._dump = folder / "pins.vcd"
+        elf = FIRMWARE / (f"uno-{program}.elf" if program else "uno.elf")
+        words = [str(SIM), "uno", "--elf", str(elf), "--vcd", str(self._dump), *options]
+        self._process = subprocess.Popen(
+            words,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        assert self._process.stdout is not None
+        said = self._process.stdout.readline()
+        assert said.startswith("pty "), said
+        self.port = said.split()[1]
+
+    def end(self) -> None:
+        """Ends it, so that its dump is whole."""
+        if self._process.poll() is None:
+            self._process.communicate("end\n", timeout=20)
+
+    def rises(self, pin: str) -> list[int]:
+        """When a pin rose, in cycles."""
+        self.end()
+        sign, now, found = "", 0, []
+        unit = 0.0
+        for line in self._dump.read_text().splitlines():
+            if line.startswith("$timescale"):
+                number = "".join(line.split()[1:-1])
+                size = {"ps": 1e-12, "ns": 1e-9, "us": 1e-6}[number[-2:]]
+                unit = float(number[:-2] or 1) * size * HZ
+            elif line.startswith("$var") and line.split()[4] == pin:
+                sign = line.split()[3]
+            elif line.startswith("#"):
+                now = round(int(line[1:]) * unit)
+            elif sign and line == f"1{sign}":
+                found.append(now)
+        return found
+
+
+LAWS: list[tuple[str, str, int, dict[str, Any], list[str]]] = [
+    ("", "trapezoid", 700, {"accel": 4000, "speed": 2000, "start_speed": 50}, []),
+    ("", "trapezoid", 900, {"accel": 20000, "speed": 3000, "start_speed": 0, "decel": 9000}, []),
+    ("laws", "austin", 600, {"accel": 2000, "speed": 900}, []),
+    ("laws", "austin", 500, {"accel": 2000, "speed": 900, "changes": [(100, 500)]}, ["100:500"]),
+    ("transitions", "linear-factor", 600, {"accel": 2000, "speed": 800}, []),
+    ("transitions", "piecewise", 500, {"accel": 900, "speed": 450}, []),
+    ("power-term", "power", 150, {"accel": 200, "speed": 95}, []),
+]
+
+
+@pytest.mark.parametrize(("program", "law", "steps", "limits", "changes"), LAWS)
+def test_the_chip_makes_the_planned_steps(
+    tmp_path: Path, program: str, law: str, steps: int, limits: dict[str, Any], changes: list[str]
+) -> None:
+    """Each edge is where the plan has it, but for the way into the interrupt."""
+    plan = sw.plan(law, steps, timer_hz=HZ, **limits)
+    chip = Chip(tmp_path, program)
+    try:
+        if program:
+            words = [COMMAND, "move", str(steps), "--law", law, "--port", chip.port]
+            for name, option in (("accel", "--accel"), ("speed", "--top-speed")):
+                words += [option, str(limits[name])]
+            words += [word for change in changes for word in ("--change", change)]
+            subprocess.run(words, check=True, env={"STEPWRIGHT_MACHINE": "none"}, stdout=subprocess.DEVNULL)
+        else:
+            with sw.open(chip.port) as board:
+                board.x.move_by(steps, **limits).wait()
+        rises = chip.rises(STEP["x"])
+    finally:
+        chip.end()
+    assert len(rises) == steps
+    ticks = [int(tick) for tick in plan.ticks]
+    off = [rise - rises[0] - tick for rise, tick in zip(rises, ticks)]
+    # Another interrupt, and of a run of the controller's its rounding, 1 µs.
+    assert max(map(abs, off)) <= (40 if program else 250), (min(off), max(off))
+    # On the whole they are not early nor late.
+    assert abs(sum(off) / steps) <= 40
+
+
+def test_cycles_are_played_by_the_chip(tmp_path: Path) -> None:
+    file = Path(__file__).parents[2] / "examples" / "cycles" / "readme.toml"
+    chip = Chip(tmp_path, "cycles")
+    try:
+        run = sw.cycle(file).run(chip.port)
+    finally:
+        chip.end()
+    there = sw.cycle(file).run()
+    assert run.positions == there.positions and run.names == there.names
+    assert run.duration == pytest.approx(there.duration, abs=0.05)
+    assert len(run.x) > 5 and run.late == 0
+
+
+def test_what_runs_another_program_says_so(tmp_path: Path) -> None:
+    file = Path(__file__).parents[2] / "examples" / "cycles" / "readme.toml"
+    chip = Chip(tmp_path, "laws")
+    try:
+        with pytest.raises(ConnectionError, match="runs another program.*flash"):
+            sw.cycle(file).run(chip.port)
+        with pytest.raises(sw.CantOpen, match="flash the controller"):
+            sw.open(chip.port)
+    finally:
+        chip.end()
+
+
+def test_a_killed_script_is_missed_by_the_chip(tmp_path: Path) -> None:
+    """By its pins alone: the last step comes within the lease and the ramp."""
+    chip = Chip(tmp_path, "")
+    program = (
+        "import stepwright_motion as sw\n"
+        f"board = sw.open({chip.port!r}, lease=0.5)\n"
+        "board.x.run(1000, accel=10_000)\n"
+        "print('moves', flush=True)\n"
+        "board.sleep(60)\n"
+    )
+    try:
+        child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+        assert child.stdout is not None and child.stdout.readline() == "moves\n"
+        time.sleep(0.5)
+        child.kill()
+        child.communicate()
+        time.sleep(2.0)
+        with sw.open(chip.port) as board:
+            assert not board.moving
+            at = board.x.steps
+        rises = chip.rises(STEP["x"])
+    finally:
+        chip.end()
+    assert len(rises) == at
+    # It stood for a second at least before it was looked at again.
+    assert (rises[-1] - rises[0]) / HZ < 0.5 + 0.5 + 0.2 + 0.3

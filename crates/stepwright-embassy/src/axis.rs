@@ -1,6 +1,7 @@
 //! An axis whose moves can be awaited.
 
 use core::future::poll_fn;
+use core::task::Poll;
 
 use stepwright::{Axis, AxisLimits, ByNews, Control, MoveError, Speed, Steppers};
 
@@ -27,24 +28,18 @@ pub struct AsyncAxis<'a, 'q, E, const N: usize, const Q: usize = 8> {
 }
 
 /// A move that a future owns.
-struct Owned<'b, 'a, 'q, E: Control, const N: usize, const Q: usize>(
-    &'b AsyncAxis<'a, 'q, E, N, Q>,
-);
+struct Owned<'a, 'q, E: Control, const N: usize, const Q: usize> {
+    motors: &'a Motors<'q, E, N, Q>,
+    axis: Axis<N>,
+}
 
-impl<E: Control, const N: usize, const Q: usize> Owned<'_, '_, '_, E, N, Q> {
-    async fn end(self) -> Outcome {
-        let AsyncAxis { motors, axis } = *self.0;
-        poll_fn(|context| motors.poll_end(axis, context)).await
+impl<E: Control, const N: usize, const Q: usize> Drop for Owned<'_, '_, E, N, Q> {
+    fn drop(&mut self) {
+        self.motors.release(self.axis);
     }
 }
 
 type Planned<'q, E, const N: usize, const Q: usize> = Steppers<'q, ByNews<E>, N, Q>;
-
-impl<E: Control, const N: usize, const Q: usize> Drop for Owned<'_, '_, '_, E, N, Q> {
-    fn drop(&mut self) {
-        self.0.motors.release(self.0.axis);
-    }
-}
 
 impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
     /// Sets the limits of the axis: they hold for moves that begin from now on.
@@ -85,9 +80,9 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
     /// # Errors
     /// Those of [`Steppers::move_to`], and [`Refusal::Busy`](stepwright::Refusal::Busy) while another
     /// future has the axis. Nothing moves.
-    pub async fn move_to(&mut self, position: i64) -> Result<Outcome, MoveError> {
+    pub fn move_to(&mut self, position: i64) -> impl Future<Output = Result<Outcome, MoveError>> {
         let axis = self.axis;
-        self.carry_out(|_| Some(position), |steppers| steppers.move_to(axis, position)).await
+        self.carry_out(move |_| Some(position), move |steppers| steppers.move_to(axis, position))
     }
 
     /// Moves by this many steps, forward or backward. The position need not be known; then the move
@@ -95,11 +90,12 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
     ///
     /// # Errors
     /// As of [`move_to`](AsyncAxis::move_to), but for the position.
-    pub async fn move_by(&mut self, steps: i32) -> Result<Outcome, MoveError> {
+    pub fn move_by(&mut self, steps: i32) -> impl Future<Output = Result<Outcome, MoveError>> {
         let axis = self.axis;
-        let goal =
-            |steppers: &Planned<'_, E, N, Q>| steppers.position(axis)?.checked_add(steps.into());
-        self.carry_out(goal, |steppers| steppers.move_by(axis, steps)).await
+        let goal = move |steppers: &Planned<'_, E, N, Q>| {
+            steppers.position(axis)?.checked_add(steps.into())
+        };
+        self.carry_out(goal, move |steppers| steppers.move_by(axis, steps))
     }
 
     /// Turns at this speed in steps/s, backward below 0, until it is stopped: by another handle, or by
@@ -108,41 +104,70 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
     /// # Errors
     /// Those of [`Steppers::run`], and [`Refusal::Busy`](stepwright::Refusal::Busy) while another future
     /// has the axis.
-    pub async fn run(&mut self, steps_per_second: i32) -> Result<Outcome, MoveError> {
+    pub fn run(
+        &mut self,
+        steps_per_second: i32,
+    ) -> impl Future<Output = Result<Outcome, MoveError>> {
         let axis = self.axis;
-        self.carry_out(|_| None, |steppers| steppers.run(axis, steps_per_second)).await
+        self.carry_out(|_| None, move |steppers| steppers.run(axis, steps_per_second))
     }
 
     /// Begins a move to a goal, and waits for its end.
-    async fn carry_out(
+    fn carry_out(
         &self,
         goal: impl FnOnce(&Planned<'_, E, N, Q>) -> Option<i64>,
         order: impl FnOnce(&mut Planned<'_, E, N, Q>) -> Result<(), MoveError>,
-    ) -> Result<Outcome, MoveError> {
+    ) -> impl Future<Output = Result<Outcome, MoveError>> {
         let AsyncAxis { motors, axis } = *self;
-        poll_fn(|context| motors.poll_braked(axis, context)).await;
-        motors.begin(axis, goal, order)?;
-        Ok(Owned(self).end().await)
+        let (mut order, mut owned) = (Some((goal, order)), None);
+        poll_fn(move |context| {
+            if order.is_some() && motors.poll_braked(axis, context).is_pending() {
+                return Poll::Pending;
+            }
+            if let Some((goal, order)) = order.take() {
+                if let Err(error) = motors.begin(axis, goal, order) {
+                    return Poll::Ready(Err(error));
+                }
+                owned = Some(Owned { motors, axis });
+            }
+            if owned.is_none() {
+                // It has ended: nothing more comes.
+                return Poll::Pending;
+            }
+            let ended = motors.poll_end(axis, context);
+            if ended.is_ready() {
+                owned = None;
+            }
+            ended.map(Ok)
+        })
     }
 
     /// Brakes along the ramp, and waits for rest: where that is; `None` if that is not known. A move
     /// that is awaited ends as [`Outcome::Stopped`].
-    pub async fn stop(&mut self) -> Option<i64> {
-        let brake = |steppers: &mut Planned<'_, E, N, Q>| {
-            steppers.stop(self.axis);
-            Ok(())
-        };
-        // Refused within `with` alone, where nobody awaits.
-        let _ = self.motors.say(brake);
-        self.rest().await
+    pub fn stop(&mut self) -> impl Future<Output = Option<i64>> {
+        let AsyncAxis { motors, axis } = *self;
+        let mut told = false;
+        poll_fn(move |context| {
+            if !told {
+                told = true;
+                let brake = |steppers: &mut Planned<'_, E, N, Q>| {
+                    steppers.stop(axis);
+                    Ok(())
+                };
+                // Refused within `with` alone, where nobody awaits.
+                let _ = motors.say(brake);
+            }
+            motors.poll_rest(axis, context)
+        })
     }
 
     /// Waits until the axis rests, whoever moves it: where that is; `None` if that is not known.
     ///
     /// Of more than four tasks that wait for one axis, the one that moves it among them, some wake each
     /// other until it rests.
-    pub async fn rest(&self) -> Option<i64> {
-        poll_fn(|context| self.motors.poll_rest(self.axis, context)).await
+    pub fn rest(&self) -> impl Future<Output = Option<i64>> {
+        let AsyncAxis { motors, axis } = *self;
+        poll_fn(move |context| motors.poll_rest(axis, context))
     }
 
     /// Gives a move that is under way, or a run, another target, in steps: its future waits for that.

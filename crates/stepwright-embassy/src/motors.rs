@@ -1,9 +1,11 @@
 //! Motors that several tasks of one executor share, and their planner.
 
 use core::cell::RefCell;
+use core::convert::Infallible;
+use core::future::poll_fn;
+use core::pin::pin;
 use core::task::{Context, Poll};
 
-use embassy_futures::yield_now;
 use stepwright::queue::Producer;
 use stepwright::{Axis, AxisSet, Board, ByNews, Control, MoveError, Refusal, Steppers};
 
@@ -65,13 +67,19 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     /// It sleeps until an order comes, the step interrupt has taken an entry from a queue, or an axis
     /// has come to rest: of a move, it wakes at most twice more than the move has entries.
     /// Awake, it lets other tasks come after every run that it has planned: 3,000 to 7,000 cycles.
-    pub async fn plan(&self) -> ! {
-        loop {
-            while self.plan_once() {
-                yield_now().await;
+    pub fn plan(&self) -> impl Future<Output = Infallible> {
+        poll_fn(|context| {
+            loop {
+                if self.plan_once() {
+                    // Others come first.
+                    context.waker().wake_by_ref();
+                    return Poll::Pending;
+                }
+                if pin!(self.news.wait()).poll(context).is_pending() {
+                    return Poll::Pending;
+                }
             }
-            self.news.wait().await;
-        }
+        })
     }
 
     /// Plans a run at most, and wakes whom the rest of an axis concerns: whether there may be more.

@@ -33,8 +33,8 @@ impl News {
 
     /// Waits for news; at once if there was some since the last time. One task at a time: that of
     /// [`Motors::plan`](crate::Motors::plan), or a planner of one's own.
-    pub async fn wait(&self) {
-        self.0.wait().await;
+    pub fn wait(&self) -> impl Future<Output = ()> {
+        self.0.wait()
     }
 }
 

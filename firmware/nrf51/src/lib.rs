@@ -8,6 +8,7 @@
 //! | `pins.rs` | STEP and DIR, and the pins around the motors |
 //! | `uart.rs` | the serial line |
 //! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/awaits.rs` | moves that are awaited, and can't panic |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |
 //!
 //! Programs with an executor, with RTIC and with a main loop of their own: `firmware/microbit`.

@@ -125,6 +125,17 @@ fn a_main_loop_steps_as_the_virtual_board() {
     there_and_back("bare", &ideal);
 }
 
+/// Without an executor, linked so that nothing in it can panic.
+#[test]
+fn moves_are_awaited_without_an_executor() {
+    for pace in [Pace::Quick, Pace::Chip] {
+        let mut chip = Machine::start("nrf51", "awaits", pace).unwrap();
+        let said = chip.hear().unwrap();
+        let edges = chip.end().unwrap();
+        assert_eq!((said.as_str(), position(&edges, 0)), ("reached", 100));
+    }
+}
+
 /// The documentation shows the program that runs here, and how long the others are.
 #[test]
 fn the_page_shows_what_runs() {

@@ -10,7 +10,7 @@ use crate::workspace::Workspace;
 /// A crate, and what alone it may depend on.
 const ONLY: &[(&str, &[&str])] = &[
     ("stepwright", &["critical-section", "embedded-hal"]),
-    ("stepwright-embassy", &["embassy-futures", "embassy-sync", "stepwright"]),
+    ("stepwright-embassy", &["embassy-sync", "stepwright"]),
     ("stepwright-port-test", &["stepwright"]),
     (
         "stepwright-tmc2209",

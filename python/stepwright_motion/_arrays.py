@@ -15,7 +15,8 @@ _NUMPY = {"d": "float64", "I": "uint32", "Q": "uint64", "q": "int64", "B": "uint
 def array(data: bytearray, kind: str) -> Any:
     """These bytes as an array of doubles (``d``), … (the letters of the module ``array``)."""
     if numpy is None:
-        return memoryview(data).cast(kind)
+        # A kind that is only known when it runs is more than pyright takes.
+        return memoryview(data).cast(kind)  # pyright: ignore
     return numpy.frombuffer(data, dtype=_NUMPY[kind])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import html
 import weakref
 from types import TracebackType
 from typing import Any, Iterator, Optional, Type, Union
@@ -192,9 +193,23 @@ class Board:
             if kind is None and not heard:
                 raise
 
+    def _repr_html_(self) -> str:
+        looks = self._line.state()["axes"]
+        rows = "".join(
+            f"<tr><td>{axis.number}</td><td>{_known(look['position'], axis)}</td>"
+            f"<td>{axis.unit}</td><td>{look['state']}</td></tr>"
+            for axis, look in zip(self._axes, looks)
+        )
+        head = "<tr><th>axis</th><th>position</th><th>unit</th><th>state</th></tr>"
+        return f"<p>{html.escape(repr(self))}</p><table>{head}{rows}</table>"
+
     def __repr__(self) -> str:
         state = "closed" if self._line.kept.ended else "open"
         return f"<Board {self.name}, {len(self._axes)} axes, {state}>"
+
+
+def _known(position: Optional[int], axis: Axis) -> str:
+    return "unknown" if position is None else f"{position / axis.scale.unit[1]:g}"
 
 
 def open(

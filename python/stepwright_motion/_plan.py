@@ -108,6 +108,11 @@ class Plan:
     def _repr_svg_(self) -> str:
         return self._planned.svg()
 
+    def _repr_png_(self) -> Optional[bytes]:
+        from ._plot import png
+
+        return png(self.plot)
+
     def __len__(self) -> int:
         return int(self.pulses)
 

@@ -7,6 +7,7 @@ import select
 import signal
 import socket
 import subprocess
+import termios
 import threading
 import tty
 from types import TracebackType
@@ -55,6 +56,8 @@ class Cable:
     def __init__(self, port: str):
         self._port = os.open(port, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self._port)
+        # What was said to who held it before.
+        termios.tcflush(self._port, termios.TCIOFLUSH)
         self._server = socket.create_server(("127.0.0.1", 0))
         self.address = f"tcp://127.0.0.1:{self._server.getsockname()[1]}"
         self._muted = self._pulled = False

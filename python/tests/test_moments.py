@@ -56,8 +56,10 @@ while True:
     else:
         move = board.z.move_by(luck.randint(200, 4000))
         board.sleep(0.05)
-        if not move.done:
+        try:
             move.set_speed(1500)
+        except sw.Refused:
+            pass  # it has ended by then
     until = time.monotonic() + luck.uniform(0, 0.5)
     while time.monotonic() < until:
         board.sleep(0.02)
@@ -108,7 +110,7 @@ def by_a_program(way: str, port: str, number: int, when: float) -> str:
     """A program that is ended by a signal, or by an exception of its own."""
     end = WAYS[way]
     text = CALLBACK if way == "callback" else PROGRAM
-    words = [sys.executable, "-c", text, port, f"{SEED} {number}"]
+    words = [sys.executable, "-X", "faulthandler", "-c", text, port, f"{SEED} {number}"]
     child = subprocess.Popen(
         [*words, "1e6" if end else str(when)],
         stdout=subprocess.PIPE,
@@ -120,10 +122,10 @@ def by_a_program(way: str, port: str, number: int, when: float) -> str:
         time.sleep(when)
         child.send_signal(end)
     try:
-        why = child.communicate(timeout=15)[1]
+        why = child.communicate(timeout=30)[1]
     except subprocess.TimeoutExpired:
-        child.kill()
-        return "the program did not end"
+        child.send_signal(signal.SIGABRT)
+        return f"the program did not end: {child.communicate()[1]}"
     if end is None and "by its moment" not in why:
         return f"it has failed otherwise: {why}"
     if end is signal.SIGINT and "KeyboardInterrupt" not in why:
@@ -169,6 +171,9 @@ def by_a_board(way: str, port: str, number: int, when: float) -> str:
                 moves[0].wait(10)
         except sw.LinkLost:
             return ""
+        except sw.Stopped as why:
+            # This computer was busy for so long that the board had braked before.
+            return "" if why.reason == "timeout" else str(why)
     return "nobody has heard that the board is gone"
 
 

@@ -139,7 +139,8 @@ def test_a_plan_is_drawn(tmp_path: Path) -> None:
         assert (tmp_path / f"plan.{ending}").stat().st_size > 1000
     pytest.importorskip("matplotlib").use("Agg")
     figure = plan.plot()
-    assert len(figure.axes) == 4
+    assert len(figure.axes) == 6  # the jerk, too
+    assert len(sw.plan("ramp", 90, speed=900, start_speed=50, ramp=30).plot().axes) == 4
     line = figure.axes[0].lines[0]
     assert line.get_ydata().tolist() == plan.speeds.tolist()
 

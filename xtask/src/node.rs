@@ -27,6 +27,9 @@ pub const PLAYWRIGHT: Packages =
 pub const CNCJS: Packages =
     Packages { name: "cncjs", folder: "crates/stepwright-cli/tests/senders" };
 
+/// Pyright, which checks types in Python.
+pub const PYRIGHT: Packages = Packages { name: "pyright", folder: "python/tests/pyright" };
+
 const FILES: [&str; 2] = ["package.json", "package-lock.json"];
 
 /// Whether there is a Node that the packages run on, with its npm.

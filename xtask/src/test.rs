@@ -49,8 +49,9 @@ struct Step {
 /// What a boot loader on the simulated chip takes.
 const FLASH_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::ARDUINO];
 
-/// Python, and what a simulated Uno takes.
-const PYTHON_NEEDS: &[&Need] = &[setup::PYTHON, setup::CROSS, setup::AVR_GCC, setup::SIMAVR];
+/// Python, what a simulated Uno takes, and Node for a second check of types.
+const PYTHON_NEEDS: &[&Need] =
+    &[setup::PYTHON, setup::NODE, setup::CROSS, setup::AVR_GCC, setup::SIMAVR];
 
 /// What a browser at a simulated chip takes.
 const PAGE_CHIP_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::firmware::{Board, Build};
 use crate::program::Program;
 use crate::workspace::{self, Guard, Workspace, run_within};
-use crate::{python, rig};
+use crate::{node, python, rig};
 
 /// An example is something to read and try: it has to be done soon, on a loaded machine, too.
 const EXAMPLE_LIMIT: Duration = Duration::from_secs(60);
@@ -56,10 +56,17 @@ pub fn run(ws: &Workspace) -> Result<()> {
     rig::with_firmware(ws, &mut tests);
     tests.env("STEPWRIGHT_COMMAND", &command).env("STEPWRIGHT_SIM", &sim);
     run_within(TESTS_LIMIT, tests.current_dir(&folder))?;
+    let mut notebook = Command::new(&tools);
+    notebook.arg(python.join("tests/notebook.py")).arg("--check");
+    run_within(TESTS_LIMIT, notebook.current_dir(&folder))?;
     let mut types = Command::new(&tools);
     let cache = ws.target.join("mypy");
     types.args(["-m", "mypy", "--strict", "stepwright_motion", "tests", "--cache-dir"]).arg(cache);
-    workspace::run(types.current_dir(&python))
+    workspace::run(types.current_dir(&python))?;
+    node::PYRIGHT.prepare(ws)?;
+    let mut types = Command::new("node");
+    types.arg(node::PYRIGHT.modules(ws).join("pyright/index.js")).arg("--pythonpath").arg(&tools);
+    workspace::run(types.arg("stepwright_motion").current_dir(&python))
 }
 
 /// Measures how long a plan takes to become an array.

@@ -149,7 +149,8 @@ impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize>
 
     /// The step interrupt: see [`Engine::on_compare`]. True if there is news for the main loop:
     /// a queue has room for more, a travel has ended, or a step was late. A main loop that sleeps
-    /// is to be woken then.
+    /// is to be woken then. One that plans at such news alone, and not every few milliseconds, gives its
+    /// motors the handle in a [`ByNews`](crate::ByNews), or slow axes step late.
     ///
     /// # Safety
     /// Called by the interrupt that `H` holds off, and by nothing else.

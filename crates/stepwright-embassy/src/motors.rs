@@ -1,6 +1,6 @@
 //! Motors that several tasks of one executor share, and their planner.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use core::future::poll_fn;
 use core::pin::pin;
@@ -21,6 +21,8 @@ use crate::waiters::Waiters;
 /// ([`plan`](Motors::plan)); without it nothing moves.
 pub struct Motors<'q, E, const N: usize, const Q: usize = 8> {
     shared: RefCell<Shared<'q, E, N, Q>>,
+    /// Axes whose futures were dropped within [`with`](Motors::with): they brake behind it.
+    released: Cell<AxisSet<N>>,
     news: &'q News,
 }
 
@@ -58,7 +60,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         news: &'q News,
     ) -> Self {
         let steppers = Steppers::new(ByNews::new(engine, &board), feeds, board);
-        Motors { shared: RefCell::new(Shared { steppers, places: [Place::FREE; N] }), news }
+        let shared = RefCell::new(Shared { steppers, places: [Place::FREE; N] });
+        Motors { shared, released: Cell::new(AxisSet::NONE), news }
     }
 
     /// Plans ahead for all axes, for ever: a task of its own, or joined with what moves the motors.
@@ -109,6 +112,9 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     /// its end.
     pub fn with<R>(&self, ask: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> R) -> Option<R> {
         let answer = self.ask(|shared| ask(&mut shared.steppers));
+        for axis in self.released.take().iter() {
+            self.release(axis);
+        }
         // It may have been an order.
         self.news.tell();
         answer
@@ -251,8 +257,10 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
             }
             moves
         });
-        if moved == Some(true) {
-            self.news.tell();
+        match moved {
+            Some(true) => self.news.tell(),
+            Some(false) => {}
+            None => self.released.set(self.released.get() | axis),
         }
     }
 }

@@ -91,6 +91,24 @@ fn a_move_waits_for_the_braking_of_a_dropped_one_alone() {
     });
 }
 
+/// Also where the motors themselves are at hand.
+#[test]
+fn a_future_that_is_dropped_within_with_brakes() {
+    with(|bench, motors| {
+        let drop_it = async {
+            let mut x = motors.axis(Axis::X);
+            let mut run = Box::pin(x.run(1_000));
+            assert!(matches!(select(&mut run, bench.after(200)).await, Either::Second(())));
+            let outer = motors.with(|_| drop(run));
+            assert_eq!(outer, Some(()));
+            let at = x.rest().await;
+            assert!(at.is_some_and(|at| (150..300).contains(&at)), "{at:?}");
+            assert_eq!(x.move_to(0).await, Ok(Outcome::Reached { at: 0 }));
+        };
+        bench.run(motors, [Box::pin(drop_it) as _]);
+    });
+}
+
 /// A future that is not polled moves nothing.
 #[test]
 fn a_future_that_was_never_polled_moves_nothing() {

@@ -237,6 +237,7 @@ impl Bench<'_> {
             .collect();
         loop {
             poll(&mut tasks);
+            assert!(self.time.now() < 7_200 * HZ, "two hours, and no end");
             let done = tasks[1..].iter().all(|(task, _)| task.is_none());
             let rests = (0..AXES as u8).all(|axis| self.engine.borrow().is_idle(axis));
             let alarm = self.alarms.borrow().iter().map(|(due, _)| *due).min();

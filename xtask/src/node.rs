@@ -19,6 +19,9 @@ pub struct Packages {
 /// avr8js, which simulates what simavr does not.
 pub const AVR8JS: Packages = Packages { name: "avr8js", folder: "firmware/rig/avr8js" };
 
+/// rp2040js, which simulates a Pico.
+pub const RP2040JS: Packages = Packages { name: "rp2040js", folder: "firmware/rp2040/test" };
+
 /// Playwright, which drives a browser.
 pub const PLAYWRIGHT: Packages =
     Packages { name: "playwright", folder: "crates/stepwright-serve/tests/page" };

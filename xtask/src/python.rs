@@ -22,6 +22,13 @@ pub struct Environment {
 pub const SERIAL: Environment =
     Environment { name: "venv", requirements: "examples/requirements.txt", module: "serial" };
 
+/// An emulator of the Pico's PIO.
+pub const PIO: Environment = Environment {
+    name: "venv-pio",
+    requirements: "firmware/rp2040/test/requirements.txt",
+    module: "pioemu",
+};
+
 /// Senders of G-code.
 pub const SENDERS: Environment = Environment {
     name: "venv-senders",

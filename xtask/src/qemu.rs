@@ -23,16 +23,19 @@ pub const BUILD_NEEDS: &[&Need] = &[setup::CROSS];
 pub enum SmallBoard {
     /// BBC micro:bit (nRF51822, Cortex-M0).
     Nrf51,
+    /// Raspberry Pi Pico (RP2040, Cortex-M0+).
+    Rp2040,
 }
 
 impl SmallBoard {
     /// All of them.
-    pub const ALL: [SmallBoard; 1] = [SmallBoard::Nrf51];
+    pub const ALL: [SmallBoard; 2] = [SmallBoard::Nrf51, SmallBoard::Rp2040];
 
     /// Its folder.
     pub const fn name(self) -> &'static str {
         match self {
             SmallBoard::Nrf51 => "nrf51",
+            SmallBoard::Rp2040 => "rp2040",
         }
     }
 

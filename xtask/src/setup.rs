@@ -25,7 +25,9 @@ impl Setup {
         ensure(ALL)?;
         python::SERIAL.prepare(ws)?;
         python::API.prepare(ws)?;
+        python::PIO.prepare(ws)?;
         node::AVR8JS.prepare(ws)?;
+        node::RP2040JS.prepare(ws)?;
         qemu::prepare(ws)?;
         for need in ALL {
             println!("{:<16}found", need.name);

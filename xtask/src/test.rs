@@ -14,6 +14,7 @@ mod flash;
 mod invariants;
 mod package;
 mod page;
+mod pico;
 mod ports;
 mod programs;
 mod pyserial;
@@ -116,6 +117,12 @@ const STEPS: &[Step] = &[
         what: "the firmware for Cortex-M0 does in QEMU what the virtual board does",
         needs: crate::qemu::BUILD_NEEDS,
         run: qemu::run_tests,
+    },
+    Step {
+        name: "pico",
+        what: "the firmware for a Pico in rp2040js, its PIO in a second emulator too",
+        needs: pico::NEEDS,
+        run: pico::run,
     },
     Step {
         name: "ports",

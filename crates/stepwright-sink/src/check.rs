@@ -93,9 +93,12 @@ pub fn check<P: PlayerPort>(
     let tried = Tried { groups: 0, halts: 0, watched: port.seen(0).is_some() };
     let mut trial = Trial { port, interval, latency: latency.into(), pulse: timing.pulse, tried };
     for axis in 0..axes {
+        trial.begin(axis);
         trial.room(axis)?;
         trial.plays(axis)?;
+        trial.begin(axis);
         trial.dries(axis)?;
+        trial.begin(axis);
         for after in 0..60 {
             trial.halts(axis, after)?;
         }
@@ -122,6 +125,12 @@ impl<P: PlayerPort> Trial<'_, P> {
     fn put(&mut self, axis: u8, group: StepGroup) {
         self.tried.groups += 1;
         self.port.player().put(axis, group);
+    }
+
+    /// What is put next waits for its start.
+    fn begin(&mut self, axis: u8) {
+        self.port.player().halt(1 << axis);
+        self.port.player().forget(axis);
     }
 
     /// Waits to a time.
@@ -188,6 +197,7 @@ impl<P: PlayerPort> Trial<'_, P> {
     /// It plays a long row of groups of all sizes in their time, both ways.
     fn plays(&mut self, axis: u8) -> Result<(), PlayerFault> {
         for forward in [true, false] {
+            self.begin(axis);
             let (before, mut said, mut lasts, mut started) = (self.port.seen(axis), 0, 0u64, None);
             for n in 0..40u32 {
                 let group = StepGroup {
@@ -272,10 +282,11 @@ impl<P: PlayerPort> Trial<'_, P> {
         };
         let present = sizes.get(begun_groups.wrapping_sub(1)).copied().unwrap_or(0);
         let missing: u32 = sizes.iter().rev().take(waiting).sum();
-        if halted.left > present {
-            return Err(PlayerFault::Count(axis, 0, halted.left.into()));
+        let left = if halted.left == u32::MAX { present } else { halted.left };
+        if left > present {
+            return Err(PlayerFault::Count(axis, 0, left.into()));
         }
-        let made = i64::from(all - missing - halted.left);
+        let made = i64::from(all - missing - left);
         let said = if forward { made } else { -made };
         self.counts(axis, before, said)?;
         // By the time: a step more or less, and what the program sees late.

@@ -48,9 +48,14 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
     /// Gives the player what it has room for, of these axes: for its interrupt, when a group has
     /// begun. True if there is news for the main loop: there is room in a queue, or nothing in it.
     pub fn serve(&mut self, axes: Axes) -> bool {
-        let mut news = false;
+        let (mut news, mut left) = (false, axes);
         for (axis, track) in (0u8..).zip(&mut self.tracks) {
-            if axes >> axis & 1 != 0 && track.wants() {
+            if left == 0 {
+                break;
+            }
+            let asked = left & 1 != 0;
+            left >>= 1;
+            if asked && track.wants() {
                 let before = track.hungry;
                 track.took = false;
                 let dry = track.fill(&mut self.player, axis, self.timing.hold);
@@ -112,6 +117,9 @@ impl<P: Player, const N: usize, const Q: usize> Control for SinkEngine<'_, P, N,
                 let held = track.end.saturating_add(self.timing.hold.into());
                 self.ready = self.ready.max(held);
                 track.begin();
+                // What is put from now on waits for the start.
+                self.player.halt(1 << axis);
+                self.player.forget(axis);
                 began |= 1 << axis;
             }
         }

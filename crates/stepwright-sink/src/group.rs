@@ -27,7 +27,7 @@ use stepwright::{Ticks, Timing};
 pub struct StepGroup {
     /// Ticks from each rising edge to the next; of the first from the last one of the group before.
     pub interval: Ticks,
-    /// How many steps, a power of two, 1 to 16384.
+    /// How many steps, a power of two, 1 to 1024.
     pub steps: u32,
     /// The level of DIR, high for forward.
     pub forward: bool,
@@ -37,6 +37,10 @@ impl StepGroup {
     /// Ticks from the last edge before it to its own last.
     #[inline(always)]
     pub const fn duration(&self) -> u64 {
+        // Mostly 32 bits hold it, which a small chip multiplies at once.
+        if self.interval < 1 << 21 && self.steps <= 1 << 10 {
+            return (self.interval * self.steps) as u64;
+        }
         self.interval as u64 * self.steps as u64
     }
 
@@ -47,8 +51,11 @@ impl StepGroup {
     }
 }
 
+/// What is owed up to this, in 2⁻¹⁶ ticks, is made up for within a group of several steps.
+const LARGE: u32 = 1 << 28;
+
 /// The largest bound, and so the most steps of a group.
-const MOST: Ticks = 1 << 14;
+const MOST: Ticks = 1 << 10;
 
 /// Makes groups of the entries of one axis.
 ///
@@ -83,7 +90,7 @@ pub struct Grouper {
     /// `wait`, which then grows.
     left: u32,
     wait: i64,
-    growth: i64,
+    growth: i32,
     /// What follows of the present entry.
     rest: EntryParts,
     /// Steps of a group at most, as a power of two.
@@ -94,7 +101,7 @@ pub struct Grouper {
     /// DIR changes before the next step.
     turns: bool,
     /// A quarter of the bound, in 2⁻¹⁶ ticks.
-    quarter: i64,
+    quarter: u32,
     /// No interval is shorter.
     least: Ticks,
     /// The first one behind a change of DIR is not shorter.
@@ -106,7 +113,7 @@ const NOTHING: EntryParts =
 
 impl Grouper {
     /// Of an axis at rest that faces forward. No step is to be off by more than `bound` ticks:
-    /// 1 µs is a good bound; a larger one, up to 16,384 ticks, makes fewer groups.
+    /// 1 µs is a good bound; a larger one, up to 1,024 ticks, makes fewer groups.
     pub const fn new(bound: Ticks) -> Grouper {
         let bound = if bound < MOST { bound } else { MOST };
         let mut most = 0;
@@ -124,7 +131,7 @@ impl Grouper {
             most,
             forward: true,
             turns: false,
-            quarter: (bound as i64) << 14,
+            quarter: bound << 14,
             least: 1,
             turn: 1,
         }
@@ -171,10 +178,17 @@ impl Grouper {
         true
     }
 
+    /// Whether steps of the present entry are at hand.
+    #[inline(always)]
+    pub(crate) const fn is_loaded(&self) -> bool {
+        self.left != 0
+    }
+
     /// Takes over what is alike of the rest of the present entry: all of it, or its first group.
+    #[inline(never)]
     fn take(&mut self) {
         let EntryParts { pins, then, events, groups, interval, growth } = self.rest;
-        let (wait, mut grows) = (i64::from(interval), i64::from(growth));
+        let (wait, mut grows) = (i64::from(interval), growth);
         let alike = groups == 1 || pins == then && (events == 1 || growth == 0);
         let count = if alike { events.saturating_mul(groups) } else { events };
         if events != 1 || !alike {
@@ -188,15 +202,15 @@ impl Grouper {
             self.turns = !self.turns;
         }
         if pins & WIRING.step == 0 {
-            self.ahead = self.ahead.saturating_add(lasts(wait, grows, count));
+            self.ahead = self.ahead.saturating_add(lasts(wait, grows.into(), count));
             return;
         }
         (self.left, self.wait, self.growth) = (count, wait, grows);
         // The middle of 2^k steps is growth · 4^k / 8 off.
         let (mut bits, mut off) = (0, grows.unsigned_abs() >> 1);
-        while bits < self.most && off <= self.quarter.unsigned_abs() {
+        while bits < self.most && off <= self.quarter {
             bits += 1;
-            off <<= 2;
+            off = off.saturating_mul(4);
         }
         self.bits = bits;
     }
@@ -217,12 +231,12 @@ impl Grouper {
     /// From the last step handed out to the last one that is known, in ticks.
     pub fn left(&self) -> u64 {
         let Some(behind) = self.left.checked_sub(1) else { return 0 };
-        let own = self.ahead.saturating_add(lasts(self.wait, self.growth, behind));
+        let own = self.ahead.saturating_add(lasts(self.wait, self.growth.into(), behind));
         (own.max(0) >> 16) as u64
     }
 
     /// The next group of what is loaded: a single step if `single`. `None` if nothing is left.
-    #[inline]
+    #[inline(always)]
     fn take_group(&mut self, single: bool) -> Option<StepGroup> {
         if !self.has_step() {
             return None;
@@ -230,38 +244,63 @@ impl Grouper {
         while self.left >> self.bits == 0 {
             self.bits = self.bits.wrapping_sub(1);
         }
-        // What is ahead of the first step is an interval of the entry before.
-        let differs = self.ahead.wrapping_sub(self.wait);
-        let near = differs <= self.quarter && differs >= -self.quarter;
-        let bits = if near && !single && !self.turns { self.bits } else { 0 };
-        let (last, next) = if bits == 0 {
-            (self.wait, self.wait.wrapping_add(self.growth))
-        } else {
-            // n − 1 of the waits lie between the steps; the last one is ahead of what follows.
-            // (Of a growth that makes groups at all n² fits into 32 bits.)
-            let between = (1i32 << bits) - 1;
-            let growth = self.growth as i32;
-            let triangle = growth.wrapping_mul(between.wrapping_mul(between.wrapping_sub(1)) >> 1);
-            self.ahead = self.ahead.wrapping_add((self.wait << bits).wrapping_sub(self.wait));
-            self.ahead = self.ahead.wrapping_add(triangle.into());
-            let last = self.wait.wrapping_add(growth.wrapping_mul(between).into());
-            (last, last.wrapping_add(self.growth))
-        };
+        if self.bits != 0
+            && !single
+            && !self.turns
+            && let Some(group) = self.several()
+        {
+            return Some(group);
+        }
+        Some(self.one())
+    }
+
+    /// A group of several steps, in 32 bits; `None` if the interval ahead of it, which is of the entry
+    /// before, differs from the others by more than a part of the bound.
+    #[inline(always)]
+    fn several(&mut self) -> Option<StepGroup> {
+        let (bits, growth) = (self.bits, self.growth);
+        let least = i16::try_from(self.least).ok()?;
+        let wait = i32::try_from(self.wait).ok()?;
+        let differs = i32::try_from(self.ahead.wrapping_sub(self.wait)).ok()?;
+        let owed = i32::try_from(self.owed).ok()?;
+        if differs.unsigned_abs() > self.quarter || owed.unsigned_abs() > LARGE {
+            return None;
+        }
+        // n − 1 of the waits lie between the steps; the last one is ahead of what follows. (Of a
+        // growth that makes groups at all, growth · n² fits.)
+        let between = (1i32 << bits) - 1;
+        let triangle = growth.wrapping_mul(between.wrapping_mul(between.wrapping_sub(1)) >> 1);
+        // How much longer they take than n waits.
+        let longer = differs.wrapping_add(triangle).wrapping_add(owed);
+        let mean = wait.wrapping_add(longer >> bits);
+        let interval = (mean.wrapping_add(0x8000) >> 16).max(least.into());
+        let each = (interval << 16).wrapping_sub(wait);
+        self.owed = longer.wrapping_sub(each << bits).into();
+        let last = wait.wrapping_add(growth.wrapping_mul(between));
+        (self.ahead, self.wait) = (last.into(), last.wrapping_add(growth).into());
+        let steps = 1u32 << bits;
+        self.left = self.left.wrapping_sub(steps);
+        Some(StepGroup { interval: interval.cast_unsigned(), steps, forward: self.forward })
+    }
+
+    /// A single step.
+    #[inline(never)]
+    fn one(&mut self) -> StepGroup {
         let all = self.ahead.saturating_add(self.owed);
         let least = if self.turns { self.turn } else { self.least };
-        let interval = (all.wrapping_add(0x8000 << bits) >> bits) >> 16;
+        let interval = all.wrapping_add(0x8000) >> 16;
         let interval = if interval < i64::from(least) {
             least
         } else {
             // (What a number can't hold is owed: the steps behind it wait for longer.)
             Ticks::try_from(interval).unwrap_or(Ticks::MAX)
         };
-        self.owed = all.wrapping_sub((i64::from(interval) << 16) << bits);
-        (self.ahead, self.wait) = (last, next);
-        let steps = 1u32 << bits;
-        self.left = self.left.wrapping_sub(steps);
+        self.owed = all.wrapping_sub(i64::from(interval) << 16);
+        self.ahead = self.wait;
+        self.wait = self.wait.wrapping_add(self.growth.into());
+        self.left = self.left.wrapping_sub(1);
         self.turns = false;
-        Some(StepGroup { interval, steps, forward: self.forward })
+        StepGroup { interval, steps: 1, forward: self.forward }
     }
 
     /// The first group behind a start: a single step, which comes that long after the start.

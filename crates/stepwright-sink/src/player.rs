@@ -10,7 +10,7 @@ use crate::group::StepGroup;
 pub struct Halted {
     /// Groups of which no step was made.
     pub waiting: u8,
-    /// Steps of the group before those that were not made.
+    /// Steps of the group before those that were not made; `u32::MAX` for all of them.
     pub left: u32,
 }
 
@@ -59,10 +59,11 @@ pub trait Player {
     fn has_room(&self, axis: u8) -> bool;
 
     /// Appends a group. Called if there is room. Its interval is at least the minimum interval of
-    /// [`Timing`]. An axis that was not started, or was halted, keeps it for its start.
+    /// [`Timing`]. An axis that was not started since it was halted keeps it for its start; one that has
+    /// run dry plays it at once.
     fn put(&mut self, axis: u8, group: StepGroup);
 
-    /// Starts these axes, in the same tick. They rest, and have been given a group each.
+    /// Starts these axes, in the same tick. They were halted, and have been given a group each since.
     fn start(&mut self, axes: Axes);
 
     /// Groups that were put, and have not begun.

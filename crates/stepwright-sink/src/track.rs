@@ -34,6 +34,8 @@ pub(crate) struct Track<'q, const Q: usize> {
     before: bool,
     /// The player has room, and the queue had nothing for it.
     pub hungry: bool,
+    /// The player rests for a turn, and so has run dry.
+    rested: bool,
     /// An entry has left the queue since this was cleared.
     pub took: bool,
     /// Where all groups that were put lead to.
@@ -54,6 +56,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
             ended: false,
             before: true,
             hungry: false,
+            rested: false,
             took: false,
             position: 0,
             end: 0,
@@ -147,64 +150,96 @@ impl<'q, const Q: usize> Track<'q, Q> {
     }
 
     /// Gives the player what it has room for. Returns how often it has run dry.
+    // (Small functions: where all is one, a small chip's registers don't suffice.)
+    #[inline(never)]
     pub fn fill(&mut self, player: &mut impl Player, axis: u8, hold: Ticks) -> u32 {
-        let (mut dry, mut asked, mut turned) = (0, false, false);
-        while self.wants() && player.has_room(axis) {
-            if !self.grouper.has_step() {
-                match self.source.take() {
-                    Next::Entry(entry) => {
-                        self.took = true;
-                        self.grouper.load(entry);
-                    }
-                    Next::Late => {
-                        self.hungry = true;
-                        return dry;
-                    }
-                    Next::End => {
-                        (self.ended, self.hungry) = (true, false);
-                        if self.phase == Phase::Begins && !self.is_ready() {
-                            self.phase = Phase::Idle;
-                        }
-                        return dry;
-                    }
-                }
-                continue;
+        let (mut dry, mut asked) = (0, self.phase == Phase::Begins);
+        while player.has_room(axis) {
+            if !self.grouper.is_loaded() && !self.load() {
+                break;
             }
-            let begins = self.phase == Phase::Begins;
-            if !begins && self.grouper.turns() {
-                // DIR changes on the way: not before the last step has been held.
-                let now = player.now();
-                let rested = now.saturating_sub(self.end);
-                if !player.rests(axis) || rested < hold.into() {
-                    self.hungry = true;
-                    return dry;
-                }
-                self.grouper.pass(rested);
-                self.end = now;
-                turned = true;
+            if self.grouper.turns() && !self.may_turn(player, axis, hold) {
+                self.hungry = true;
+                break;
             }
-            let first = begins && !self.is_ready();
-            let group = if first { self.grouper.first() } else { self.grouper.next() };
-            let Some(group) = group else { return dry };
+            let Some(group) = self.next_group() else { break };
             player.put(axis, group);
             // Asked when it has something again: until then it runs dry.
-            if !begins && !asked {
+            if !asked {
                 asked = true;
-                if player.ran_dry(axis) && !turned {
-                    dry += 1;
+                if player.ran_dry(axis) && !self.rested {
+                    dry = 1;
                     // What comes now is played from here on.
                     self.end = self.end.max(player.now());
                 }
+                self.rested = false;
             }
-            self.hungry = false;
-            self.end = self.end.saturating_add(group.duration());
-            self.position = self.position.wrapping_add(group.travel());
-            if let Some(place) = self.groups.get_mut(usize::from(self.put % REMEMBERED)) {
-                *place = group;
-            }
-            self.put = self.put.wrapping_add(1);
+            self.remember(group);
         }
         dry
+    }
+
+    /// The next group of the present entry; of a travel the first is a single step.
+    #[inline(always)]
+    fn next_group(&mut self) -> Option<StepGroup> {
+        if self.phase == Phase::Begins && !self.is_ready() {
+            self.grouper.first()
+        } else {
+            self.grouper.next()
+        }
+    }
+
+    /// A group has been put.
+    #[inline(always)]
+    fn remember(&mut self, group: StepGroup) {
+        self.hungry = false;
+        self.end = self.end.wrapping_add(group.duration());
+        self.position = self.position.wrapping_add(group.travel());
+        if let Some(place) = self.groups.get_mut(usize::from(self.put % REMEMBERED)) {
+            *place = group;
+        }
+        self.put = self.put.wrapping_add(1);
+    }
+
+    /// Takes entries over until one has a step: false if there is none.
+    #[inline(never)]
+    fn load(&mut self) -> bool {
+        while !self.grouper.has_step() {
+            match self.source.take() {
+                Next::Entry(entry) => {
+                    self.took = true;
+                    self.grouper.load(entry);
+                }
+                Next::Late => {
+                    self.hungry = true;
+                    return false;
+                }
+                Next::End => {
+                    (self.ended, self.hungry) = (true, false);
+                    if self.phase == Phase::Begins && !self.is_ready() {
+                        self.phase = Phase::Idle;
+                    }
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// Whether DIR may change before the next step: on the way not before the last one has been held.
+    #[inline(never)]
+    fn may_turn(&mut self, player: &impl Player, axis: u8, hold: Ticks) -> bool {
+        if self.phase == Phase::Begins {
+            return !self.is_ready();
+        }
+        let now = player.now();
+        let rested = now.saturating_sub(self.end);
+        if !player.rests(axis) || rested < hold.into() {
+            return false;
+        }
+        self.grouper.pass(rested);
+        (self.end, self.rested) = (now, true);
+        true
     }
 
     /// The player has been halted.

@@ -26,7 +26,7 @@ pub use trial::try_timer;
 use stepwright::drive::Drive;
 use stepwright::profile::Fit;
 use stepwright::timer::StepTimer;
-use stepwright::{Board, Cost, HoldOff, OrderedMotors, Rate, SharedEngine, Timing};
+use stepwright::{Board, Control, Cost, HoldOff, OrderedMotors, Rate, SharedEngine, Timing};
 use stepwright_device::Device;
 use stepwright_device::main_loop::{self, OnBoard, SerialPort};
 
@@ -62,14 +62,24 @@ pub fn run<T: StepTimer, D: Drive, H: HoldOff>(
     panel: impl Panel,
     line: &mut impl SerialPort,
 ) -> ! {
-    let mut io = PortIo::new(panel, board.rate);
     if let Some((handle, feeds)) = engine.fill(timer, drive, &board) {
-        let motors = OrderedMotors::new(handle, feeds, board);
-        let mut device = Device::new(motors, AXES as u8, &mut io);
-        main_loop::run(&mut OnBoard { device: &mut device, io }, line);
+        run_motors(OrderedMotors::new(handle, feeds, board), board.rate, panel, line);
     }
     // Somebody else has filled it, which no program does.
     loop {
         core::hint::spin_loop();
     }
+}
+
+/// The controller over motors of any engine, whose step timer counts at `rate`.
+#[inline(always)]
+pub fn run_motors<E: Control>(
+    motors: OrderedMotors<'_, E, AXES, RUNS>,
+    rate: Rate,
+    panel: impl Panel,
+    line: &mut impl SerialPort,
+) -> ! {
+    let mut io = PortIo::new(panel, rate);
+    let mut device = Device::new(motors, AXES as u8, &mut io);
+    main_loop::run(&mut OnBoard { device: &mut device, io }, line)
 }

@@ -1,0 +1,45 @@
+//! The controller: it takes lines, and moves three motors.
+#![no_std]
+#![no_main]
+
+use stepwright::{Board, OrderedMotors};
+use stepwright_controller::{AXES, RUNS};
+use stepwright_rp2040::board::{BOUND, RATE, board};
+use stepwright_rp2040::pins::BoardPins;
+use stepwright_rp2040::pio::{self, PioInterrupt, PioPlayer};
+use stepwright_rp2040::{chip, uart};
+use stepwright_sink::SharedSink;
+
+/// A constant, so that what is computed of it is computed by the compiler.
+const BOARD: Board<AXES> = board();
+
+static SINK: SharedSink<PioPlayer, PioInterrupt, AXES, RUNS> = SharedSink::empty();
+
+#[unsafe(no_mangle)]
+extern "C" fn PIO0_IRQ_0() {
+    // SAFETY: this is the player's interrupt.
+    unsafe { SINK.serve(pio::begun()) };
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn UART0_IRQ() {
+    // SAFETY: this is the line's interrupt.
+    unsafe { uart::on_receive() };
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    // SAFETY: first, and each of them once.
+    let (player, panel, mut line) = unsafe {
+        chip::start();
+        (PioPlayer::new(), BoardPins::new(), uart::Uart::start())
+    };
+    if let Some((engine, feeds)) = SINK.fill(player, &BOARD, BOUND) {
+        let motors = OrderedMotors::new(engine, feeds, BOARD);
+        stepwright_controller::run_motors(motors, RATE, panel, &mut line);
+    }
+    // Somebody else has filled it, which no program does.
+    loop {
+        core::hint::spin_loop();
+    }
+}

@@ -1,0 +1,46 @@
+//! The board as data.
+
+use stepwright::profile::Fit;
+use stepwright::{Board, Cost, Rate, Ticks, Timing};
+
+/// The processor's clock, which is the PIO's.
+pub const RATE: Rate = Rate::of::<125_000_000>();
+
+/// The shortest interval of an axis, in ticks: 250,000 steps/s. The PIO could do more; a group of 64 steps
+/// has to last longer than the interrupts of four axes.
+pub const LEAST: Ticks = 500;
+
+/// No step comes further from the planner's time, in ticks: 1 µs.
+pub const BOUND: Ticks = RATE.micros(1);
+
+/// State machines of a PIO, and so axes of a program.
+pub const MACHINES: usize = 4;
+
+/// STEP of axis 0, of the others in a row behind it: GPIO 2 to 5.
+pub const STEP: u32 = 2;
+/// Likewise DIR, high for forward: GPIO 6 to 9.
+pub const DIR: u32 = 6;
+/// The pin that enables the drivers.
+pub const ENABLE: u32 = 10;
+/// Switches of the axes of the controller.
+pub const SWITCHES: [u32; 3] = [11, 12, 13];
+/// The fault outputs of the drivers.
+pub const FAULT: u32 = 14;
+/// The emergency stop, to ground.
+pub const EMERGENCY: u32 = 15;
+/// The serial line: what is sent, and what is received.
+pub const LINE: [u32; 2] = [0, 1];
+
+/// The board, with pulses of 1 µs.
+pub const fn board<const N: usize>() -> Board<N> {
+    let (pulse, side) = (RATE.micros(1), RATE.micros(1));
+    Board {
+        rate: RATE,
+        timing: Timing { pulse, setup: side, hold: side, min_interval: LEAST },
+        cost: Cost::independent(LEAST),
+        runs: 16_000,
+        fit: Fit::board(RATE),
+        horizon: RATE.micros(16_000),
+        lead: RATE.micros(250),
+    }
+}

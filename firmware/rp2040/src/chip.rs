@@ -1,0 +1,143 @@
+//! Clocks, resets, the time, and what pins are for. By the RP2040's datasheet.
+
+use stepwright_controller::Register;
+
+/// A register.
+const fn register(address: usize) -> Register {
+    // SAFETY: every address below is of one, in the datasheet's tables.
+    unsafe { Register::at(address) }
+}
+
+/// Where a register's bits are set by themselves, and cleared.
+pub const SET: usize = 0x2000;
+/// See [`SET`].
+pub const CLEAR: usize = 0x3000;
+
+const RESETS: usize = 0x4000_C000;
+const CLOCKS: usize = 0x4000_8000;
+const XOSC: usize = 0x4002_4000;
+const PLL: usize = 0x4002_8000;
+const WATCHDOG: usize = 0x4005_8000;
+const TIMER: usize = 0x4005_4000;
+const PINS: usize = 0x4001_4000;
+const PADS: usize = 0x4001_C000;
+
+/// Pins, pads, PIO 0, PLL, timer, UART 0.
+const USED: u32 = 1 << 5 | 1 << 8 | 1 << 10 | 1 << 12 | 1 << 21 | 1 << 22;
+const AFTER_CLOCKS: u32 = 1 << 22;
+
+/// Waits for bits of a register.
+fn until(register: Register, bits: u32) {
+    while register.read() & bits != bits {}
+}
+
+/// Runs the processor at 125 MHz from a crystal of 12 MHz, and takes what is used out of its reset.
+///
+/// # Safety
+/// Called once, first.
+pub unsafe fn start() {
+    register(RESETS + CLEAR).write(USED & !AFTER_CLOCKS);
+    until(register(RESETS + 8), USED & !AFTER_CLOCKS);
+    // The crystal: 1 ms to start.
+    register(XOSC + 0x0C).write(47);
+    register(XOSC).write(0xFAB << 12 | 0xAA0);
+    until(register(XOSC + 4), 1 << 31);
+    // The reference, and the processor meanwhile, from the crystal.
+    register(CLOCKS + 0x30).write(2);
+    until(register(CLOCKS + 0x38), 1 << 2);
+    register(CLOCKS + 0x3C + CLEAR).write(1);
+    until(register(CLOCKS + 0x44), 1);
+    // 12 MHz · 125 / 6 / 2.
+    register(PLL).write(1);
+    register(PLL + 8).write(125);
+    register(PLL + 4 + CLEAR).write(1 << 0 | 1 << 5);
+    until(register(PLL), 1 << 31);
+    register(PLL + 0xC).write(6 << 16 | 2 << 12);
+    register(PLL + 4 + CLEAR).write(1 << 3);
+    register(CLOCKS + 0x3C).write(0);
+    register(CLOCKS + 0x3C).write(1);
+    until(register(CLOCKS + 0x44), 1 << 1);
+    // The UART's clock is the processor's.
+    register(CLOCKS + 0x48).write(1 << 11);
+    register(RESETS + CLEAR).write(AFTER_CLOCKS);
+    until(register(RESETS + 8), AFTER_CLOCKS);
+    // The timer counts microseconds.
+    register(WATCHDOG + 0x2C).write(1 << 9 | 12);
+}
+
+/// Microseconds since the start.
+#[inline(always)]
+pub fn micros() -> u64 {
+    let mut high = register(TIMER + 0x24).read();
+    loop {
+        let low = register(TIMER + 0x28).read();
+        let again = register(TIMER + 0x24).read();
+        if again == high {
+            return u64::from(high) << 32 | u64::from(low);
+        }
+        high = again;
+    }
+}
+
+/// Their low half.
+#[inline(always)]
+pub fn micros_low() -> u32 {
+    register(TIMER + 0x28).read()
+}
+
+/// What a pin is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Function {
+    /// The serial line.
+    Uart = 2,
+    /// The program.
+    Program = 5,
+    /// The first PIO.
+    Pio = 6,
+}
+
+/// Gives a pin to something; an output the other way round if it is `inverted`.
+pub fn give(pin: u32, function: Function, inverted: bool) {
+    let control = PINS + 4 + 8 * pin as usize;
+    register(control).write(function as u32 | u32::from(inverted) << 8);
+}
+
+/// Pulls a pin up, or not.
+pub fn pull_up(pin: u32, up: bool) {
+    // An input with a Schmitt trigger, 4 mA.
+    register(PADS + 4 + 4 * pin as usize).write(0x52 | u32::from(up) << 3);
+}
+
+/// The levels of all pins.
+#[inline(always)]
+pub fn levels() -> u32 {
+    register(0xD000_0004).read()
+}
+
+/// Sets the level of a pin of the program.
+pub fn set_level(pin: u32, high: bool) {
+    register(if high { 0xD000_0014 } else { 0xD000_0018 }).write(1 << pin);
+}
+
+/// Makes a pin of the program an output.
+pub fn make_output(pin: u32) {
+    register(0xD000_0024).write(1 << pin);
+}
+
+/// Starts the watchdog: 250 ms.
+pub fn start_watchdog() {
+    // It resets all but the oscillators.
+    register(0x4001_0008).write(0x1_FFFC);
+    feed();
+    register(WATCHDOG).write(1 << 30 | 7 << 24);
+}
+
+/// All is well. (It counts down twice a microsecond: erratum RP2040-E1.)
+pub fn feed() {
+    register(WATCHDOG + 4).write(500_000);
+}
+
+/// Whether the watchdog was what reset it.
+pub fn was_watchdog() -> bool {
+    register(WATCHDOG + 8).read() & 1 != 0
+}

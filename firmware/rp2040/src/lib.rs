@@ -1,0 +1,34 @@
+#![cfg_attr(target_os = "none", no_std)]
+//! Stepwright on an RP2040 (Cortex-M0+, 125 MHz): the Raspberry Pi Pico. Its PIO makes the steps, a
+//! state machine an axis; an interrupt a group of steps keeps its FIFO filled.
+//!
+//! No hardware was seen yet: it runs in rp2040js, processor and PIO in lock-step.
+//!
+//! | file | what |
+//! | --- | --- |
+//! | `board.rs` | the board as data; for a host too |
+//! | `program.rs` | the state machines' program; for a host too |
+//! | `pio.rs` | the player over four state machines, and its interrupt held off |
+//! | `chip.rs` | clocks, resets, the time, functions of pins |
+//! | `pins.rs` | the pins around the motors, the watchdog |
+//! | `uart.rs` | the serial line |
+//! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/trial.rs` | four axes, ordered about by a test |
+//!
+//! `cargo xtask firmware rp2040` builds it, `cargo xtask test --only pico` tries it.
+
+pub mod board;
+pub mod program;
+
+#[cfg(target_os = "none")]
+pub mod chip;
+#[cfg(target_os = "none")]
+mod panic;
+#[cfg(target_os = "none")]
+pub mod pins;
+#[cfg(target_os = "none")]
+pub mod pio;
+#[cfg(target_os = "none")]
+pub mod uart;
+#[cfg(target_os = "none")]
+mod vectors;

@@ -1,0 +1,82 @@
+//! The pins around the motors, why the board has begun, and its watchdog.
+
+use stepwright::drive::Axes;
+use stepwright_controller::{AXES, Panel};
+use stepwright_device::Reset;
+
+use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, SWITCHES};
+use crate::chip::{self, Function};
+
+/// The pins around the motors.
+pub struct BoardPins {
+    reversed: Axes,
+}
+
+impl BoardPins {
+    /// Pulls the inputs up, leaves the drivers off, and starts the watchdog: 250 ms.
+    ///
+    /// # Safety
+    /// Called once.
+    pub unsafe fn new() -> BoardPins {
+        for pin in SWITCHES.into_iter().chain([EMERGENCY, FAULT]) {
+            chip::pull_up(pin, true);
+            chip::give(pin, Function::Program, false);
+        }
+        chip::set_level(ENABLE, true);
+        chip::make_output(ENABLE);
+        chip::give(ENABLE, Function::Program, false);
+        chip::start_watchdog();
+        BoardPins { reversed: 0 }
+    }
+}
+
+/// The level of a pin.
+fn level(pin: u32) -> bool {
+    chip::levels() >> pin & 1 != 0
+}
+
+impl Panel for BoardPins {
+    #[inline(always)]
+    fn count(&mut self) -> u32 {
+        // 125 a microsecond, modulo 2^32.
+        chip::micros_low().wrapping_mul(125)
+    }
+
+    #[inline(always)]
+    fn feed(&mut self) {
+        chip::feed();
+    }
+
+    fn switches(&self) -> Axes {
+        SWITCHES.into_iter().rev().fold(0, |axes, pin| axes << 1 | Axes::from(level(pin)))
+    }
+
+    fn emergency(&self) -> bool {
+        level(EMERGENCY)
+    }
+
+    fn driver_fault(&self) -> bool {
+        level(FAULT)
+    }
+
+    fn set_enable(&mut self, high: bool) {
+        chip::set_level(ENABLE, high);
+    }
+
+    fn reset(&mut self) -> Reset {
+        if chip::was_watchdog() { Reset::Watchdog } else { Reset::Power }
+    }
+
+    fn set_reverse(&mut self, axes: Axes) {
+        if self.reversed == axes {
+            return;
+        }
+        // The longest `hold-us`, 1 ms, from a last step that may be of this moment.
+        let begun = chip::micros_low();
+        while chip::micros_low().wrapping_sub(begun) < 1_000 {}
+        self.reversed = axes;
+        for axis in 0..AXES as u32 {
+            chip::give(DIR + axis, Function::Pio, axes >> axis & 1 != 0);
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The player over the state machines of the first PIO: see [`program`](crate::program).
+
+use stepwright::drive::Axes;
+use stepwright::{HoldOff, Ticks, Timing};
+use stepwright_controller::Register;
+use stepwright_sink::{Halted, Player, StepGroup};
+
+use crate::board::{DIR, MACHINES, STEP};
+use crate::chip::{self, CLEAR, Function, SET};
+use crate::program::{FIRST, FIXED, Program};
+use crate::vectors::{PIO0_NUMBER, UART0_NUMBER};
+
+/// A register of the PIO.
+#[inline(always)]
+const fn pio(offset: usize) -> Register {
+    // SAFETY: the datasheet's table of PIO.
+    unsafe { Register::at(0x5020_0000 + offset) }
+}
+
+const CTRL: usize = 0x000;
+const FDEBUG: Register = pio(0x008);
+const FLEVEL: Register = pio(0x00C);
+const IRQ: Register = pio(0x030);
+const MEMORY: usize = 0x048;
+const IRQ0_INTE: Register = pio(0x12C);
+const IRQ0_INTS: Register = pio(0x134);
+
+/// Of a state machine, behind the first one's.
+const EXECCTRL: usize = 0x0CC;
+const SHIFTCTRL: usize = 0x0D0;
+const ADDR: usize = 0x0D4;
+const INSTR: usize = 0x0D8;
+const PINCTRL: usize = 0x0DC;
+
+/// A register of a state machine.
+#[inline(always)]
+const fn machine(axis: u8, offset: usize) -> Register {
+    pio(offset + 0x18 * axis as usize)
+}
+
+/// Autopull at 32 bits, OUT shifts right; the FIFOs apart, and joined to one that is sent from.
+const APART: u32 = 1 << 17 | 1 << 19 | 1 << 18;
+const JOINED: u32 = APART | 1 << 30;
+
+/// STEP is high.
+const SIDE: u32 = 1 << 12;
+const JMP_0: u32 = 0x0000;
+const MOV_ISR_Y: u32 = 0xA0C2;
+const PUSH: u32 = 0x8000;
+const SET_PINDIR: u32 = 0xE081;
+
+/// Four axes on the first PIO.
+pub struct PioPlayer {
+    program: Program,
+    /// Cycles from edge to edge beside what is waited for.
+    fixed: u32,
+    /// Axes that have not been given a group since they were halted.
+    fresh: Axes,
+}
+
+impl PioPlayer {
+    /// Gives the pins to the PIO, low, and has all machines rest.
+    ///
+    /// # Safety
+    /// Called once.
+    pub unsafe fn new() -> PioPlayer {
+        for axis in 0..MACHINES as u8 {
+            let (step, dir) = (STEP + u32::from(axis), DIR + u32::from(axis));
+            // The pins' directions by SET, one after the other.
+            for pin in [step, dir] {
+                machine(axis, PINCTRL).write(1 << 26 | pin << 5);
+                machine(axis, INSTR).write(SET_PINDIR);
+                chip::pull_up(pin, false);
+                chip::give(pin, Function::Pio, false);
+            }
+            machine(axis, PINCTRL).write(1 << 29 | 1 << 20 | step << 10 | dir);
+            machine(axis, SHIFTCTRL).write(JOINED);
+        }
+        let all = (1 << MACHINES) - 1;
+        IRQ0_INTE.write(all << 8);
+        let program = Program::of_pulse(0);
+        let mut player = PioPlayer { program, fixed: 0, fresh: all as Axes };
+        player.load(program);
+        pio(CTRL).write(all << 8 | all << 4);
+        for axis in 0..MACHINES as u8 {
+            machine(axis, INSTR).write(JMP_0);
+        }
+        player
+    }
+
+    /// Has another program. All machines rest at its first line, which is the same.
+    fn load(&mut self, program: Program) {
+        for (line, instruction) in program.code().enumerate() {
+            pio(MEMORY + 4 * line).write(instruction.into());
+        }
+        for axis in 0..MACHINES as u8 {
+            machine(axis, EXECCTRL).write(u32::from(program.wrap()) << 12);
+        }
+        (self.program, self.fixed) = (program, program.high + FIXED);
+    }
+
+    /// Words in the FIFO of an axis. One more may have been taken out ahead of its time.
+    #[inline(always)]
+    fn level(axis: u8) -> u32 {
+        FLEVEL.read() >> (8 * u32::from(axis)) & 15
+    }
+
+    /// The line that comes next.
+    #[inline(always)]
+    fn line(axis: u8) -> u8 {
+        machine(axis, ADDR).read() as u8 & 31
+    }
+
+    /// Whether there is such a machine.
+    #[inline(always)]
+    const fn has(axis: u8) -> bool {
+        (axis as usize) < MACHINES
+    }
+}
+
+impl Player for PioPlayer {
+    const DEPTH: u8 = 4;
+    /// `jmp y--`, `out isr`, `out pins`, and one to fill the output register.
+    const LAG: Ticks = 4;
+
+    #[inline(always)]
+    fn now(&self) -> u64 {
+        chip::micros().wrapping_mul(125)
+    }
+
+    fn set_timing(&mut self, timing: &Timing) {
+        let program = Program::of_pulse(timing.pulse);
+        if program != self.program {
+            self.load(program);
+        }
+    }
+
+    #[inline(always)]
+    fn has_room(&self, axis: u8) -> bool {
+        Self::has(axis) && Self::level(axis) <= 6
+    }
+
+    #[inline(always)]
+    fn put(&mut self, axis: u8, group: StepGroup) {
+        let bit = 1u8.wrapping_shl(axis.into());
+        let mut fixed = self.fixed;
+        if self.fresh & bit != 0 {
+            self.fresh &= !bit;
+            fixed = FIRST;
+        }
+        let fifo = pio(0x010 + 4 * usize::from(axis));
+        fifo.write(group.interval.saturating_sub(fixed));
+        fifo.write(group.steps.wrapping_sub(1) << 1 | u32::from(group.forward));
+    }
+
+    fn start(&mut self, axes: Axes) {
+        FDEBUG.write(u32::from(axes) << 24);
+        pio(CTRL + SET).write(axes.into());
+    }
+
+    #[inline(always)]
+    fn waiting(&self, axis: u8) -> u8 {
+        // Where one word of a group is in the FIFO, the other one has been taken out ahead.
+        if Self::has(axis) { Self::level(axis).div_ceil(2) as u8 } else { 0 }
+    }
+
+    #[inline(always)]
+    fn rests(&self, axis: u8) -> bool {
+        !Self::has(axis) || Self::level(axis) == 0 && Self::line(axis) == 0
+    }
+
+    #[inline(always)]
+    fn ran_dry(&mut self, axis: u8) -> bool {
+        let bit = 1u32.wrapping_shl(24 + u32::from(axis));
+        let dry = FDEBUG.read() & bit != 0;
+        if dry {
+            FDEBUG.write(bit);
+        }
+        dry
+    }
+
+    fn halt(&mut self, axes: Axes) {
+        pio(CTRL + CLEAR).write(axes.into());
+    }
+
+    fn forget(&mut self, axis: u8) -> Halted {
+        if !Self::has(axis) {
+            return Halted { waiting: 0, left: 0 };
+        }
+        let (waiting, line) = (self.waiting(axis), Self::line(axis));
+        // What it was in the middle of, a delay or a wait, is over.
+        pio(CTRL + SET).write(0x10u32.wrapping_shl(axis.into()));
+        // The FIFOs apart: what waits is forgotten, and the other one takes what Y is.
+        machine(axis, SHIFTCTRL).write(APART);
+        let high = self.program.is_high(line);
+        let side = if high { SIDE } else { 0 };
+        machine(axis, INSTR).write(MOV_ISR_Y | side);
+        machine(axis, INSTR).write(PUSH | side);
+        let y = pio(0x020 + 4 * usize::from(axis)).read();
+        machine(axis, SHIFTCTRL).write(JOINED);
+        if high {
+            // The rest of a pulse.
+            cortex_m::asm::delay(self.program.high);
+        }
+        machine(axis, INSTR).write(JMP_0);
+        IRQ.write(1u32.wrapping_shl(axis.into()));
+        self.fresh |= 1u8.wrapping_shl(axis.into());
+        Halted { waiting, left: self.program.left(line, y) }
+    }
+}
+
+/// Axes of which a group has begun; for the interrupt, which is of this moment on.
+#[inline(always)]
+pub fn begun() -> Axes {
+    let axes = IRQ0_INTS.read() >> 8 & 15;
+    IRQ.write(axes);
+    axes as Axes
+}
+
+/// The PIO's interrupt, and the line's behind it.
+pub struct PioInterrupt;
+
+const HELD: u32 = 1 << PIO0_NUMBER | 1 << UART0_NUMBER;
+
+// SAFETY: the enable bits, 0 after a reset, among them that of the one interrupt that serves the
+// sink; barriers behind them. What is pending stays so.
+unsafe impl HoldOff for PioInterrupt {
+    #[inline(always)]
+    fn hold() {
+        // SAFETY: ARMv6-M: ICER; a written 0 changes nothing.
+        unsafe { Register::at(0xE000_E180) }.write(HELD);
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+    }
+
+    #[inline(always)]
+    fn release() {
+        cortex_m::asm::dsb();
+        // SAFETY: ARMv6-M: ISER; a written 0 changes nothing.
+        unsafe { Register::at(0xE000_E100) }.write(HELD);
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+    }
+}

@@ -1,0 +1,173 @@
+// The controller for the Pico answers as the protocol says: node controller.cjs FOLDER-OF-ELVES
+'use strict';
+const assert = require('assert');
+const path = require('path');
+const { Machine } = require('./machine.cjs');
+
+const BYTE = Math.round(125e6 / 11_520);
+
+class Controller extends Machine {
+  constructor(folder) {
+    super(path.join(folder, 'rp2040-controller.elf'));
+    this.heard = '';
+    this.chip.uart[0].onByte = (byte) => { this.heard += String.fromCharCode(byte); };
+    // Switches, emergency stop and fault outputs are pulled up.
+    for (const pin of [11, 12, 13, 14, 15]) this.chip.gpio[pin].setInputValue(true);
+    this.run(200_000);
+  }
+
+  /// Says a line; the answer.
+  say(line) {
+    this.heard = '';
+    for (const byte of `${line}\r`) {
+      this.chip.uart[0].feedByte(byte.charCodeAt(0));
+      this.run(BYTE);
+    }
+    const end = this.time + 20e6;
+    while (!this.heard.includes('\r')) {
+      this.run(1_000);
+      assert(this.time < end, `no answer to ${line}`);
+    }
+    return this.heard.replace(/\r[^]*/, '');
+  }
+
+  rest() {
+    this.say('A0');
+    while (this.say('F') !== 'R') this.run(200_000);
+    this.say('A1');
+  }
+
+  /// A table: a line and its answer, `*` for anything in it. `*rest` waits for the end of the travel.
+  talk(table) {
+    for (const row of table.trim().split('\n').map((row) => row.trim())) {
+      const [line, ...answer] = row.split(/ +/);
+      if (line === '*rest') { this.rest(); continue; }
+      const pattern = answer.join(' ').split('*').map((part) => part.replace(/[.*+?^${}()|[\]\\]/g, '\\$&')).join('.*');
+      const heard = this.say(line);
+      assert(new RegExp(`^${pattern}$`, 's').test(heard), `${row}: ${heard}`);
+    }
+    return [0, 1, 2].map((axis) => this.net(axis));
+  }
+}
+
+// Those of firmware/qemu/tests/conversation.rs.
+const conversations = {
+  'the travel order of the document': [`
+    F R
+    PO Y
+    S5 Y
+    T100 Y
+    R200 Y
+    G+400 Y
+    E Y
+    F B
+    *rest
+    V1 400
+    P0 Y
+    G-1234 Y
+    E Y
+    *rest
+    V1 -834`, [-834, 0, 0]],
+  'while busy no line of an order is taken': [`
+    g+ Y
+    PO E
+    S5 E
+    G+5 E
+    E E
+    I1 E
+    F B
+    A1 Y
+    ? stepwright * last=busy uncertain=0*
+    ! Y
+    Z Y
+    K Y
+    F R
+    V1 E
+    I1 Y
+    V1 0`],
+  'drive until stopped': [`
+    T50 Y
+    g- Y
+    F B
+    Z Y
+    *rest
+    F R
+    V1 -*`],
+  'what cannot be is refused and nothing moves': [`
+    E E
+    PO Y
+    T1000 E
+    G+4000 Y
+    E E
+    ? stepwright * last=range uncertain=0*
+    PO Y
+    t1000000 Y
+    a100000000 Y
+    d100000000 Y
+    G+50000 Y
+    E E
+    ? stepwright * last=too-fast uncertain=0*
+    G+-5 E
+    V9 E
+    12345678901234567 E
+    F R`, [0, 0, 0]],
+  'settings; an axis turns the other way round': [`
+    $ max-speed=1000000 * pulse-us=2 reverse=0 *
+    $pulse-us=7 Y
+    $reverse=2 Y
+    $max-speed=300 Y
+    $ max-speed=300 * pulse-us=7 reverse=2 *
+    PO Y
+    t301 Y
+    G+10 Y
+    E E
+    PO Y
+    t300 Y
+    G+10 Y
+    A2 Y
+    t200 Y
+    G-20 Y
+    E Y
+    *rest
+    V1 10
+    V2 -20`],
+  'three axes with ramps': [`
+    A0 Y
+    PO Y
+    A1 Y
+    t20000 Y
+    a200000 Y
+    d90000 Y
+    G+3000 Y
+    A2 Y
+    t5000 Y
+    a30000 Y
+    d30000 Y
+    G-1500 Y
+    A3 Y
+    t1000 Y
+    a4000 Y
+    d4000 Y
+    j50000 Y
+    G+100 Y
+    E Y
+    *rest
+    V1 3000
+    V2 -1500
+    V3 100
+    ? * late=0 *`, [3000, -1500, 100]],
+};
+
+let failed = 0;
+for (const [name, [table, net]] of Object.entries(conversations)) {
+  try {
+    const board = new Controller(process.argv[2]);
+    const made = board.talk(table);
+    if (net) assert.deepEqual(made, net);
+    console.log(`ok ${name}`);
+  } catch (error) {
+    failed++;
+    console.log(`FAILED ${name}: ${error.message}`);
+  }
+}
+process.exit(failed ? 1 : 0);

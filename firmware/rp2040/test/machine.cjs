@@ -1,0 +1,205 @@
+// An RP2040 in rp2040js, whose PIO goes in lock-step with the processor: a cycle of one is a cycle of the
+// other. rp2040js steps its state machines by themselves, an instruction at a time, without joined
+// FIFOs and without filling the output register ahead; here both are as in the datasheet.
+'use strict';
+const fs = require('fs');
+const { RP2040 } = require('rp2040js');
+
+const AUTOPULL = 1 << 17;
+const TEST = 0x20040000; // the last 8 KB of the RAM
+
+class Machine {
+  constructor(elf) {
+    const chip = (this.chip = new RP2040());
+    const complain = (...words) => { throw new Error(words.join(' ')); };
+    chip.logger = { debug() {}, info() {}, warn() {}, error: complain };
+    this.load(fs.readFileSync(elf));
+    this.pio = chip.pio[0];
+    this.pio.run = () => {};
+    this.now = 0;
+    this.pins = new Array(32).fill(0);
+    this.edges = [[], [], [], []]; // of STEP: [time, level of DIR]
+    this.turns = [[], [], [], []]; // of DIR: [time, level]
+    this.widths = [[], [], [], []]; // of STEP's pulses
+    this.words = [[], [], [], []]; // what was put, since the last start: [time, word]
+    this.starts = [0, 0, 0, 0];
+    this.stopped = [[], [], [], []];
+    this.groups = 0;
+    this.busy = 0; // cycles in the PIO's interrupt, with its entry and exit
+    this.visits = [];
+    const changed = this.pio.pinValuesChanged.bind(this.pio);
+    this.pio.pinValuesChanged = (value, first, count) => {
+      changed(value, first, count);
+      for (let n = 0; n < count; n++) this.pin(first + n, value >> n & 1);
+    };
+    // Whatever the processor does to the PIO, it does to one of the same time.
+    this.wake = 0;
+    for (const name of ['readUint32', 'writeUint32']) {
+      const plain = this.pio[name].bind(this.pio);
+      this.pio[name] = (...words) => {
+        this.follow(chip.core.cycles);
+        const answer = plain(...words);
+        this.wake = 0;
+        return answer;
+      };
+    }
+    this.pio.machines.forEach((m, axis) => this.asInTheDatasheet(m, axis));
+    const core = chip.core;
+    core.VTOR = 0x10000100;
+    core.SP = chip.readUint32(core.VTOR);
+    core.PC = chip.readUint32(core.VTOR + 4) & ~1;
+  }
+
+  load(elf) {
+    const at = elf.readUInt32LE(28);
+    for (let n = 0; n < elf.readUInt16LE(44); n++) {
+      const head = at + 32 * n;
+      const [type, offset, , to, size] = [0, 4, 8, 12, 16].map((k) => elf.readUInt32LE(head + k));
+      if (type === 1 && size) this.chip.flash.set(elf.subarray(offset, offset + size), to - 0x10000000);
+    }
+  }
+
+  pin(pin, level) {
+    if (this.pins[pin] === level) return;
+    this.pins[pin] = level;
+    if (pin >= 2 && pin < 6) {
+      const axis = pin - 2;
+      if (level) this.edges[axis].push([this.now, this.pins[6 + axis]]);
+      else this.widths[axis].push(this.now - this.edges[axis].at(-1)[0]);
+    } else if (pin >= 6 && pin < 10) this.turns[pin - 6].push([this.now, level]);
+  }
+
+  asInTheDatasheet(m, axis) {
+    const FIFO = m.txFIFO.constructor;
+    const write = m.writeUint32.bind(m);
+    m.writeUint32 = (offset, value) => {
+      // A change of FJOIN forgets what is in the FIFOs.
+      if (offset === 8 && (value ^ m.shiftCtrl) >>> 30) {
+        const joined = value >>> 30 & 1;
+        m.txFIFO = new FIFO(joined ? 8 : 4);
+        m.rxFIFO = new FIFO(joined ? 0 : 4);
+      }
+      write(offset, value);
+    };
+    const restart = m.restart.bind(m);
+    m.restart = () => { const { cycles } = m; restart(); m.cycles = cycles; };
+    const put = m.writeFIFO.bind(m);
+    m.writeFIFO = (value) => {
+      if (m.txFIFO.full) throw new Error(`axis ${axis}: its FIFO is full`);
+      this.words[axis].push([this.chip.core.cycles, value]);
+      this.groups += 0.5;
+      this.now = this.chip.core.cycles; // one that waits goes on at once
+      put(value);
+    };
+    // Enabled anew: what was put before has been forgotten.
+    let enabled = false;
+    Object.defineProperty(m, 'enabled', {
+      get: () => enabled,
+      set: (on) => {
+        if (on && !enabled) {
+          this.starts[axis] = m.cycles;
+          this.stopped[axis] = [];
+        }
+        if (!on && enabled) {
+          this.stopped[axis] = this.words[axis];
+          this.words[axis] = [];
+        }
+        enabled = on;
+      },
+    });
+  }
+
+  /// The machines catch up with the processor. Until `wake` they only count down.
+  follow(time) {
+    const { instructions } = this.pio;
+    this.wake = Infinity;
+    for (const m of this.pio.machines) {
+      if (!m.enabled || m.waiting) { m.cycles = time; continue; }
+      while (m.cycles < time && !m.waiting) {
+        const op = instructions[m.pc];
+        // A line that counts X down, and jumps to itself.
+        if ((op & 0xe0ff) === (0x40 | m.pc) && m.x > 1) {
+          const each = 1 + (op >> 8 & 15);
+          const jumps = Math.min(m.x - 1, Math.floor((time - m.cycles) / each));
+          if (jumps > 0) {
+            m.x -= jumps;
+            m.cycles += jumps * each;
+            continue;
+          }
+        }
+        const empty = m.shiftCtrl & AUTOPULL && m.outputShiftCount >= 32;
+        if (op >>> 13 === 3 && empty && !m.txFIFO.empty) {
+          // It is filled first, and OUT waits for that.
+          this.fill(m);
+          m.cycles++;
+          continue;
+        }
+        this.now = m.cycles;
+        m.step();
+        if (!m.waiting && m.outputShiftCount >= 32 && !m.txFIFO.empty) this.fill(m);
+      }
+      if (m.waiting) continue;
+      const op = instructions[m.pc];
+      const counts = (op & 0xe0ff) === (0x40 | m.pc) && m.x > 1;
+      const wake = m.cycles + (counts ? (m.x - 1) * (1 + (op >> 8 & 15)) : 0);
+      if (wake < this.wake) this.wake = wake;
+    }
+  }
+
+  fill(m) {
+    m.outputShiftReg = m.txFIFO.pull();
+    m.outputShiftCount = 0;
+    this.pio.checkInterrupts();
+  }
+
+  /// An instruction of the processor.
+  step() {
+    const { core, clock } = this.chip;
+    const before = core.cycles;
+    const inside = core.IPSR === 16 + 7;
+    core.executeInstruction();
+    if (core.waiting) core.cycles++;
+    const took = core.cycles - before;
+    const within = core.IPSR === 16 + 7;
+    if (inside || within) {
+      if (!inside) this.entered = [before, this.groups];
+      if (!within) {
+        // Entry and exit are 15 cycles each, which rp2040js leaves out.
+        const all = core.cycles - this.entered[0] + 30;
+        this.busy += all;
+        this.visits.push([all, this.groups - this.entered[1]]);
+      }
+    }
+    clock.tick(took * 8);
+    if (core.cycles > this.wake) this.follow(core.cycles);
+  }
+
+  get time() { return this.chip.core.cycles; }
+
+  run(cycles) {
+    const end = this.time + cycles;
+    while (this.time < end) this.step();
+  }
+
+  /// Has the trial's main loop do something; its answer.
+  ask(order, ...numbers) {
+    numbers.forEach((number, n) => this.chip.writeUint32(TEST + 4 * (n + 1), number >>> 0));
+    this.chip.writeUint32(TEST, order);
+    const end = this.time + 1e9;
+    while (this.chip.readUint32(TEST) !== 0) {
+      this.step();
+      if (this.time > end) throw new Error(`order ${order} has no end`);
+    }
+    return this.chip.readUint32(TEST + 32) | 0;
+  }
+
+  /// Steps of an axis, forward less backward, from its edge `from` on.
+  net(axis, from = 0) {
+    let net = 0;
+    const edges = this.edges[axis];
+    for (let n = from; n < edges.length; n++) net += edges[n][1] ? 1 : -1;
+    return net;
+  }
+}
+
+module.exports = { Machine };

@@ -1,0 +1,226 @@
+// The firmware for the Pico, tried: node pico.cjs FOLDER-OF-ELVES [WORDS.json]
+'use strict';
+const assert = require('assert');
+const fs = require('fs');
+const path = require('path');
+const { Machine } = require('./machine.cjs');
+
+const MICRO = 125;
+const [, , folder, wordsFile] = process.argv;
+const rounds = Number(process.env.STEPWRIGHT_ROUNDS || 250);
+const AXES = [0, 1, 2, 3];
+const elf = (name) => path.join(folder, `rp2040-${name}.elf`);
+
+let seed = 20261126;
+const random = (below) => {
+  seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
+  return Math.floor(seed / 2 ** 32 * below);
+};
+const begin = () => {
+  const m = new Machine(elf('trial'));
+  m.ask(7);
+  m.limit = (axis, speed, accel) => assert.equal(m.ask(6, axis, speed, accel), 0);
+  m.rest = () => { while (m.ask(7)) m.run(2000); m.run(5000); };
+  return m;
+};
+const median = (list) => [...list].sort((a, b) => a - b)[list.length >> 1];
+
+/// When the edges should come by the words that were put, in cycles; `high` is the pulse.
+function computed(words, start, high) {
+  const edges = [];
+  let at = start;
+  for (let n = 0; n < words.length; n += 2) {
+    const [wait, steps] = [words[n][1], (words[n + 1][1] >>> 1) + 1];
+    for (let k = 0; k < steps; k++) {
+      at += n === 0 && k === 0 ? wait + 7 : wait + high + 7;
+      edges.push(at);
+    }
+  }
+  return edges;
+}
+
+/// Every edge of an axis since its start, from edge `from` on, is at the computed cycle.
+function exact(m, axis, from, high = MICRO) {
+  const want = computed(m.words[axis], m.starts[axis], high);
+  const have = m.edges[axis].slice(from).map(([time]) => time);
+  assert.equal(have.length, want.length, `axis ${axis}: edges`);
+  have.forEach((time, n) => assert.equal(time, want[n], `axis ${axis}, edge ${n}`));
+}
+
+/// DIR is set up and held, pulses are whole, no interval is too short.
+function keeps(m, { high = MICRO, setup = MICRO, hold = MICRO, least = 2 * MICRO } = {}) {
+  for (const axis of AXES) {
+    const edges = m.edges[axis];
+    for (const width of m.widths[axis]) assert.equal(width, high, `axis ${axis}: a pulse`);
+    for (let n = 1; n < edges.length; n++) {
+      assert(edges[n][0] - edges[n - 1][0] >= least, `axis ${axis}: ${edges[n][0] - edges[n - 1][0]} cycles`);
+    }
+    let n = 0;
+    for (const [time] of m.turns[axis]) {
+      while (n < edges.length && edges[n][0] < time) n++;
+      if (n > 0) assert(time - edges[n - 1][0] >= hold, `axis ${axis}: DIR is held for ${time - edges[n - 1][0]}`);
+      if (n < edges.length) assert(edges[n][0] - time >= setup, `axis ${axis}: DIR is set up for ${edges[n][0] - time}`);
+    }
+  }
+}
+
+/// The pulses of a trapezoid from rest, by its closed form: seconds from the first, from which all others
+/// are steps.
+function trapezoid(pulses, speed, accel) {
+  const steps = pulses - 1;
+  const ramp = Math.min(speed * speed / accel / 2, steps / 2);
+  const top = Math.sqrt(2 * accel * ramp);
+  const cruise = top / accel + (steps - 2 * ramp) / top;
+  return Array.from({ length: pulses }, (_, n) => {
+    if (n <= ramp) return Math.sqrt(2 * n / accel);
+    if (n <= steps - ramp) return top / accel + (n - ramp) / top;
+    return cruise + (top - Math.sqrt(Math.max(0, 2 * accel * (steps - n)))) / accel;
+  });
+}
+
+const tests = {
+  'four axes at 250,000 steps/s: every edge at the computed cycle': () => {
+    const m = begin();
+    for (const axis of AXES) m.limit(axis, 250_000, 750_000);
+    m.visits = []; m.busy = 0; m.groups = 0;
+    const begun = m.time;
+    assert.equal(m.ask(1, 90_000, -90_000, 90_000, -90_000), 0);
+    m.rest();
+    const took = m.time - begun;
+    assert.equal(m.ask(8), 0, 'ran dry');
+    for (const axis of AXES) {
+      exact(m, axis, 0);
+      assert.equal(m.net(axis), axis % 2 ? -90_000 : 90_000);
+      assert.equal(m.ask(5, axis), m.net(axis));
+    }
+    const firsts = AXES.map((axis) => m.edges[axis][0][0]);
+    assert.deepEqual(firsts, AXES.map(() => firsts[0]), 'the first edges');
+    keeps(m, { least: 500 });
+    const shape = trapezoid(90_000, 250_000, 750_000).map((t) => t * 125e6);
+    const edges = m.edges[0].map(([time]) => time - m.edges[0][0][0]);
+    const off = edges.map((time, n) => time - (shape[n] - shape[0]));
+    const most = off.reduce((most, by) => Math.max(most, Math.abs(by)), 0);
+    const each = m.visits.filter(([, groups]) => groups).map(([cycles, groups]) => cycles / groups);
+    console.log(`  ${m.groups} groups; off the closed form by ${(most / MICRO).toFixed(2)} µs at most, the last step ` +
+      `by ${(off.at(-1) / MICRO).toFixed(3)} µs; a group costs ${median(each).toFixed(0)} cycles, ` +
+      `${(m.busy / m.groups).toFixed(0)} on average; the interrupt takes ${(100 * m.busy / took).toFixed(1)} %, ` +
+      `its longest visit ${Math.max(...m.visits.map(([cycles]) => cycles))} cycles`);
+    assert(most <= 1.5 * MICRO, `${most} cycles off the closed form`);
+    if (wordsFile) {
+      const dump = AXES.map((axis) => ({ words: m.words[axis].map(([, word]) => word), want: computed(m.words[axis], 0, MICRO) }));
+      fs.writeFileSync(wordsFile, JSON.stringify({ code: [...m.pio.instructions].slice(0, 10), lists: dump }));
+    }
+  },
+
+  'four axes at 100,000 steps/s: what they take of the processor': () => {
+    const m = begin();
+    for (const axis of AXES) { m.limit(axis, 100_000, 700_000); assert.equal(m.ask(2, axis, 100_000), 0); }
+    m.run(200_000 * MICRO);
+    m.visits = []; m.busy = 0; m.groups = 0;
+    m.run(100_000 * MICRO);
+    const share = m.busy / (100_000 * MICRO);
+    console.log(`  ${(100 * share).toFixed(2)} % of a core, ${(m.busy / m.groups).toFixed(0)} cycles a group`);
+    assert(share <= 0.15);
+    m.ask(12);
+    m.rest();
+    assert.equal(m.ask(8), 0);
+    for (const axis of AXES) assert.equal(m.ask(5, axis), m.net(axis));
+    keeps(m);
+  },
+
+  [`${4 * rounds} halts at random moments: exact counts, no pulse cut`]: () => {
+    const m = begin();
+    let positions = 0;
+    const zero = AXES.map(() => 0);
+    for (let round = 0; round < rounds; round++) {
+      for (const axis of AXES) {
+        const speed = 1_000 + random(random(2) ? 249_000 : 20_000);
+        m.limit(axis, speed, 100_000 + random(600_000));
+        assert.equal(m.ask(2, axis, random(2) ? speed : -speed), 0, `round ${round}`);
+      }
+      m.run(random(random(3) ? 800_000 : 5_000_000));
+      for (const axis of AXES) {
+        const said = m.ask(5, axis);
+        assert(Math.abs(said - m.net(axis, zero[axis]) - (m.base?.[axis] ?? 0)) <= 2, `round ${round}: on the way`);
+        positions++;
+      }
+      m.base = AXES.map((axis) => m.ask(3, axis));
+      AXES.forEach((axis) => {
+        const made = m.net(axis);
+        assert.equal(m.base[axis], made, `round ${round}, axis ${axis}`);
+      });
+      AXES.forEach((axis) => { zero[axis] = m.edges[axis].length; });
+    }
+    m.run(100_000);
+    AXES.forEach((axis) => assert.equal(m.base[axis], m.net(axis)));
+    keeps(m);
+    assert.equal(m.ask(8), 0);
+    console.log(`  ${m.edges.reduce((all, edges) => all + edges.length, 0)} steps, ${positions} positions asked on the way`);
+  },
+
+  [`${4 * rounds} soft stops at random moments: exact counts`]: () => {
+    const m = begin();
+    for (let round = 0; round < rounds; round++) {
+      for (const axis of AXES) {
+        const speed = 1_000 + random(random(4) ? 20_000 : 249_000);
+        m.limit(axis, speed, 200_000 + random(500_000));
+        assert.equal(m.ask(2, axis, random(2) ? speed : -speed), 0, `round ${round}`);
+      }
+      m.run(random(random(3) ? 800_000 : 4_000_000));
+      for (const axis of AXES) m.ask(4, axis);
+      m.rest();
+      AXES.forEach((axis) => assert.equal(m.ask(5, axis), m.net(axis), `round ${round}, axis ${axis}`));
+    }
+    keeps(m);
+    assert.equal(m.ask(8), 0);
+  },
+
+  'a main loop that is away for 5 ms runs nothing dry; one for 100 ms does, and is counted': () => {
+    const m = begin();
+    for (const axis of AXES) { m.limit(axis, 100_000, 700_000); assert.equal(m.ask(2, axis, 100_000), 0); }
+    m.run(200_000 * MICRO);
+    for (let n = 0; n < 5; n++) { m.ask(9, 5_000); m.run(20_000 * MICRO); }
+    assert.equal(m.ask(8), 0);
+    m.ask(9, 100_000);
+    m.run(20_000 * MICRO);
+    assert.equal(m.ask(8), 4);
+    m.ask(12);
+    m.rest();
+    assert.equal(m.ask(8), 4);
+    for (const axis of AXES) assert.equal(m.ask(5, axis), m.net(axis));
+    keeps(m);
+  },
+
+  'a target that changes on the way, and pulses of 5 µs': () => {
+    const m = begin();
+    const high = 642; // as long as asked for, or an eighth longer
+    const times = { high, setup: 2_500, hold: 5_000, least: 1_250 };
+    m.ask(14, 625, 2_500, 5_000);
+    for (const axis of AXES) m.limit(axis, 50_000, 500_000);
+    assert.equal(m.ask(1, 20_000, 300, 0, -7), 0);
+    m.run(30_000 * MICRO);
+    assert.equal(m.ask(11, 0, -100), 0);
+    m.rest();
+    assert.deepEqual(AXES.map((axis) => m.net(axis)), [-100, 300, 0, -7]);
+    m.ask(1, 100, -300, 5, 7);
+    m.rest();
+    AXES.forEach((axis) => assert.equal(m.ask(5, axis), m.net(axis)));
+    keeps(m, times);
+    assert.equal(m.ask(8), 0);
+  },
+};
+
+const only = process.argv[4];
+let failed = 0;
+for (const [name, run] of Object.entries(tests)) {
+  if (only && !name.includes(only)) continue;
+  const begun = Date.now();
+  try {
+    run();
+    console.log(`ok ${name} (${((Date.now() - begun) / 1000).toFixed(1)} s)`);
+  } catch (error) {
+    failed++;
+    console.log(`FAILED ${name}: ${error.stack.split('\n').slice(0, 6).join('\n')}`);
+  }
+}
+process.exit(failed ? 1 : 0);

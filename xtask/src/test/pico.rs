@@ -1,0 +1,38 @@
+//! The firmware for a Pico in rp2040js, processor and PIO in lock-step, and the words that it gave the PIO
+//! in a second emulator.
+
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::node::RP2040JS;
+use crate::python::PIO;
+use crate::qemu::SmallBoard;
+use crate::setup::{self, Need};
+use crate::workspace::{Workspace, run as carry_out};
+
+/// What it takes.
+pub const NEEDS: &[&Need] = &[setup::CROSS, setup::NODE, setup::PYTHON];
+
+/// Words that the second emulator plays: it takes some seconds for a thousand.
+const WORDS: &str = "10000";
+
+/// Edges at the computed cycle, halts and stops with exact counts, the controller's transcripts.
+pub fn run(ws: &Workspace) -> Result<()> {
+    RP2040JS.prepare(ws)?;
+    PIO.prepare(ws)?;
+    SmallBoard::Rp2040.build(ws)?;
+    let folder = ws.root.join("firmware/rp2040");
+    let (programs, words) = (ws.target.join("firmware"), ws.target.join("pico-words.json"));
+    for script in ["controller.cjs", "pico.cjs"] {
+        let mut node = Command::new("node");
+        node.env("NODE_PATH", RP2040JS.modules(ws)).arg(folder.join("test").join(script));
+        carry_out(node.arg(&programs).arg(&words))?;
+    }
+    let mut second = Command::new(PIO.interpreter(ws));
+    carry_out(second.arg(folder.join("test/second_opinion.py")).arg(&words).arg(WORDS))?;
+    // A workspace of its own: nothing else looks at its style.
+    carry_out(ws.cargo(["fmt", "--all", "--check"]).current_dir(&folder))?;
+    let mut host = ws.cargo(["test", "--lib", "--target-dir"]);
+    carry_out(host.arg(ws.target.join("rp2040-host")).current_dir(&folder))
+}

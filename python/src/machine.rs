@@ -1,12 +1,11 @@
 //! The virtual board with limit switches on its machine.
 
 use stepwright_host::link::simulated::Simulated;
-use stepwright_sim::{AXES, Description, Edge, Queues, Recorder, Shaft, Switch, VirtualBoard};
+use stepwright_sim::{
+    AXES, Description, Edge, Queues, Recorder, Shaft, Switch, Switched, VirtualBoard, run_switched,
+};
 
 use crate::edges::Edges;
-
-/// Between two looks at the switches, in µs.
-const LOOK: u32 = 100;
 
 /// The shafts of the motors, and the edges that move them.
 struct Shafts([Shaft; AXES], Edges);
@@ -20,9 +19,12 @@ impl Recorder for Shafts {
     }
 }
 
+/// The board, and the shafts that its edges move.
+struct Board(VirtualBoard<'static, u16, Shafts>);
+
 /// A virtual Uno on a machine.
 pub struct Machine {
-    board: VirtualBoard<'static, u16, Shafts>,
+    board: Board,
     description: Description,
     switches: Vec<Switch>,
     edges: Edges,
@@ -45,20 +47,29 @@ impl Machine {
             Shaft::of(&description, axis - 1)
         });
         Machine {
-            board: VirtualBoard::new(queues, description, Shafts(shafts, edges.clone())),
+            board: Board(VirtualBoard::new(queues, description, Shafts(shafts, edges.clone()))),
             description,
             switches,
             edges,
         }
     }
+}
 
-    fn set_switches(&mut self) {
-        for switch in &self.switches {
-            let axis = switch.axis.index();
-            let shaft = self.board.recorder().0.get(axis).map_or(0, Shaft::position);
-            // To ground, and the pin is pulled up.
-            self.board.set_switch(axis as u8, !switch.is_closed(shaft));
-        }
+impl Switched for Board {
+    fn now(&self) -> u64 {
+        self.0.now()
+    }
+
+    fn run_until(&mut self, time: u64) {
+        self.0.run_until(time);
+    }
+
+    fn shaft(&mut self, axis: u8) -> i64 {
+        self.0.recorder().0.get(usize::from(axis)).map_or(0, Shaft::position)
+    }
+
+    fn set_switch(&mut self, axis: u8, high: bool) {
+        self.0.set_switch(axis, high);
     }
 }
 
@@ -72,27 +83,19 @@ impl Simulated for Machine {
     }
 
     fn now(&self) -> u64 {
-        self.board.now()
+        self.board.0.now()
     }
 
     fn run_until(&mut self, time: u64) {
-        if !self.switches.is_empty() {
-            let look = u64::from(self.description.board.rate.micros(LOOK));
-            while self.board.now().saturating_add(look) < time {
-                self.board.run_until(self.board.now() + look);
-                self.set_switches();
-            }
-        }
-        self.board.run_until(time);
-        self.set_switches();
-        self.edges.pass(self.board.now());
+        run_switched(&mut self.board, &self.switches, self.description.board.rate, time);
+        self.edges.pass(self.board.0.now());
     }
 
     fn receive(&mut self, byte: u8) {
-        self.board.receive(byte);
+        self.board.0.receive(byte);
     }
 
     fn take_answers(&mut self) -> Vec<u8> {
-        self.board.take_answers()
+        self.board.0.take_answers()
     }
 }

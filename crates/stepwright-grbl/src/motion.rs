@@ -10,8 +10,8 @@
 
 use std::collections::VecDeque;
 
-use stepwright_gcode::{Length, Move, MoveKind, Point, Spindle};
-use stepwright_path::{AxisPace, Route, RouteStep, Unplannable};
+use stepwright_gcode::{Length, Move, MoveKind, Spindle};
+use stepwright_path::{AxisPace, Route, RouteStep, Unplannable, millimetres};
 
 use crate::settings::GrblSettings;
 
@@ -21,20 +21,10 @@ pub(crate) const BLOCKS: usize = 128;
 /// Seconds from the first move to its start.
 const BREATH: f64 = 0.02;
 
-/// Millimetres of a length.
-pub(crate) fn mm(length: Length) -> f64 {
-    length.picometres() as f64 / Length::PER_MM as f64
-}
-
 /// The length of n millimetres, as near as picometres are.
 pub(crate) fn length(mm: f64) -> Length {
     let picometres = (mm * Length::PER_MM as f64).round();
     Length::from_picometres(picometres as i64).unwrap_or(Length::MAX)
-}
-
-/// A place in millimetres.
-pub(crate) fn place(point: Point) -> [f64; 3] {
-    point.0.map(mm)
 }
 
 /// A move that is on its way.
@@ -140,7 +130,7 @@ impl Motion {
         let mut live = match self.live.take() {
             Some(live) => live,
             None => {
-                let mut route = Route::at(pace, place(part.from))?.standing_at(self.at);
+                let mut route = Route::at(pace, millimetres(part.from))?.standing_at(self.at);
                 if settings.get(11) > 0.0 {
                     route = route.with_deviation(settings.get(11))?;
                 }

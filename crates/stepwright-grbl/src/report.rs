@@ -7,8 +7,9 @@ use stepwright_gcode::{
 };
 
 use crate::machine::{GrblMachine, Inputs};
-use crate::motion::{BLOCKS, length, mm};
+use crate::motion::{BLOCKS, length};
 use crate::session::{Grbl, RX, State};
+use stepwright_path::mm;
 
 /// From report to report with offsets, at rest and on the way.
 const OFFSETS_EVERY: (u8, u8) = (10, 30);

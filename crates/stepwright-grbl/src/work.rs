@@ -5,10 +5,10 @@ use std::collections::VecDeque;
 use stepwright_gcode::{Block, Effect, Move, MoveKind, Parameter, Probe, Spindle, Stop};
 
 use crate::machine::GrblMachine;
-use crate::motion::mm;
 use crate::overrides::Overrides;
 use crate::report::decimal;
 use crate::session::{After, Grbl, State};
+use stepwright_path::mm;
 
 /// Effects that have yet to happen; then comes the answer.
 #[derive(Clone, Debug)]

@@ -74,6 +74,7 @@ use stepwright_cycle as cycle;
 pub use curve::{Arc, Line, Mark, Marks};
 pub use law::{Law, SCALES};
 pub use legs::legs;
+pub use moves::{millimetres, mm};
 pub use pace::{PACES, Pace, Unplannable};
 pub use paces::paces;
 use road::Road;

@@ -15,13 +15,18 @@ use crate::route::Route;
 /// rounded by.
 const EQUAL: f64 = 1e-8;
 
-/// Millimetres of a length.
-fn mm(length: Length) -> f64 {
+/// Millimetres of a length of G-code, to the digits of an `f64`.
+///
+/// ```
+/// use stepwright_gcode::Length;
+/// assert_eq!(stepwright_path::mm(Length::from_picometres(2_500_000_000).unwrap()), 2.5);
+/// ```
+pub fn mm(length: Length) -> f64 {
     length.picometres() as f64 / Length::PER_MM as f64
 }
 
-/// Each axis of a place in millimetres.
-pub(crate) fn millimetres(point: Point) -> [f64; 3] {
+/// X, Y and Z of a place of G-code, in millimetres.
+pub fn millimetres(point: Point) -> [f64; 3] {
     point.0.map(mm)
 }
 

@@ -73,4 +73,4 @@ pub use steppers::{
 pub use stepwright_device::{Mark, Reset};
 #[cfg(feature = "std")]
 pub use stream::StreamBoard;
-pub use switch::Switch;
+pub use switch::{Switch, Switched, run_switched};

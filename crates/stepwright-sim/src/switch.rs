@@ -1,10 +1,11 @@
-//! A limit switch on a virtual machine: `1:-300`.
+//! Limit switches on a virtual machine: `1:-300`.
 
 #[cfg(feature = "std")]
 use std::str::FromStr;
 
 #[cfg(feature = "std")]
 use crate::AXES;
+use stepwright::Rate;
 use stepwright_protocol::AxisId;
 
 /// A switch to ground that the carriage of an axis closes at a place and beyond.
@@ -20,6 +21,52 @@ impl Switch {
     /// Whether it is closed with the shaft there.
     pub fn is_closed(&self, shaft: i64) -> bool {
         if self.at < 0 { shaft <= self.at } else { shaft >= self.at }
+    }
+}
+
+/// Between two looks at the switches, in µs.
+const LOOK: u32 = 100;
+
+/// A virtual board whose shafts are on a machine.
+pub trait Switched {
+    /// Ticks since it was switched on.
+    fn now(&self) -> u64;
+
+    /// Lets its time pass.
+    fn run_until(&mut self, time: u64);
+
+    /// Where the shaft of an axis is, in steps from where it was at power-up.
+    fn shaft(&mut self, axis: u8) -> i64;
+
+    /// The level of the pin of an axis's switch.
+    fn set_switch(&mut self, axis: u8, high: bool);
+}
+
+/// Lets the time of a board pass to `time`, its switches looked at every 100 µs of a timer of this
+/// rate.
+pub fn run_switched<B: Switched + ?Sized>(
+    board: &mut B,
+    switches: &[Switch],
+    rate: Rate,
+    time: u64,
+) {
+    if !switches.is_empty() {
+        let look = u64::from(rate.micros(LOOK));
+        while board.now().saturating_add(look) < time {
+            board.run_until(board.now() + look);
+            set(board, switches);
+        }
+    }
+    board.run_until(time);
+    set(board, switches);
+}
+
+fn set<B: Switched + ?Sized>(board: &mut B, switches: &[Switch]) {
+    for switch in switches {
+        let axis = switch.axis.index() as u8;
+        let closed = switch.is_closed(board.shaft(axis));
+        // To ground, and the pin is pulled up.
+        board.set_switch(axis, !closed);
     }
 }
 
@@ -42,6 +89,47 @@ impl FromStr for Switch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A shaft that goes a step a ms, on a timer of 1 MHz.
+    #[derive(Default)]
+    struct Carriage {
+        now: u64,
+        highs: Vec<(u64, bool)>,
+    }
+
+    impl Switched for Carriage {
+        fn now(&self) -> u64 {
+            self.now
+        }
+
+        fn run_until(&mut self, time: u64) {
+            self.now = time;
+        }
+
+        fn shaft(&mut self, _: u8) -> i64 {
+            (self.now / 1_000) as i64
+        }
+
+        fn set_switch(&mut self, axis: u8, high: bool) {
+            assert_eq!(axis, 1);
+            if self.highs.last().is_none_or(|(_, last)| *last != high) {
+                self.highs.push((self.now, high));
+            }
+        }
+    }
+
+    #[test]
+    fn it_closes_within_a_look() {
+        let (mut board, rate) = (Carriage::default(), Rate::from_hz(1_000_000).unwrap());
+        let switch: Switch = "2:5".parse().unwrap();
+        run_switched(&mut board, &[switch], rate, 4_950);
+        run_switched(&mut board, &[switch], rate, 9_000);
+        assert_eq!(board.highs, [(100, true), (5_050, false)]);
+        assert_eq!(board.now, 9_000);
+        let mut board = Carriage::default();
+        run_switched(&mut board, &[], rate, 9_000);
+        assert_eq!((board.now, board.highs.len()), (9_000, 0));
+    }
 
     #[test]
     fn closed_at_its_place_and_beyond() {

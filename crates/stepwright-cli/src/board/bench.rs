@@ -6,13 +6,11 @@ use stepwright::Axis;
 use stepwright::timer::Count;
 use stepwright_host::link::simulated::Simulated;
 use stepwright_sim::{AXES, Description, LawBoard, Queues, VirtualBoard};
+use stepwright_sim::{Switched, run_switched};
 
 use super::recording::Recording;
 use crate::failure::Failure;
 use stepwright_sim::Switch;
-
-/// Between two looks at the switches, in µs.
-const LOOK: u32 = 100;
 
 /// Width of a board's step timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +114,21 @@ impl Board for LawBoard<'static, Recording> {
     }
 }
 
+impl Switched for dyn Board {
+    fn now(&self) -> u64 {
+        Board::now(self)
+    }
+    fn run_until(&mut self, time: u64) {
+        Board::run_until(self, time);
+    }
+    fn shaft(&mut self, axis: u8) -> i64 {
+        self.recording().shaft(axis)
+    }
+    fn set_switch(&mut self, axis: u8, high: bool) {
+        Board::set_switch(self, axis, high);
+    }
+}
+
 /// A virtual board that is switched on.
 pub struct Bench {
     board: Box<dyn Board>,
@@ -148,15 +161,6 @@ impl Bench {
     pub fn with_switches(mut self, switches: &[Switch]) -> Bench {
         self.switches = switches.to_vec();
         self
-    }
-
-    fn set_switches(&mut self) {
-        for switch in &self.switches {
-            let axis = switch.axis.index() as u8;
-            let closed = switch.is_closed(self.board.recording().shaft(axis));
-            // To ground, and the pin is pulled up.
-            self.board.set_switch(axis, !closed);
-        }
     }
 
     fn notice(&mut self) {
@@ -222,15 +226,8 @@ impl Simulated for Bench {
     }
 
     fn run_until(&mut self, time: u64) {
-        if !self.switches.is_empty() {
-            let look = u64::from(self.description.board.rate.micros(LOOK));
-            while self.board.now().saturating_add(look) < time {
-                self.board.run_until(self.board.now() + look);
-                self.set_switches();
-            }
-        }
-        self.board.run_until(time);
-        self.set_switches();
+        let rate = self.description.board.rate;
+        run_switched(&mut *self.board, &self.switches, rate, time);
         let (now, enables) = (self.board.now(), self.board.take_enable_changes());
         if let Some(edges) = self.board.recording().kept() {
             edges.pass(now, &enables);

@@ -22,8 +22,9 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use stepwright_gcode::{
-    Arc, Block, Decimal, Effect, Error, FeedRate, Length, Move, MoveKind, Options, Point, Reader,
+    Arc, Block, Decimal, Effect, Error, FeedRate, Move, MoveKind, Options, Point, Reader,
 };
+use stepwright_path::{millimetres, mm};
 
 use crate::sheet::{Cell, Sheet};
 
@@ -124,7 +125,7 @@ impl JobSurvey {
         self.cut.cover(from);
         self.cut.cover(to);
         let rate = match rate {
-            FeedRate::PerMinute(rate) => length(rate),
+            FeedRate::PerMinute(rate) => mm(rate),
             FeedRate::Inverse(moves) => distance * number(moves),
         };
         let [slowest, fastest] = self.rates.unwrap_or([rate; 2]);
@@ -196,7 +197,7 @@ struct Sweep {
 impl Sweep {
     fn of(arc: Arc, part: &Move) -> Sweep {
         let [first, second, third] = arc.plane.axes();
-        let centre = arc.centre.map(length);
+        let centre = arc.centre.map(mm);
         let spoke = |end: Point| {
             let end = millimetres(end);
             [end[first] - centre[0], end[second] - centre[1]]
@@ -210,7 +211,7 @@ impl Sweep {
         let begin = angle(begin);
         let turn = if closed { TAU } else { (angle(stop) - begin).rem_euclid(TAU) };
         let radius = (start[0].hypot(start[1]) + end[0].hypot(end[1])) / 2.0;
-        let rise = length(part.to.0[third]) - length(part.from.0[third]);
+        let rise = mm(part.to.0[third]) - mm(part.from.0[third]);
         let sides = std::array::from_fn(|side| {
             let ahead = (side as f64 * FRAC_PI_2 - begin).rem_euclid(TAU);
             let (number, axis) = if side % 2 == 0 { (0, first) } else { (1, second) };
@@ -223,14 +224,6 @@ impl Sweep {
 
 fn number(number: Decimal) -> f64 {
     number.scaled() as f64 / Decimal::SCALE as f64
-}
-
-fn length(length: Length) -> f64 {
-    length.picometres() as f64 / Length::PER_MM as f64
-}
-
-fn millimetres(point: Point) -> [f64; 3] {
-    point.0.map(length)
 }
 
 #[cfg(test)]

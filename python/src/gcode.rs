@@ -32,7 +32,13 @@ impl Job {
     fn new(py: Python<'_>, path: &str, axes: [(f64, f64, f64, f64); 3]) -> PyResult<Job> {
         let unread = |error| PyOSError::new_err(format!("can't read {path}: {error}"));
         let bytes = fs::read(path).map_err(unread)?;
-        let axes = axes.map(|(step, speed, accel, jump)| AxisPace { step, speed, accel, jump });
+        let axes = axes.map(|(step, speed, accel, jump)| AxisPace {
+            step,
+            speed,
+            accel,
+            jump,
+            jerk: f64::INFINITY,
+        });
         let board = Description::uno().board;
         let planned = py.detach(|| JobPlan::of(bytes.iter().copied(), axes, &board, |_, _| ()));
         let plan = planned.map_err(|error| {

@@ -87,7 +87,13 @@ pub fn walk(
     places: Vec<([f64; 3], f64)>,
     axes: [(f64, f64, f64, f64); 3],
 ) -> PyResult<Run> {
-    let axes = axes.map(|(step, speed, accel, jump)| AxisPace { step, speed, accel, jump });
+    let axes = axes.map(|(step, speed, accel, jump)| AxisPace {
+        step,
+        speed,
+        accel,
+        jump,
+        jerk: f64::INFINITY,
+    });
     let wrong = |number: usize, why: &dyn std::fmt::Display| {
         PyValueError::new_err(format!("waypoint {number}: {why}"))
     };

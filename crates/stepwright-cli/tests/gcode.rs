@@ -92,6 +92,8 @@ fn the_plan_has_the_time_of_the_run() {
         (&badge, &quick),
         (&badge, &["--accel", "400mm/s2,700mm/s2,90mm/s2", "--steps-per-rev", "1600,3200,400"]),
         (uneven, &[]),
+        (&badge, &["--jerk", "20000mm/s3"]),
+        (uneven, &["--jerk", "8000mm/s3,0,30000mm/s3"]),
         (&tiny, &["--top-speed", "60mm/s"]),
     ] {
         let run = |last: &[&str]| {
@@ -184,6 +186,14 @@ fn axes_are_typed_or_in_the_machine_file() {
     );
     let typed = ["--machine", file, "--top-speed", "20mm/s,40mm/s,1mm/s", "--accel", "100mm/s2"];
     near(plan(job, &typed), [1.7 + 1.0 + 2.4, 3_200.0, 16_000.0]);
+    // A jerk of X, of which a plan uses 0.99: 300 mm/s² come in A/J, by which each ramp is longer
+    // than 0.1 s. Y then has its acceleration in 1 ms.
+    let bent = format!("{machine}[axis.3]\njerk = '1mm/s3'\n")
+        .replace("'2mm/s'", "'2mm/s'\njerk = '6000mm/s3'");
+    std::fs::write(file, bent).unwrap();
+    let (x, y) = (300.0 / 5_940.0, 0.001 / 0.99);
+    near(plan(job, &["--machine", file]), [1.1 + x + 1.0 + 0.6 + y, 4_800.0, 80_000.0]);
+    near(plan(job, &["--machine", file, "--jerk", "0"]), [1.1 + 1.0 + 0.6, 4_800.0, 80_000.0]);
     let two = stepwright(&["gcode", BADGE, "--plan", "--accel", "1mm/s2,2mm/s2"]);
     assert_eq!(two.code(), Some(2));
     two.assert_error("--accel has 2 values: one for all axes, or three");

@@ -230,6 +230,7 @@ pub(crate) struct Joined {
     pub(crate) accel: Spanned<f64>,
     /// Units a second by which the speed of a motor may change at once.
     pub(crate) start_speed: Option<Spanned<f64>>,
+    pub(crate) jerk: Option<Spanned<f64>>,
     pub(crate) pieces: Vec<Spanned<Piece>>,
 }
 

@@ -30,6 +30,8 @@ pub struct Joined {
     accel: f64,
     /// Units/s by which the speed of each motor may change at once.
     jump: Option<f64>,
+    /// Units/s³ of each motor, if that is limited.
+    jerk: Option<f64>,
     pieces: Vec<(Range<usize>, Piece)>,
 }
 
@@ -56,6 +58,7 @@ impl Joined {
             (Some(&given.speed), Unplannable::Speed),
             (Some(&given.accel), Unplannable::Accel),
             (given.start_speed.as_ref(), Unplannable::Jump),
+            (given.jerk.as_ref(), Unplannable::Jerk),
         ] {
             if let Some(value) = value.filter(|value| !PACES.contains(value.get_ref())) {
                 return Err(text.blame(value.span(), wrong));
@@ -80,7 +83,9 @@ impl Joined {
         };
         let pieces = given.pieces.iter().map(piece).collect::<Result<_, _>>()?;
         let jump = given.start_speed.as_ref().map(|jump| *jump.get_ref());
-        Ok(Joined { speed: *given.speed.get_ref(), accel: *given.accel.get_ref(), jump, pieces })
+        let jerk = given.jerk.as_ref().map(|jerk| *jerk.get_ref());
+        let (speed, accel) = (*given.speed.get_ref(), *given.accel.get_ref());
+        Ok(Joined { speed, accel, jump, jerk, pieces })
     }
 
     /// The whole of it, from where the motors stand: places are counted from there.
@@ -96,7 +101,8 @@ impl Joined {
             let speed = 0.999 * step / (f64::from(motor.smallest_delay) / 1e6);
             // As fast as after the first step from rest.
             let jump = self.jump.unwrap_or((2.0 * self.accel * step).sqrt());
-            AxisPace { step, speed, accel: self.accel, jump: jump.min(speed) }
+            let jerk = self.jerk.unwrap_or(f64::INFINITY);
+            AxisPace { step, speed, accel: self.accel, jump: jump.min(speed), jerk }
         });
         let wrong = |at: &Range<usize>, what: Unplannable| text.blame(at.clone(), what);
         let begin = self.pieces.first().map_or(0..0, |(at, _)| at.clone());

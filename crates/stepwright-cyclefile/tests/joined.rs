@@ -17,6 +17,18 @@ fn legs(text: &str) -> usize {
     legs.len()
 }
 
+/// Its acceleration comes and goes: that takes a few runs more, and is refused without a sense.
+#[test]
+fn a_path_with_limited_jerk_is_planned() {
+    let example = include_str!("../../../examples/cycles/joined.toml");
+    let with =
+        |jerk: &str| example.replace("[cycle.path]", &format!("[cycle.path]\njerk = {jerk}"));
+    let (plain, smooth) = (legs(example), legs(&with("8_000_000_000")));
+    assert!(smooth > plain && smooth <= 2 * plain, "{smooth} {plain}");
+    let text = with("-1");
+    assert!(read(&CycleText::named("joined.toml", &text)).is_err());
+}
+
 #[test]
 fn the_example_fits_the_memory_of_a_mega() {
     let example = include_str!("../../../examples/cycles/joined.toml");

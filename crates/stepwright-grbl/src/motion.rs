@@ -249,5 +249,6 @@ fn axes(settings: &GrblSettings) -> [AxisPace; 3] {
         speed: speed[axis] / 60.0,
         accel: accel[axis],
         jump: jump[axis] / 60.0,
+        jerk: f64::INFINITY,
     })
 }

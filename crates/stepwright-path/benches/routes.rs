@@ -6,7 +6,8 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use stepwright_path::{AxisPace, Route};
 
-const AXIS: AxisPace = AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0 };
+const AXIS: AxisPace =
+    AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
 /// A wave of chords, this many, of this length.
 fn wave(count: u32, chord: f64) -> Vec<[f64; 2]> {

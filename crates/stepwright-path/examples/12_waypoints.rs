@@ -6,7 +6,8 @@ use stepwright_path::{AxisPace, Route};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // 80 steps/mm; at most 200 mm/s and 1000 mm/s², and 5 mm/s at once.
-    let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0 };
+    let axis =
+        AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
     let mut route = Route::new([axis; 2])?;
     // A circle of 20 mm in chords of half a degree, at 100 mm/s.
     let places = (0..=720).map(|n| f64::from(n).to_radians() / 2.0);

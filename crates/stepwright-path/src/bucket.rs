@@ -78,7 +78,8 @@ mod tests {
 
     #[test]
     fn two_jumps_need_a_time_between() {
-        let axes = [AxisPace { step: 1.0, speed: 1e3, accel: 1_000.0, jump: 5.0 }];
+        let axes =
+            [AxisPace { step: 1.0, speed: 1e3, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY }];
         let met = |time: f64| {
             let mut bucket = Bucket::REST;
             let first = bucket.meet(5.0, &[1.0], 1, &axes);

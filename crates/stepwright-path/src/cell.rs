@@ -36,7 +36,7 @@ pub(crate) struct Cell<const N: usize> {
     scale: f64,
     /// It is of a rapid, which has a scale of its own.
     pub rapid: bool,
-    most: f64,
+    pub most: f64,
     pub top: f64,
     /// The w at its beginning, at most; and how far it turns there on each side, if its joint is
     /// one of a curve.

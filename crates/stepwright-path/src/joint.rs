@@ -84,7 +84,8 @@ impl<const N: usize> Joint<N> {
 mod tests {
     use super::*;
 
-    const AXIS: AxisPace = AxisPace { step: 0.01, speed: 300.0, accel: 1_000.0, jump: 5.0 };
+    const AXIS: AxisPace =
+        AxisPace { step: 0.01, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
     fn cap(turn: f64, length: f64, deviation: Option<f64>) -> f64 {
         let after = [turn.cos(), turn.sin()];

@@ -30,18 +30,21 @@ const CORNERS: usize = 12;
 const ROOM: usize = CORNERS + 6;
 
 /// The part of the jump that is used: what is left is for the moments between two looks.
-const USED: f64 = 0.99;
+const USED: f64 = 0.992;
+
+/// The same in a plan. What is executed has its moments at other times, and more room.
+const PLANNED: f64 = 0.982;
 
 /// Rounding, of a limit.
 const ROUNDED: f64 = 1e-9;
 
-/// A moment is at most this part of √(S/J). u may come near to a bound and back within it: at a
-/// relative jerk of 2J by J·T²/4, 0.005·S.
-const SHORT: f64 = 0.14;
+/// A moment is at most this part of √(S/J). Within it u may come near to a bound and back: at a
+/// jerk of J, and an axis of as much the other way, by J·T²/4, which is 0.008·S.
+const SHORT: f64 = 0.18;
 
 /// Moments of a constant speed after which u may be anywhere, at rest: 6.4·√(S/J) would do, as a
 /// u that stayed so long can stop within S and go to any place in 2·√(S/J).
-const SETTLED: u32 = 48;
+const SETTLED: u32 = 40;
 
 /// u and u'.
 type Corner = [f64; 2];
@@ -215,6 +218,13 @@ impl<const N: usize> Lens<N> {
         Lens { axes, limits, moment }
     }
 
+    /// For a plan from here on.
+    pub fn closer(&self) -> Lens<N> {
+        let mut lens = self.clone();
+        lens.limits.iter_mut().for_each(|limits| limits.near *= PLANNED / USED);
+        lens
+    }
+
     /// The same with anything possible at this speed.
     pub fn forget(&mut self, v: &[f64; N]) {
         for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
@@ -300,7 +310,8 @@ impl<const N: usize> Lens<N> {
 mod tests {
     use super::*;
 
-    const AXIS: AxisPace = AxisPace { step: 0.01, speed: 300.0, accel: 1_000.0, jump: 5.0 };
+    const AXIS: AxisPace =
+        AxisPace { step: 0.01, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
     /// u has to move by S between two jumps of S: in √(2·S/J) = 31.6 ms, less what is not used.
     #[test]

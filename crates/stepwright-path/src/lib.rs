@@ -78,7 +78,7 @@ pub use moves::{millimetres, mm};
 pub use pace::{PACES, Pace, Unplannable};
 pub use paces::paces;
 use road::Road;
-pub use route::{AxisPace, Route, RouteStep};
+pub use route::{AxisPace, Route, RouteStep, SOONEST};
 pub use stream::{AxisStream, StepSource, Stream};
 pub use stretch::Stretch;
 

@@ -13,7 +13,7 @@ use crate::route::RouteStep;
 /// ```
 /// use stepwright::Rate;
 /// use stepwright_path::{AxisPace, Route, legs, paces};
-/// let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+/// let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 /// let mut route = Route::new([axis; 2])?;
 /// route.line_to([10.0, 5.0], 80.0)?;
 /// route.close();

@@ -40,7 +40,13 @@ pub struct AxisPace {
     pub accel: f64,
     /// Unit/s by which the speed may change at once: the motor's start speed.
     pub jump: f64,
+    /// Unit/s³ by which the acceleration comes and goes, at the soonest within [`SOONEST`]; infinite
+    /// of all axes: at once.
+    pub jerk: f64,
 }
+
+/// Seconds within which an acceleration comes, at the soonest, where the jerk of any axis is limited.
+pub const SOONEST: f64 = 0.001;
 
 /// A step of an axis of a [`Route`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,11 +71,13 @@ pub(crate) struct Loose<const N: usize> {
 /// A path of lines and arcs, passed at speed.
 ///
 /// Each axis keeps the law of speed: |v(t) − v(t')| ≤ `jump` + `accel`·|t − t'| for every two
-/// times, so also over chords of a curve and over corners divided into tiny ones.
+/// times, so also over chords of a curve and over corners divided into tiny ones. With limited jerk
+/// it keeps more than that: it stays within half of its `jump` of a speed u with |u'| ≤ `accel` and
+/// |u''| ≤ `jerk`.
 ///
 /// ```
 /// use stepwright_path::{AxisPace, Route};
-/// let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0 };
+/// let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 /// let mut route = Route::new([axis; 2])?;
 /// let (mut steps, mut time) = ([0, 0], 0.0);
 /// for to in [[30.0, 0.0], [30.0, 20.0], [0.0, 0.0]] {
@@ -154,7 +162,7 @@ impl<const N: usize> Route<N> {
     /// # Errors
     /// As for [`new`](Route::new); [`Unplannable::TooLong`] beyond 2³¹ − 1 steps from 0.
     pub fn at(axes: [AxisPace; N], place: [f64; N]) -> Result<Route<N>, Unplannable> {
-        for AxisPace { step, speed, accel, jump } in axes {
+        for AxisPace { step, speed, accel, jump, jerk } in axes {
             let wrong = [
                 (step, Unplannable::Step),
                 (speed, Unplannable::Speed),
@@ -163,6 +171,9 @@ impl<const N: usize> Route<N> {
             ];
             if let Some((_, wrong)) = wrong.into_iter().find(|(x, _)| !PACES.contains(x)) {
                 return Err(wrong);
+            }
+            if jerk != f64::INFINITY && !PACES.contains(&jerk) {
+                return Err(Unplannable::Jerk);
             }
         }
         let mut route = Route {
@@ -185,7 +196,7 @@ impl<const N: usize> Route<N> {
             now: 0.0,
             changes: VecDeque::new(),
             halt: None,
-            smooth: None,
+            smooth: Smooth::new(&axes).map(Box::new),
         };
         route.check(&place)?;
         route.at = std::array::from_fn(|n| (place[n] / axes[n].step).round() as i64);
@@ -502,7 +513,8 @@ impl<const N: usize> Route<N> {
         };
         let end = pieces[2].to;
         if self.smooth.is_some() {
-            self.leave_smooth(&pieces[0], &cell);
+            let level = pieces[1].to.t > pieces[1].from.t;
+            self.leave_smooth(&pieces[usize::from(level)], &cell);
         } else {
             self.bucket.wait(end.t - self.time, &self.axes);
             self.bucket.meet(end.v, &cell.last, 0, &self.axes);

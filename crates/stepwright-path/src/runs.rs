@@ -202,7 +202,7 @@ impl<const N: usize> Ground<'_, N> {
             let pieces = match begin {
                 Some(begin) => {
                     let begin = Moment { t: 0.0, ..begin };
-                    course::lead(begin, (to.s, to.v), top, &limits.pace())
+                    divided(course::lead(begin, (to.s, to.v), top, &limits.pace()))
                 }
                 None => {
                     let end = Moment { t: 0.0, s: to.s, v: to.v, a: 0.0 };
@@ -279,6 +279,28 @@ impl<const N: usize> Ground<'_, N> {
         accel.map(|(part, cell)| Beyond::Accel(cell, part))
     }
 
+    /// Whether it is nowhere, up to the cell in which it ends, faster than the axes can be: its speed
+    /// may be beyond the ordered one.
+    fn allowed(&self, pieces: &[Piece], last: usize) -> bool {
+        let Some(first) = pieces.first() else { return true };
+        let mut here = first.from.v;
+        let mut n = 0;
+        self.cells.iter().take(last + 1).all(|cell| {
+            let begin = here;
+            let mut most = here;
+            while n + 1 < pieces.len() && pieces[n].to.s < cell.end {
+                most = most.max(pieces[n].to.v);
+                n += 1;
+            }
+            let piece = &pieces[n];
+            here =
+                if cell.end >= piece.to.s { piece.to.v } else { piece.at(piece.time(cell.end)).v };
+            most = most.max(here);
+            let joint = cell.begin <= first.from.s || begin * begin <= cell.cap * (1.0 + ROUNDED);
+            joint && most * most <= cell.most * (1.0 + ROUNDED)
+        })
+    }
+
     /// Along the first cells, at most at the speed there is: what turning leaves.
     fn falling(&self, from: Moment, cells: usize) -> Limits {
         let all = self.limits(0, cells);
@@ -292,11 +314,11 @@ impl<const N: usize> Ground<'_, N> {
         let mut last = 1;
         loop {
             let limits = self.falling(from, last);
-            let pieces = join(from, &reach(from, 0.0, &limits.pace()), 0.0);
+            let pieces = divided(join(from, &reach(from, 0.0, &limits.pace()), 0.0));
             let end = pieces.last().map_or(from, |piece| piece.to);
             let cell = self.cells.iter().position(|cell| cell.end > end.s)?;
             if cell < last {
-                return Some((pieces, cell));
+                return self.allowed(&pieces, cell).then_some((pieces, cell));
             }
             last = cell + 1;
         }
@@ -314,18 +336,37 @@ impl<const N: usize> Ground<'_, N> {
         let mut last = 1;
         for _ in 0..64 {
             let limits = self.falling(from, last);
-            let pieces = join(from, &reach(from, v, &limits.pace()), v);
+            let pieces = divided(join(from, &reach(from, v, &limits.pace()), v));
             let end = pieces.last().map_or(from, |piece| piece.to);
             let cell = self.cells.iter().position(|cell| cell.end > end.s)?;
             let tops = self.tops[..=cell].iter();
             let slower = tops.chain(&self.caps[1..=cell]).copied().fold(v * v, f64::min).sqrt();
             if slower >= v && last > cell {
-                return Some((pieces, cell));
+                return self.allowed(&pieces, cell).then_some((pieces, cell));
             }
             (v, last) = (slower.min(v), last.max(cell + 1));
         }
         None
     }
+}
+
+/// The same pieces, of which one ends wherever the speed is highest or lowest.
+fn divided(pieces: Vec<Piece>) -> Vec<Piece> {
+    let mut divided = Vec::with_capacity(pieces.len() + 2);
+    for piece in pieces {
+        let Piece { from, to, jerk } = piece;
+        if from.a * to.a < 0.0 {
+            let turn = from.after(jerk, -from.a / jerk);
+            if turn.t > from.t && turn.t < to.t {
+                let turn = Moment { a: 0.0, ..turn };
+                divided.push(Piece { from, to: turn, jerk });
+                divided.push(Piece { from: turn, to, jerk });
+                continue;
+            }
+        }
+        divided.push(piece);
+    }
+    divided
 }
 
 /// The speed at a place of a course.

@@ -9,10 +9,9 @@ use std::collections::VecDeque;
 
 use crate::cell::Cell;
 use crate::lens::Lens;
-use crate::pace::{PACES, Unplannable};
 use crate::piece::{Moment, Piece};
 use crate::ramp::Limits;
-use crate::route::{Route, SLIVER};
+use crate::route::{AxisPace, Route, SLIVER, SOONEST};
 use crate::runs::Ground;
 use crate::turning::{self, TURN};
 
@@ -42,6 +41,15 @@ pub(crate) struct Smooth<const N: usize> {
 }
 
 impl<const N: usize> Smooth<N> {
+    /// At rest where the route begins; `None` if no axis has a limit.
+    pub fn new(axes: &[AxisPace; N]) -> Option<Smooth<N>> {
+        let limited = axes.iter().any(|axis| axis.jerk < f64::INFINITY);
+        let jerk = axes.map(|axis| axis.jerk.min(axis.accel / SOONEST));
+        let lens = Lens::new(axes, &jerk);
+        let here = Moment::at_rest(0.0, 0.0);
+        limited.then(|| Smooth { jerk, lens, here, course: VecDeque::new() })
+    }
+
     /// The moment at the end of its first cell, and its part of the first piece. That ends where
     /// a piece ends, too: the cell is divided there.
     fn first(&self, cell: &Cell<N>) -> Option<Piece> {
@@ -90,22 +98,6 @@ fn walk<const N: usize>(
 }
 
 impl<const N: usize> Route<N> {
-    /// The same with the jerk of each axis limited, in units/s³: each stays within half of its
-    /// `jump` of a speed u with |u'| ≤ `accel` and |u''| ≤ its jerk. To be called before its first
-    /// piece.
-    ///
-    /// # Errors
-    /// [`Unplannable::Jerk`] beyond [`PACES`].
-    pub fn with_jerk(mut self, jerk: [f64; N]) -> Result<Route<N>, Unplannable> {
-        if !jerk.iter().all(|jerk| PACES.contains(jerk)) {
-            return Err(Unplannable::Jerk);
-        }
-        let lens = Lens::new(&self.axes, &jerk);
-        let here = Moment::at_rest(self.time, self.length);
-        self.smooth = Some(Box::new(Smooth { jerk, lens, here, course: VecDeque::new() }));
-        Ok(self)
-    }
-
     /// What is known of the cells.
     fn ground<'a>(&self, cells: &'a VecDeque<Cell<N>>, jerk: &[f64; N]) -> Ground<'a, N> {
         let count = cells.len();
@@ -190,7 +182,7 @@ impl<const N: usize> Route<N> {
 
     /// Nodes from which and to which the law is broken.
     fn broken(&self, smooth: &Smooth<N>, course: &[Piece]) -> Vec<(usize, usize)> {
-        let mut lens = smooth.lens.clone();
+        let mut lens = smooth.lens.closer();
         let mut broken: Vec<(usize, usize)> = Vec::new();
         let mut begun = vec![0.0; self.cells.len() + 1];
         let mut known = 0;
@@ -307,8 +299,12 @@ impl<const N: usize> Route<N> {
             self.passes.sure += 1;
             self.halt = self.halt.map(|cells| cells + 1);
         }
-        let still = Piece { from: part.to, to: part.to, jerk: 0.0 };
-        Some([part, still, still])
+        let still = |at| Piece { from: at, to: at, jerk: 0.0 };
+        let level = part.jerk == 0.0 && part.from.a == 0.0;
+        // A constant speed is in the middle.
+        let first = if level { still(part.from) } else { part };
+        let middle = if level { part } else { still(part.to) };
+        Some([first, middle, still(part.to)])
     }
 
     /// Leaves the first cell behind, or a part of it that ends now.

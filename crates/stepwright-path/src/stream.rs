@@ -74,7 +74,7 @@ impl<S: StepSource, const N: usize> Stream<S, N> {
     /// use stepwright::Rate;
     /// use stepwright_cycle::Pace;
     /// use stepwright_path::{AxisPace, Route, Stream};
-    /// let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+    /// let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
     /// let mut route = Route::new([axis; 2])?;
     /// route.line_to([10.0, 5.0], 80.0)?;
     /// route.close();
@@ -201,7 +201,8 @@ mod tests {
     use crate::{AxisPace, paces};
 
     fn route() -> Route<2> {
-        let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+        let axis =
+            AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
         let mut route = Route::new([axis; 2]).unwrap();
         route.line_to([0.0, 5.0], 60.0).unwrap();
         route.arc([0, 1], [0.0, 10.0], 5.0, [0.0; 2], 80.0).unwrap();
@@ -240,7 +241,8 @@ mod tests {
     /// made ahead: it comes in time all the same.
     #[test]
     fn a_slow_axis_has_its_steps_in_time() {
-        let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+        let axis =
+            AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
         let mut route = Route::new([axis; 2]).unwrap();
         route.line_to([10.0, 0.3], 60.0).unwrap();
         route.line_to([20.0, 0.3], 60.0).unwrap();
@@ -254,7 +256,8 @@ mod tests {
     /// A turn a little behind a middle makes no steps; one half a step behind it does.
     #[test]
     fn no_step_is_taken_back_at_once() {
-        let axis = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+        let axis =
+            AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
         for (beyond, count) in [(0.000_000_1, 200), (0.004, 202)] {
             let mut route = Route::new([axis; 2]).unwrap();
             route.line_to([1.005 + beyond, 0.0], 60.0).unwrap();

@@ -63,7 +63,8 @@ impl<const N: usize> Route<N> {
 mod tests {
     use crate::{AxisPace, Route};
 
-    const AXIS: AxisPace = AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0 };
+    const AXIS: AxisPace =
+        AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
     /// A sender that gives a short chord at a time, each when nothing more is final: it moves on
     /// from chord to chord, and comes to its end.

@@ -5,7 +5,8 @@ mod judge;
 use judge::{Axis, jump_needed};
 use stepwright_path::{AxisPace, Route, Unplannable};
 
-const AXIS: AxisPace = AxisPace { step: 0.01, speed: 400.0, accel: 1_000.0, jump: 5.0 };
+const AXIS: AxisPace =
+    AxisPace { step: 0.01, speed: 400.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
 /// 100 mm at 100 mm/s, in two pieces: 1.1 s.
 fn route() -> Route<2> {

@@ -19,7 +19,6 @@ use stepwright_path::{AxisPace, Route};
 struct Made<const N: usize> {
     route: Route<N>,
     axes: [AxisPace; N],
-    jerk: Option<[f64; N]>,
     steps: [Axis; N],
     dice: Dice,
     cancelled: bool,
@@ -28,21 +27,21 @@ struct Made<const N: usize> {
 impl<const N: usize> Made<N> {
     fn new(seed: u64, smooth: bool) -> Made<N> {
         let mut dice = Dice(seed);
-        let axes = std::array::from_fn(|_| AxisPace {
+        let mut axes: [AxisPace; N] = std::array::from_fn(|_| AxisPace {
             step: 0.02 + 0.2 * dice.roll(),
             speed: 20.0 + 200.0 * dice.roll(),
             accel: 100.0 * 30f64.powf(dice.roll()),
             jump: 0.5 + 8.0 * dice.roll(),
+            jerk: f64::INFINITY,
         });
-        let mut route = Route::new(axes).unwrap();
-        let mut jerk = None;
         if smooth {
             // The acceleration comes and goes in 10 ms to 0.3 s.
-            let each = axes.map(|axis| axis.accel / (0.01 * 30f64.powf(dice.roll())));
-            route = route.with_jerk(each).unwrap();
-            jerk = Some(each);
+            for axis in &mut axes {
+                axis.jerk = axis.accel / (0.01 * 30f64.powf(dice.roll()));
+            }
         }
-        Made { route, axes, jerk, steps: [const { Vec::new() }; N], dice, cancelled: false }
+        let route = Route::new(axes).unwrap();
+        Made { route, axes, steps: [const { Vec::new() }; N], dice, cancelled: false }
     }
 
     fn roll(&mut self) -> f64 {
@@ -141,7 +140,7 @@ impl<const N: usize> Made<N> {
         assert!(self.route.is_over(), "{seed}: not at its end");
         let (end, time) = (self.route.end(), self.route.time());
         for (n, steps) in self.steps.iter().enumerate() {
-            let AxisPace { step, accel, jump, speed } = self.axes[n];
+            let AxisPace { step, accel, jump, speed, jerk } = self.axes[n];
             let at: i64 = steps.iter().map(|(_, forward)| if *forward { 1 } else { -1 }).sum();
             let off = (at as f64 - end[n] / step).abs();
             // Where it turned within a quarter of a step it may have been cancelled.
@@ -155,8 +154,8 @@ impl<const N: usize> Made<N> {
                 needed <= jump * 1.000_1,
                 "{seed}: axis {n} of {N} needs {needed}, not {jump}, at {when} of {time}"
             );
-            if let Some(jerk) = self.jerk {
-                let broken = jerk_broken(steps, step, [jump, accel, jerk[n]], time);
+            if jerk < f64::INFINITY {
+                let broken = jerk_broken(steps, step, [jump, accel, jerk], time);
                 assert!(
                     broken.is_none(),
                     "{seed}: axis {n} of {N} breaks the law of jerk at {broken:?} of {time}"

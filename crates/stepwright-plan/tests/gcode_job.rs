@@ -4,7 +4,8 @@ use stepwright::{Board, Rate};
 use stepwright_path::{AxisPace, RouteStep};
 use stepwright_plan::gcode::{GcodeJob, JobError, JobPlan};
 
-const AXIS: AxisPace = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0 };
+const AXIS: AxisPace =
+    AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
 fn board() -> Board<3> {
     Board::unmeasured(Rate::MHZ)

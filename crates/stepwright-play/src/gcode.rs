@@ -6,7 +6,7 @@
 //! use stepwright_play::{PlayError, gcode};
 //! use stepwright_sim::{Description, Edge};
 //!
-//! let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0 };
+//! let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 //! let job = b"G0 X10\nG1 F600 X12 Y3\n";
 //! let plan = JobPlan::of(*job, [axis; 3], &Description::uno().board, |_, _| ()).unwrap();
 //! let end = gcode::begin(job.to_vec(), [axis; 3], &plan, |_| Ok(Vec::<Edge>::new()), |mut begun| {

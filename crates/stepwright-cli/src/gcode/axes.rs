@@ -8,7 +8,7 @@ use stepwright_protocol::AxisId;
 
 use crate::failure::Failure;
 use crate::machine::{MachineArgs, MachineAxes};
-use crate::quantity::{AccelArg, GeometryArgs, MmArg, STEPS_PER_REV, SpeedArg, bounds};
+use crate::quantity::{AccelArg, GeometryArgs, JerkArg, MmArg, STEPS_PER_REV, SpeedArg, bounds};
 
 /// The heading of these options.
 const AXES: &str = "Axes";
@@ -45,6 +45,9 @@ pub struct AxesArgs {
     /// By how much the speed may change at once, as at a corner [default: 5mm/s]
     #[arg(long, value_name = "SPEED[,…]", value_delimiter = ',')]
     start_speed: Vec<SpeedArg>,
+    /// By how much the acceleration may change in a second; 0 is no limit [default: no limit]
+    #[arg(long, value_name = "JERK[,…]", value_delimiter = ',')]
+    jerk: Vec<JerkArg>,
 }
 
 impl AxesArgs {
@@ -61,13 +64,15 @@ impl AxesArgs {
             ("--top-speed", self.top_speed.len()),
             ("--accel", self.accel.len()),
             ("--start-speed", self.start_speed.len()),
+            ("--jerk", self.jerk.len()),
         ] {
             if ![0, 1, 3].contains(&count) {
                 let what = format!("{name} has {count} values: one for all axes, or three");
                 return Err(Failure::usage(what));
             }
         }
-        let mut paces = [AxisPace { step: 1.0, speed: 1.0, accel: 1.0, jump: 1.0 }; 3];
+        let mut paces =
+            [AxisPace { step: 1.0, speed: 1.0, accel: 1.0, jump: 1.0, jerk: f64::INFINITY }; 3];
         for ((n, pace), axis) in paces.iter_mut().enumerate().zip(AxisId::first(3)) {
             *pace = self.pace(n, axis, file)?;
         }
@@ -105,7 +110,16 @@ impl AxesArgs {
         let decel = decel.map(parsed::<AccelArg>).transpose()?;
         let decel = decel.map(|decel| decel.resolve(&geometry, "decel")).transpose()?;
         let accel = decel.map_or(accel, |d| accel.min(d.value.millisteps() as f64 / 1e3 * step));
-        Ok(AxisPace { step, speed: top, accel, jump })
+        let typed = self.jerk.get(n).or(self.jerk.first()).cloned();
+        let known = file.value(axis, "jerk").map(parsed::<JerkArg>).transpose()?;
+        let jerk = match typed.or(known).filter(|jerk| !jerk.is_zero()) {
+            Some(jerk) => {
+                let jerk = jerk.resolve(&geometry, &format!("--jerk of {name}"))?;
+                jerk.value.millisteps() as f64 / 1e3 * step
+            }
+            None => f64::INFINITY,
+        };
+        Ok(AxisPace { step, speed: top, accel, jump, jerk })
     }
 }
 

@@ -8,7 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 use stepwright_path::{AxisPace, Route};
 
-pub const AXIS: AxisPace = AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0 };
+pub const AXIS: AxisPace =
+    AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
 /// Random numbers from a seed, in 0..1.
 pub struct Dice(pub u64);

@@ -46,7 +46,7 @@ impl std::error::Error for JobError {}
 /// ```
 /// use stepwright_path::AxisPace;
 /// use stepwright_plan::gcode::GcodeJob;
-/// let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0 };
+/// let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 /// let mut job = GcodeJob::new(*b"G1 F3000 X10\nG3 X20 Y10 J10\nG4 P0.5\nG1 X0 Y0\n", [axis; 3]).unwrap();
 /// let mut at = [0; 3];
 /// while let Some(step) = job.step()? {

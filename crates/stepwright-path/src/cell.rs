@@ -90,9 +90,11 @@ impl<const N: usize> Cell<N> {
         Cell { begin, end, first, last, cap: f64::INFINITY, zone: 0.0, ..self.clone() }
     }
 
-    /// The w at which turning alone takes all of the acceleration of an axis.
+    /// The w up to which the axes can turn, in whatever direction: that of a circle is the same all
+    /// around.
     pub fn turning(&self) -> f64 {
-        self.least(|accel, curb| accel / curb)
+        let parts = self.room.iter().map(|(accel, curb)| (curb / accel).powi(2));
+        1.0 / parts.filter(|part| part.is_finite()).sum::<f64>().sqrt()
     }
 
     /// Whether it turns: what it does in a curve of chords, too.

@@ -49,10 +49,12 @@ const SETTLED: u32 = 40;
 /// u and u'.
 type Corner = [f64; 2];
 
+#[inline]
 fn cross(a: Corner, b: Corner) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
+#[inline]
 fn less(a: Corner, b: Corner) -> Corner {
     [a[0] - b[0], a[1] - b[1]]
 }
@@ -139,25 +141,30 @@ impl Polygon {
 
     /// What is left where `sign`·corner[`part`] ≤ `most`.
     fn clip(&mut self, part: usize, sign: f64, most: f64) {
-        let over = |corner: &Corner| sign * corner[part] - most;
-        if self.known().iter().all(|corner| over(corner) <= 0.0) {
+        let mut over = [0.0; ROOM];
+        let mut beyond = false;
+        for (over, corner) in over.iter_mut().zip(self.known()) {
+            *over = sign * corner[part] - most;
+            beyond |= *over > 0.0;
+        }
+        if !beyond {
             return;
         }
-        let mut left = Polygon::NONE;
-        let corners = self.known();
+        let before = *self;
+        self.count = 0;
+        let corners = before.known();
         for (n, corner) in corners.iter().enumerate() {
-            let next = &corners[(n + 1) % corners.len()];
-            let (here, there) = (over(corner), over(next));
+            let next = if n + 1 < corners.len() { n + 1 } else { 0 };
+            let (here, there) = (over[n], over[next]);
             if here <= 0.0 {
-                left.push(*corner);
+                self.push(*corner);
             }
             if (here < 0.0 && there > 0.0) || (here > 0.0 && there < 0.0) {
                 let share = here / (here - there);
-                let way = less(*next, *corner);
-                left.push([corner[0] + way[0] * share, corner[1] + way[1] * share]);
+                let way = less(corners[next], *corner);
+                self.push([corner[0] + way[0] * share, corner[1] + way[1] * share]);
             }
         }
-        *self = left;
     }
 
     /// What is left where the speed is within `near` of v; false if nothing is.
@@ -175,16 +182,21 @@ impl Polygon {
     /// Leaves out the corner that takes least with it.
     fn simplify(&mut self) {
         let corners = self.known();
-        let count = corners.len();
-        let area = |n: usize| {
-            let [a, b, c] = [n + count - 1, n, n + 1].map(|n| corners[n % count]);
-            cross(less(b, a), less(c, a)).abs()
+        let (mut least, mut area) = (0, f64::INFINITY);
+        let [Some(mut a), Some(mut b)] = [self.count - 2, self.count - 1].map(|n| corners.get(n))
+        else {
+            return;
         };
-        let least = (0..count).min_by(|a, b| area(*a).total_cmp(&area(*b)));
-        if let Some(least) = least {
-            self.corners.copy_within(least + 1..self.count, least);
-            self.count -= 1;
+        // The area beside the corner b, which is the one before c.
+        for (n, c) in corners.iter().enumerate() {
+            let beside = cross([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]).abs();
+            if beside < area {
+                (least, area) = (if n > 0 { n - 1 } else { self.count - 1 }, beside);
+            }
+            (a, b) = (b, c);
         }
+        self.corners.copy_within(least + 1..self.count, least);
+        self.count -= 1;
     }
 }
 
@@ -225,10 +237,21 @@ impl<const N: usize> Lens<N> {
         lens
     }
 
-    /// The same with anything possible at this speed.
-    pub fn forget(&mut self, v: &[f64; N]) {
+    /// After a long time at this speed.
+    fn settle(&mut self, v: &[f64; N]) {
         for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
             *polygon = Polygon::line(v - limits.near, v + limits.near);
+        }
+    }
+
+    /// Whatever there may be at this speed: to look further where the law is broken.
+    pub fn forget(&mut self, v: &[f64; N]) {
+        for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
+            let ([low, high], accel) = ([v - limits.near, v + limits.near], limits.accel);
+            *polygon = Polygon::NONE;
+            for corner in [[low, -accel], [high, -accel], [high, accel], [low, accel]] {
+                polygon.push(corner);
+            }
         }
     }
 
@@ -236,7 +259,7 @@ impl<const N: usize> Lens<N> {
     pub fn wait(&mut self, time: f64) {
         if self.steady(time, &[0.0; N]).is_err() {
             // It was at rest before.
-            self.forget(&[0.0; N]);
+            self.settle(&[0.0; N]);
         }
     }
 
@@ -269,7 +292,7 @@ impl<const N: usize> Lens<N> {
             }
         }
         if moments > f64::from(SETTLED) {
-            self.forget(v);
+            self.settle(v);
         }
         Ok(())
     }

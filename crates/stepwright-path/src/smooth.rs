@@ -20,14 +20,14 @@ const JUMP: f64 = 0.97;
 const JERK: f64 = 0.99;
 
 /// Of the acceleration, for turning at a constant speed.
-const CURVE: f64 = 0.9;
+const CURVE: f64 = 0.95;
 
 /// Rounds in which what breaks the law is passed slower, and at rest.
-const SLOWER: usize = 24;
+const SLOWER: usize = 40;
 const AT_REST: usize = 100;
 
 /// Of w, in each.
-const BY: f64 = 0.8;
+const BY: f64 = 0.85;
 
 /// What a route with limited jerk has besides.
 #[derive(Clone, Debug)]

@@ -17,8 +17,8 @@ use std::collections::VecDeque;
 use crate::cell::Cell;
 use crate::route::AxisPace;
 
-/// Of the jerk, for turning; and for speeding up where it turns.
-pub(crate) const TURN: f64 = 0.7;
+/// Of the jerk, for speeding up where it turns.
+pub(crate) const TURN: f64 = 0.8;
 
 /// Nodes of a window, at most 2 to this.
 const WINDOWS: u32 = 6;
@@ -85,7 +85,7 @@ pub(crate) fn bound<const N: usize>(
             let known = w;
             for axis in 0..N {
                 let change = (there[axis] - from[axis]).abs();
-                w = w.min(most(w, change, slack[axis], TURN * jerk[axis] * length));
+                w = w.min(most(w, change, slack[axis], jerk[axis] * length));
             }
             if w < known {
                 caps[n..=to].iter_mut().for_each(|cap| *cap = cap.min(w));
@@ -95,8 +95,8 @@ pub(crate) fn bound<const N: usize>(
     }
 }
 
-/// Of the part of the jump.
-const SLACK: f64 = 0.9;
+/// Of that step: more than is there for all curves, as the law decides.
+const SLACK: f64 = 1.2;
 
 /// The largest w up to this one with change·w ≤ slack + reach/√w.
 fn most(w: f64, change: f64, slack: f64, reach: f64) -> f64 {

@@ -66,9 +66,9 @@ pub struct Board<const N: usize, F = Fit> {
     /// would take more than all the time.
     pub cost: Cost<N>,
     /// Runs that can be planned in a second while axes move: an order is refused when the ramps
-    /// of all moving axes would ask for more, or those of an axis for more than 7/8 of it. One axis
-    /// with ramps of a steps/s² asks for (612·a)^0.4, or its highest speed in steps/s if that is
-    /// less, and a limit of jerk for four times as many. Ramps of less than four steps each, with a level
+    /// of all moving axes would ask for more, of three and more for more than 15/16 of it, or those of
+    /// an axis for more than 7/8. One axis with ramps of a steps/s² asks for (612·a)^0.4, or its highest speed in
+    /// steps/s if that is less, and a limit of jerk for four times as many. Ramps of less than four steps each, with a level
     /// of less than 15 ms between them, ask for half their highest speed; changed on the way, for all
     /// of it. Beside a ramp of another axis it takes a run
     /// for each 65.5 steps/s of its highest speed, if those are more. Measured; `u16::MAX` where
@@ -195,7 +195,8 @@ impl<const N: usize, F> Board<N, F> {
     }
 
     /// Can it plan for all that will move then, if anything ramps? A change on the way takes the time
-    /// of a few runs: of one axis an eighth is left for it, of several the queues last longer.
+    /// of a few runs: of one axis an eighth is left for it, of two the queues last longer. Three that
+    /// are stopped at once, while they rise, take more, and a sixteenth is left for that.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn check_ramps(
         &self,
@@ -207,8 +208,10 @@ impl<const N: usize, F> Board<N, F> {
             return Ok(());
         }
         // One axis alone ramps while it is slow.
-        let alone = moving.is_power_of_two();
-        let (mut left, mut own, mut ramps) = (self.runs, 0u16, 0u16);
+        let (alone, several) = (but_one(moving) == 0, but_one(but_one(moving)) != 0);
+        let spare = self.runs >> 3;
+        let kept = if several { spare >> 1 } else { 0 };
+        let (mut left, mut own, mut ramps) = (self.runs.wrapping_sub(kept), 0u16, 0u16);
         for (other, load) in (0u8..).zip(loads) {
             if moving & 1 != 0 {
                 ramps |= load.runs;
@@ -221,7 +224,12 @@ impl<const N: usize, F> Board<N, F> {
             }
             moving >>= 1;
         }
-        let runs = left.min(self.runs.wrapping_sub(self.runs >> 3));
+        let runs = left.min(self.runs.wrapping_sub(spare));
         if ramps != 0 && own > runs { Err(Refusal::TooSteep { runs }) } else { Ok(()) }
     }
+}
+
+/// These axes without the first.
+fn but_one(axes: Axes) -> Axes {
+    axes & axes.wrapping_sub(1)
 }

@@ -205,6 +205,18 @@ fn a_ramp_has_what_the_steps_of_others_leave() {
     };
     assert_eq!(one(200_000, 140_000), Ok(()));
     assert_eq!(one(200_000, 250_000), Err(Refusal::TooSteep { runs: 1_750 }));
+    // Of three axes a sixteenth is left for a stop of all. 20,000,000 / 65,536 = 305.2
+    let third = |accel: u32| {
+        let mut queues = [const { Queue::<8>::new() }; 3];
+        let feeds = queues.each_mut().map(|queue| queue.split().0);
+        let mut motors = motors(feeds, Board { runs: 2_000, ..board::<3>(10) });
+        motors.start([(Axis::X, at(20_000)), (Axis::Y, at(20_000))]).unwrap();
+        plan(&mut motors);
+        motors.start([(Axis::Z, order(0, 20_000, accel, FORWARD))])
+    };
+    assert_eq!(third(60_000), Ok(()));
+    // (612 · a)^0.4 is 1,300, of which three axes leave 1,265.
+    assert_eq!(third(100_000), Err(Refusal::TooSteep { runs: 2_000 - 125 - 610 }));
     // Speeds alone are no matter of planning.
     assert_eq!(start(at(200_000), at(200_000), None), Ok(()));
 }

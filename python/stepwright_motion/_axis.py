@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Optional
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Iterator, Optional
 
 from ._errors import Uncertain
 from ._move import Move, Outcome
 from ._native import Scale
 from ._quantity import Quantity, text
+from ._quantity import seconds as in_seconds
 
 if TYPE_CHECKING:
     from ._line import Line
@@ -56,6 +58,8 @@ class Axis:
 
     @steps_per_mm.setter
     def steps_per_mm(self, steps: float) -> None:
+        if not 0.001 <= float(steps) <= 10_000:
+            raise ValueError(f"steps_per_mm is {steps!r}: it may be 0.001 to 10000")
         # A thousand millimetres a turn, so that fractions of a step count.
         self.scale = Scale(round(steps * 1000), 1000.0)
 
@@ -66,10 +70,25 @@ class Axis:
         self.scale = Scale(steps_per_rev, mm_per_rev)
 
     def _steps(self, position: Quantity, unit: Optional[str] = None, name: str = "position") -> int:
-        return self.scale.distance(name, text(position, unit, self.unit))
+        with self._in_words():
+            return self.scale.distance(name, text(position, unit, self.unit))
+
+    @contextmanager
+    def _in_words(self) -> Iterator[None]:
+        """What the command would say of a unit, as it is mended here."""
+        try:
+            yield
+        except ValueError as why:
+            if "need the distance of one turn" not in str(why):
+                raise
+            raise ValueError(f"{why}: set steps_per_mm of axis {self.number}") from None
 
     def _rate(self, name: str, value: Quantity, unit: Optional[str] = None) -> float:
-        usual = {"steps": "steps"}.get(self.unit, self.unit)
+        with self._in_words():
+            return self._rate_of(name, value, unit)
+
+    def _rate_of(self, name: str, value: Quantity, unit: Optional[str]) -> float:
+        usual = self.unit
         if name in ("accel", "decel"):
             return self.scale.accel(name, text(value, unit, f"{usual}/s2"))
         if name == "jerk":
@@ -176,7 +195,8 @@ class Axis:
         limits = self._limits({**locals(), "speed": size.lstrip("+-\u2212")}, "speed")
         if backward:
             limits["speed"] = -limits["speed"]
-        return self._order("run", {"axis": self.number, **limits}, seconds, endless=True)
+        lasts = None if seconds is None else in_seconds("seconds", seconds)
+        return self._order("run", {"axis": self.number, **limits}, lasts, endless=True)
 
     jog = run
 

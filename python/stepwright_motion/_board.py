@@ -15,6 +15,7 @@ from ._machine import File, Machine
 from ._move import Move
 from ._native import Kept
 from ._quantity import Quantity, text
+from ._quantity import seconds as in_seconds
 from ._record import Recording
 from ._settings import Settings
 
@@ -159,7 +160,7 @@ class Board:
 
     def sleep(self, seconds: float) -> None:
         """Lets this much time pass on the board; on a fast virtual one that takes less of ours."""
-        self._line.sleep(seconds)
+        self._line.sleep(in_seconds("seconds", seconds))
         self._line.check()
 
     def record(self) -> Recording:
@@ -178,6 +179,9 @@ class Board:
         self._line.close()
 
     def __enter__(self) -> Board:
+        if self._line.kept.ended:
+            self._line.check()
+            raise LinkLost("the board is closed; open it again")
         return self
 
     def __exit__(
@@ -231,12 +235,14 @@ def open(
     if port is None or port == "virtual":
         return virtual(lease=lease, machine=machine)
     rate = baud or file.baud or 115_200
+    if not 50 <= rate <= 12_000_000:
+        raise ValueError(f"baud is {rate}: it may be 50 to 12000000 bits/s")
     return Board(Line(Kept.open(port, rate, _millis(lease, file), False, [])), file)
 
 
 def _millis(lease: Optional[float], file: Machine) -> int:
     seconds = file.lease if lease is None else lease
-    return round((1.0 if seconds is None else seconds) * 1000)
+    return round(in_seconds("lease", 1.0 if seconds is None else seconds) * 1000)
 
 
 def virtual(

@@ -24,3 +24,11 @@ def number(value: Any) -> str:
         pass
     real = float(value)
     return str(int(real)) if real.is_integer() and abs(real) < 1e15 else repr(real)
+
+
+def seconds(name: str, value: Any) -> float:
+    """A time in s: no negative one, and no NaN."""
+    time = float(value)
+    if not 0 <= time < 1e9:
+        raise ValueError(f"{name} is {value!r}: it may be 0 to 1e9 s")
+    return time

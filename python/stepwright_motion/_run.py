@@ -151,6 +151,8 @@ class Cycle:
         cancelled, ``ConnectionError`` for a board that is not there. Of a real board the ways have
         some ten looks a second, and there are no edges.
         """
+        if not 1 <= limit <= 1_000_000:
+            raise ValueError(f"limit is {limit}: it may be 1 to 1000000 s")
         with open(self.path, encoding="utf-8") as file:
             text = file.read()
         return checked(play_cycles(self.path, text, port, baud, fast, limit))

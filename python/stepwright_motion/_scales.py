@@ -15,7 +15,11 @@ Pace = tuple[float, float, float, float]
 
 
 def _of(value: Any, axis: str) -> Any:
-    return value[axis] if isinstance(value, Mapping) else value
+    if not isinstance(value, Mapping):
+        return value
+    if axis not in value:
+        raise ValueError(f"{dict(value)} says nothing of {axis}")
+    return value[axis]
 
 
 def speed_of(name: str, value: Quantity, steps: float = 1000.0) -> float:
@@ -33,8 +37,8 @@ def paces(
     axes = []
     for name in ("x", "y", "z"):
         steps = float(_of(steps_per_mm, name))
-        if not 0 < steps < 4_000_000:
-            raise ValueError(f"steps_per_mm is {steps}: it is above 0")
+        if not 0.001 <= steps <= 10_000:
+            raise ValueError(f"steps_per_mm is {steps}: it may be 0.001 to 10000")
         scale = Scale(round(steps * 1000), 1000.0)
         slope = scale.accel("accel", text(_of(accel, name), None, "mm/s2")) / steps
         top, at_once = (

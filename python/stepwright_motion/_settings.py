@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import TYPE_CHECKING, Any, Iterator
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ class Settings:
         return int(self._one(name)["value"])
 
     def __setattr__(self, name: str, value: int) -> None:
-        self._line.ask("set", name=self._one(name)["name"], value=value)
+        one = self._one(name)
+        self._line.ask("set", name=one["name"], value=operator.index(value))
 
     def describe(self, name: str) -> str:
         """What a setting does, and its range."""

@@ -78,6 +78,33 @@ def test_ranges_and_refusals_say_what_is_allowed(board: sw.Board) -> None:
     assert board.x.steps == 0 and not board.moving
 
 
+def test_garbage_is_refused_and_nothing_hangs(board: sw.Board) -> None:
+    nan = math.nan
+    for wrong in (
+        lambda: board.sleep(nan),
+        lambda: board.sleep(-1),
+        lambda: board.x.run(100, seconds=nan),
+        lambda: board.x.run(100, seconds=-1),
+        lambda: board.x.move_to(5, speed=nan),
+        lambda: board.x.move_to(5, accel=-5),
+        lambda: setattr(board.x, "steps_per_mm", nan),
+        lambda: setattr(board.x, "steps_per_mm", -80),
+        lambda: sw.virtual(lease=nan),
+        lambda: sw.open("/dev/null", baud=-3),
+    ):
+        with pytest.raises(ValueError):
+            wrong()
+    with pytest.raises(ValueError, match="set steps_per_mm of axis 1"):
+        board.x.move_to("5mm")
+    with pytest.raises(TypeError):
+        board.settings.max_speed = "fast"  # type: ignore[assignment]
+    assert not board.moving and board.x.steps == 0
+    board.close()
+    with pytest.raises(sw.LinkLost, match="closed"):
+        with board:
+            pass
+
+
 def test_a_second_order_is_refused_and_the_first_goes_on(board: sw.Board) -> None:
     move = board.x.move_to(400)
     with pytest.raises(sw.Refused, match="on its way"):

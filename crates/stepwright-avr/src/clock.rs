@@ -15,6 +15,16 @@ pub struct Clock {
 }
 
 impl Clock {
+    /// A clock that stands, for a static.
+    ///
+    /// # Safety
+    /// It is not asked.
+    #[cfg(feature = "stream")]
+    pub(crate) const unsafe fn blank() -> Clock {
+        // SAFETY: the caller's promise.
+        Clock { registers: unsafe { crate::slot::token() }, seen: 0, part: 0 }
+    }
+
     /// Lets timer 0 run.
     pub fn start(registers: TC0) -> Clock {
         registers.tccr0b().write(|w| w.cs0().prescale_1024());

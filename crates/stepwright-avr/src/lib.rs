@@ -55,6 +55,7 @@
 //! | [`asked`] | any law on any drive, asked in the step interrupt |
 //! | `law` | laws that are asked in the main loop, and what a step of them costs (Uno) |
 //! | `laws` | Austin's laws, ordered over the line |
+//! | `stream` | what a host streams |
 //! | [`timed`] | the timed driver |
 //! | [`laps`], [`guarded`] | a far time on a counter of 16 bits; a motor that an interrupt owns |
 //! | [`serial`] | the serial line, by interrupts |
@@ -113,6 +114,8 @@ pub mod serial;
 pub mod slot;
 pub mod step;
 pub mod steppers;
+#[cfg(feature = "stream")]
+pub mod stream;
 pub mod timed;
 pub mod timer;
 pub mod watchdog;

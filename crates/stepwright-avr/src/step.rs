@@ -55,6 +55,8 @@ pub mod channels;
 mod fill;
 mod layout;
 mod play;
+#[cfg(feature = "stream")]
+mod turning;
 
 use avr_device::interrupt;
 use stepwright::drive::{Axes, Drive};
@@ -95,6 +97,18 @@ fn steps(left: [u8; 2], pins: u8) -> u32 {
 pub static STEPPERS: Slot<[AxisState; AXES]> = Slot::new([const { AxisState::new() }; AXES]);
 #[doc(hidden)]
 pub static COMMON: Slot<Common> = Slot::new(Common { late: [0; 3], resting: 0, hold: 0, pace: 1 });
+
+/// The step timer.
+#[inline(always)]
+pub fn now() -> u16 {
+    // Its upper byte is read behind the lower one, from where the chip keeps it for all registers of
+    // 16 bits.
+    // SAFETY: no interrupt comes in between.
+    let bytes = interrupt::free(|_| unsafe {
+        [register(TCNT).read_volatile(), register(TCNT + 1).read_volatile()]
+    });
+    u16::from_le_bytes(bytes)
+}
 
 /// Puts the step interrupts into a program.
 #[macro_export]
@@ -323,6 +337,7 @@ impl AvrEngine {
     }
 
     /// Steps made since the travel began.
+    #[cfg(not(feature = "stream"))]
     #[inline(never)]
     fn made(&self, axis: u8) -> i64 {
         // No more than the loads while interrupts are off: from one pointer, whose address the
@@ -367,6 +382,8 @@ impl AvrEngine {
             let at = (&raw mut (*at).loaded).cast::<u8>();
             at.cast::<u32>().write_unaligned(0);
             at.add(4).write(0);
+            #[cfg(feature = "stream")]
+            at.add(5).write(u8::from(!board::is_forward(axis)));
         }
     }
 }
@@ -495,6 +512,9 @@ impl Control for AvrEngine {
         // SAFETY: as in `settle`.
         let bases = unsafe { &*self.base };
         let base = bases.get(usize::from(axis)).copied().unwrap_or(0);
+        #[cfg(feature = "stream")]
+        return base.wrapping_add(made);
+        #[cfg(not(feature = "stream"))]
         if self.is_forward(axis) { base.wrapping_add(made) } else { base.wrapping_sub(made) }
     }
 

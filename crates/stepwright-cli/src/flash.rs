@@ -189,6 +189,7 @@ fn seen_with(program: FlashProgram, port: &str) -> String {
             format!("stepwright move 400 --law linear-factor --port {port}")
         }
         FlashProgram::PowerTerm => format!("stepwright move 400 --law power --port {port}"),
+        FlashProgram::Stream => format!("stepwright gcode FILE --port {port}"),
     }
 }
 

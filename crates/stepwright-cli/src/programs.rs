@@ -15,7 +15,10 @@ struct Program {
 /// The controller's.
 pub const CONTROLLER: &str = "stepwright";
 
-const PROGRAMS: [Program; 4] = [
+/// The greeting of the program `stream`.
+pub const STREAM: &str = "stepwright-stream";
+
+const PROGRAMS: [Program; 5] = [
     Program { greeting: CONTROLLER, what: "the controller", order: "stepwright move" },
     Program {
         greeting: stepwright_timed::line::NAME,
@@ -32,6 +35,7 @@ const PROGRAMS: [Program; 4] = [
         what: "motor cycles",
         order: "stepwright cycle",
     },
+    Program { greeting: STREAM, what: "streamed runs", order: "stepwright gcode" },
 ];
 
 /// The controller's name for `--program`.

@@ -38,7 +38,7 @@ fn every_program_is_carried_for_the_boards_that_it_fits() {
         let shown = shown.strip_prefix(&format!("{board} ")).expect("of this board");
         shown.lines().next().unwrap_or_default().to_string()
     };
-    for program in ["slave", "timed", "cycles", "laws", "transitions", "power-term"] {
+    for program in ["slave", "timed", "cycles", "laws", "transitions", "power-term", "stream"] {
         let uno = image("uno", &["--program", program]);
         assert!(uno.starts_with(&format!("{program}, ")), "{uno}");
         // A Nano is an Uno; its old boot loader leaves less room.

@@ -159,7 +159,11 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice
                     self.waits = self.line.receive(Some(byte));
                 }
             }
-            Came::Broken => self.line.garble(),
+            Came::Broken | Came::Garbled => self.line.garble(),
+            // A line that waits for its answer is whole.
+            Came::Called if !self.waits => {
+                let _ = self.line.take();
+            }
             _ => {}
         }
     }

@@ -88,10 +88,12 @@ impl AxisFeed {
         self.over = true;
     }
 
-    /// Nothing comes before this time.
+    /// Nothing comes before this time: it waits until a little before that, so that a step which comes
+    /// then is on time.
     pub(crate) fn wait(&mut self, until: u64) {
-        if self.moments.len() == 1 && until > self.last().at + 2 * CALM {
-            self.moments.push_back(Moment { at: until, what: What::Nothing });
+        let at = until.saturating_sub(CALM);
+        if !self.over && at > self.last().at + CALM {
+            self.moments.push_back(Moment { at, what: What::Nothing });
         }
     }
 

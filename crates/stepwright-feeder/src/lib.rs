@@ -40,6 +40,9 @@ pub struct FeedTerms {
     pub ahead: u32,
     /// Without a whole frame for this long the board brakes, in ms; 0 for never. At most 2,040.
     pub lease: u32,
+    /// Axes that take part, a bit each. One that does not rests; one that has no steps costs a board
+    /// time all the same.
+    pub axes: u8,
     /// How each axis brakes.
     pub brakes: [BrakeLaw; AXES],
     /// Inputs that stop: see [`Kind::Start`].
@@ -60,6 +63,7 @@ impl FeedTerms {
             tolerance: 5_000,
             ahead: 300_000,
             lease: 1_000,
+            axes: (1 << AXES) - 1,
             brakes,
             inputs: 0,
             stagger: 75,
@@ -114,7 +118,7 @@ impl FeedState {
 #[derive(Debug)]
 pub struct StreamFeeder {
     terms: FeedTerms,
-    axes: [AxisFeed; AXES],
+    axes: [Option<AxisFeed>; AXES],
     packer: FramePacker,
     sender: FrameSender,
     reader: CreditReader,
@@ -146,7 +150,8 @@ impl StreamFeeder {
         let mut n = 0;
         let axes = [(); AXES].map(|()| {
             n += 1;
-            AxisFeed::new(fit, fine(u64::from(terms.stagger) * (n - 1)))
+            let takes_part = terms.axes >> (n - 1) & 1 != 0;
+            takes_part.then(|| AxisFeed::new(fit, fine(u64::from(terms.stagger) * (n - 1))))
         });
         StreamFeeder {
             axes,
@@ -186,16 +191,16 @@ impl StreamFeeder {
 
     /// Whether it wants more steps.
     pub fn wants(&self) -> bool {
-        let ahead = u64::from(self.terms.ahead) + SPAN + PATIENCE;
+        let ahead = u64::from(self.terms.ahead) + 2 * SPAN + PATIENCE;
         !self.over && self.known < self.played + fine(self.terms.ticks(ahead))
     }
 
     /// The next step: of an axis, in s after the start of the path, forward or backward.
-    /// Times never fall. Steps of an axis that the board does not have are left out.
+    /// Times never fall. Steps of an axis that takes no part are left out.
     pub fn step(&mut self, axis: usize, time: f64, forward: bool) {
         self.know(time);
         let at = self.known;
-        if let Some(axis) = self.axes.get_mut(axis) {
+        if let Some(Some(axis)) = self.axes.get_mut(axis) {
             axis.step(at, forward);
         }
     }
@@ -211,7 +216,7 @@ impl StreamFeeder {
         if !self.over {
             self.know(time);
             self.over = true;
-            for axis in &mut self.axes {
+            for axis in self.axes.iter_mut().flatten() {
                 axis.end(self.known);
             }
         }
@@ -294,7 +299,7 @@ impl StreamFeeder {
                 .axes
                 .iter()
                 .enumerate()
-                .filter(|(_, axis)| !axis.is_over())
+                .filter_map(|(n, axis)| Some((n, axis.as_ref().filter(|axis| !axis.is_over())?)))
                 .map(|(n, axis)| (n, axis.start()))
                 .min_by_key(|(_, start)| *start)
             else {
@@ -305,11 +310,11 @@ impl StreamFeeder {
                 return true;
             }
             self.relax(start);
-            let axis = &mut self.axes[n];
-            if self.known > start + patience {
-                axis.wait(self.known);
+            let Some(axis) = &mut self.axes[n] else { return false };
+            if self.known > start + patience && !axis.is_known(2 * longest) {
+                axis.wait(self.known + fine(u64::from(self.terms.stagger) * n as u64));
             }
-            if !axis.is_known(longest) {
+            if !axis.is_known(2 * longest) {
                 return false;
             }
             let Some(record) = axis.record() else { return false };
@@ -329,7 +334,7 @@ impl StreamFeeder {
         });
         let tolerance = short.map_or(self.terms.tolerance, |(_, ns)| self.terms.tolerance.max(*ns));
         let terms = fit_terms(&self.terms, tolerance);
-        self.axes.iter_mut().for_each(|axis| axis.set_terms(terms));
+        self.axes.iter_mut().flatten().for_each(|axis| axis.set_terms(terms));
     }
 
     /// Hands frames to the sender. All axes begin when the FIFO is full, or has all that is to be
@@ -359,7 +364,7 @@ impl StreamFeeder {
                 self.frames.front().is_some_and(|frame| frame.as_bytes().len() as u32 >= *room);
             if full && (self.frames.is_empty() || waits) && self.sender.has_room() {
                 let lease = (self.terms.lease / 8).min(255) as u8;
-                let axes = (1 << AXES) - 1;
+                let axes = self.terms.axes & ((1 << AXES) - 1);
                 self.sender.offer(Kind::Start, &[axes, lease, self.terms.inputs], now);
                 self.state = FeedState::Running;
             }
@@ -371,7 +376,7 @@ impl StreamFeeder {
             self.sender.offer(Kind::Data, frame.as_bytes(), now);
             self.starts.push_back(frame.start);
         }
-        let all = self.frames.is_empty() && self.axes.iter().all(AxisFeed::is_over);
+        let all = self.frames.is_empty() && self.axes.iter().flatten().all(AxisFeed::is_over);
         if all && packed && !self.ended && self.sender.has_room() {
             self.ended = self.sender.offer(Kind::End, &[], now);
         }

@@ -4,23 +4,13 @@ mod common;
 
 use common::*;
 use stepwright_feeder::FeedState;
+use stepwright_sim::Queues;
 
-/// The largest difference of an edge from its time, in µs; all axes share one beginning.
-fn worst(told: &Told, job: &[Vec<Step>; 3], stagger: f64) -> f64 {
-    let mut worst = [f64::MIN, f64::MAX];
-    for axis in 0..3u8 {
-        let steps = steps_of(&told.edges, axis);
-        let wanted = &job[usize::from(axis)];
-        assert_eq!(steps.len(), wanted.len(), "axis {axis}");
-        for (made, wanted) in steps.iter().zip(wanted) {
-            assert_eq!(made.1, wanted.1);
-            let apart = made.0 as f64 - wanted.0 * HZ - stagger * f64::from(axis);
-            worst = [worst[0].max(apart), worst[1].min(apart)];
-        }
-    }
-    // Half of the spread: the beginning is any.
-    (worst[0] - worst[1]) / 2.0 / 16.0
-}
+/// An edge waits for the pulse of another axis, 2 µs.
+const PULSE: f64 = 2.1;
+
+/// The third axis' timer counts every eighth cycle.
+const GRID: f64 = 0.5;
 
 fn organic() -> [Vec<Step>; 3] {
     let waves = [(400.0, 1.0), (150.0, 3.1), (30.0, 9.7)];
@@ -31,40 +21,120 @@ fn organic() -> [Vec<Step>; 3] {
 fn three_axes_with_limited_jerk() {
     let axis = |v: f64| s_curve(40_000, v, 40_000.0, 400_000.0);
     let axes = [axis(30_000.0), axis(30_040.0), axis(30_080.0)];
-    let told = run(Job::new(axes.clone()), terms([40_000.0; 3]), Line::default());
-    assert_eq!((told.state, told.late, told.again), (FeedState::Over, 0, 0));
-    assert_eq!(told.position, [Some(40_000); 3]);
-    let worst = worst(&told, &axes, 75.0);
-    println!("worst {worst:.2} us, {} bytes", told.bytes);
-    // An edge waits for the pulse of another axis, 2 µs.
-    assert!(worst < 7.1, "{worst}");
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    let told = run(&mut board, Job::new(axes.clone()), terms([40_000.0; 3]), Line::default());
+    assert_eq!((told.state, board.late(), told.again), (FeedState::Over, 0, 0));
+    assert_eq!([0, 1, 2].map(|axis| board.position(axis)), [Some(40_000); 3]);
+    let (worst, _) = worst(board.recorder(), &axes, 75.0, 0.0);
+    assert!(worst < 5.0 + PULSE, "{worst}");
 }
 
 #[test]
 fn a_motion_that_wanders_with_turns() {
     let axes = organic();
-    let told = run(Job::new(axes.clone()), terms([40_000.0; 3]), Line::default());
-    assert_eq!((told.state, told.late, told.again), (FeedState::Over, 0, 0));
-    let worst = worst(&told, &axes, 75.0);
-    println!("worst {worst:.2} us, {} bytes", told.bytes);
-    // An edge waits for the pulse of another axis, 2 µs.
-    assert!(worst < 7.1, "{worst}");
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    let told = run(&mut board, Job::new(axes.clone()), terms([40_000.0; 3]), Line::default());
+    assert_eq!((told.state, board.late(), told.again), (FeedState::Over, 0, 0));
+    let edges = board.recorder().clone();
+    let (worst, _) = worst(&edges, &axes, 75.0, 0.0);
+    assert!(worst < 5.0 + PULSE, "{worst}");
     for axis in 0..3u8 {
-        let at = position_of(&steps_of(&told.edges, axis));
-        assert_eq!(told.position[usize::from(axis)], Some(at));
+        assert_eq!(board.position(axis), Some(position_of(&steps_of(&edges, axis))));
     }
 }
 
 #[test]
 fn spoilt_bytes_lose_no_step() {
-    let axes = organic();
+    let [x, y, _] = organic();
+    let axes = [x, y, vec![]];
     for seed in 1..4 {
         let line = Line { spoils: 100, seed, polls: true, ..Line::default() };
-        let told = run(Job::new(axes.clone()), terms([40_000.0; 3]), line);
-        println!("seed {seed}: {:?}, again {}, answers {}", told.state, told.again, told.answers);
-        assert_eq!((told.state, told.late), (FeedState::Over, 0), "seed {seed}");
-        assert!(told.again > 5);
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        let told = run(&mut board, Job::new(axes.clone()), terms([40_000.0; 3]), line);
+        assert_eq!((told.state, board.late()), (FeedState::Over, 0), "seed {seed}");
+        assert!(told.again > 5 && told.answers > 10, "{} {}", told.again, told.answers);
         // Where little was ahead steps are kept less closely.
-        assert!(worst(&told, &axes, 75.0) < 27.1);
+        assert!(worst(board.recorder(), &axes, 75.0, 0.0).0 < 25.0 + PULSE);
     }
+}
+
+/// One axis after the other, and back, with rests in between: what rests is told to wait, and each step
+/// comes on time all the same.
+#[test]
+fn axes_take_turns() {
+    let there: Vec<Step> = s_curve(900, 3_000.0, 30_000.0, 600_000.0);
+    let last = there[there.len() - 1].0;
+    let mut axes = [vec![], vec![], vec![]];
+    for n in 0..6 {
+        let from = f64::from(n) * (last + 0.2);
+        axes[n as usize % 3].extend(there.iter().map(|step| (from + step.0, n < 3)));
+    }
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    let told = run(&mut board, Job::new(axes.clone()), terms([40_000.0; 3]), Line::default());
+    assert_eq!((told.state, board.late(), told.again), (FeedState::Over, 0, 0));
+    assert_eq!([0, 1, 2].map(|axis| board.position(axis)), [Some(0); 3]);
+    let (worst, _) = worst(board.recorder(), &axes, 75.0, 0.0);
+    assert!(worst < 5.0 + PULSE + GRID, "{worst}");
+}
+
+/// A host that sleeps for 200 ms now and then.
+#[test]
+fn stalls_are_ridden_through() {
+    let axes = organic();
+    let sleeps = (0..6).map(|n| (500 * MILLIS + n * 550 * MILLIS, 200 * MILLIS)).collect();
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    let line = Line { sleeps, ..Line::default() };
+    let told = run(&mut board, Job::new(axes.clone()), terms([40_000.0; 3]), line);
+    assert_eq!((told.state, board.late()), (FeedState::Over, 0));
+    assert!(worst(board.recorder(), &axes, 75.0, 0.0).0 < 25.0 + PULSE);
+}
+
+/// The host falls silent at random instants: no axis is stopped harder than ordered, and the position is
+/// that of the edges.
+#[test]
+fn silence_brakes_every_axis() {
+    let decels = [40_000.0, 30_000.0, 5_000.0];
+    let axis = |v: f64| s_curve(40_000, v, 40_000.0, 400_000.0);
+    let slow = s_curve(150, 60.0, 300.0, 3_000.0);
+    for (job, decels) in [
+        (organic(), [8_000.0, 30_000.0, 500.0]),
+        ([axis(30_000.0), axis(12_000.0), slow.clone()], decels),
+        ([slow.clone(), vec![], slow], [300.0, 300.0, 400.0]),
+    ] {
+        for n in 0..8u64 {
+            let dead = (150 + 347 * n % 1_900) * MILLIS;
+            let mut queues = Queues::default();
+            let mut board = board(&mut queues);
+            let line = Line { dead, ..Line::default() };
+            let told = run(&mut board, Job::new(job.clone()), terms(decels), line);
+            assert!(!board.is_busy());
+            let edges = board.recorder().clone();
+            let last = edges.iter().map(|edge| edge.time).max().unwrap();
+            assert!(last > told.begun + dead, "it stops before it is silent");
+            for axis in 0..3u8 {
+                let steps = steps_of(&edges, axis);
+                assert_eq!(board.position(axis), Some(position_of(&steps)));
+                // Off the path some 0.3 s after the silence at the latest.
+                let wanted = &job[usize::from(axis)];
+                let decel = decels[usize::from(axis)];
+                let off = steps.iter().zip(wanted).position(|(made, wanted)| {
+                    let apart =
+                        (made.0 - steps[0].0) as f64 - (wanted.0 - wanted_first(&job, axis)) * HZ;
+                    apart.abs() > 800.0
+                });
+                let Some(off) = off.filter(|off| *off > 0) else { continue };
+                let steepest = steepest(&steps, steps[off - 1].0);
+                assert!(steepest < decel * 1.03, "axis {axis}, {n}: {steepest} of {decel}");
+            }
+        }
+    }
+}
+
+fn wanted_first(job: &[Vec<Step>; 3], axis: u8) -> f64 {
+    job[usize::from(axis)][0].0
 }

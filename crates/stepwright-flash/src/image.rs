@@ -45,10 +45,12 @@ pub enum FlashProgram {
     Transitions,
     /// Austin's power term
     PowerTerm,
+    /// What a host streams: `stepwright gcode FILE --port`
+    Stream,
 }
 
 /// For which boards, which program, the image.
-const IMAGES: [(&[FlashBoard], FlashProgram, &[u8]); 10] = [
+const IMAGES: [(&[FlashBoard], FlashProgram, &[u8]); 12] = [
     (
         &[FlashBoard::Uno, FlashBoard::Nano],
         FlashProgram::Slave,
@@ -83,6 +85,12 @@ const IMAGES: [(&[FlashBoard], FlashProgram, &[u8]); 10] = [
         FlashProgram::PowerTerm,
         include_bytes!("../images/uno-power-term.bin"),
     ),
+    (
+        &[FlashBoard::Uno, FlashBoard::Nano],
+        FlashProgram::Stream,
+        include_bytes!("../images/uno-stream.bin"),
+    ),
+    (&[FlashBoard::Mega], FlashProgram::Stream, include_bytes!("../images/mega-stream.bin")),
 ];
 
 /// Bytes of flash that the boot loader leaves: that of an Uno, and of a Nano from 2018 on, takes
@@ -177,6 +185,7 @@ impl FlashProgram {
             FlashProgram::Laws => "laws",
             FlashProgram::Transitions => "transitions",
             FlashProgram::PowerTerm => "power-term",
+            FlashProgram::Stream => "stream",
         }
     }
 }

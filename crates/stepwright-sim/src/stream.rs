@@ -135,9 +135,12 @@ impl<'q, R: Recorder, C: Count> StreamBoard<'q, R, C> {
         self.next_visit = self.now() + self.visit;
     }
 
-    /// Closes inputs, as bits: 0 to 2 the axes' switches, 6 the drivers' fault, 7 the emergency stop.
-    pub fn close(&mut self, inputs: u8) {
-        self.device.io.inputs = inputs;
+    /// Closes or opens an input: 0 to 2 the axes' switches, 6 the drivers' fault, 7 the emergency
+    /// stop.
+    pub fn set_input(&mut self, input: u8, closed: bool) {
+        let bit = 1 << (input & 7);
+        let inputs = &mut self.device.io.inputs;
+        *inputs = if closed { *inputs | bit } else { *inputs & !bit };
     }
 
     /// Whether anything moves, or waits for what follows.

@@ -36,7 +36,8 @@ pub struct Moment {
 pub struct FitTerms {
     /// A step is no farther from its time than this many 2⁻⁸ ticks, unless it has to.
     pub tolerance: u32,
-    /// A record of several steps takes no longer than this many 2⁻⁸ ticks.
+    /// A record of groups takes no longer than this many 2⁻⁸ ticks, one of steps at one interval
+    /// twice as long.
     pub longest: u32,
     /// No wait is shorter than this many ticks.
     pub shortest: Ticks,
@@ -74,7 +75,7 @@ impl EntryFitter {
     }
 
     /// The next record, and how many moments are played with it. `moments` begins with the one that is
-    /// due, and has all up to [`longest`](FitTerms::longest) behind it and one more, or to the end.
+    /// due, and has all up to twice [`longest`](FitTerms::longest) behind it and one more, or to the end.
     /// `None` at the end, and while there is no second one.
     pub fn next(&mut self, moments: &[Moment]) -> Option<(Record, usize)> {
         let [first, second, ..] = moments else { return None };
@@ -125,13 +126,21 @@ impl EntryFitter {
         (record, usize::from(whole))
     }
 
-    /// The cheapest record of several steps, or of one that is on time.
+    /// The cheapest record of several steps, or of one that is on time: one whose groups leave a chip
+    /// the time to prepare the next, if there is one.
     fn best(&self, moments: &[Moment], steps: usize) -> Option<Record> {
+        self.cheapest(moments, steps, true).or_else(|| self.cheapest(moments, steps, false))
+    }
+
+    fn cheapest(&self, moments: &[Moment], steps: usize, calm: bool) -> Option<Record> {
         let mut best: Option<(u64, u64, Record)> = None;
         for bits in
             [None, Some(0), Some(1), Some(2), Some(3), Some(4), Some(5), Some(6), Some(7), Some(8)]
         {
             let Some(record) = self.longest(moments, steps, bits) else { continue };
+            if calm && !is_calm(&record) {
+                continue;
+            }
             let Some(bytes) = RecordBytes::new(0, &record, &self.trail) else { continue };
             let groups = match record.act {
                 RecordAct::Groups { count, .. } => u64::from(count),
@@ -176,7 +185,9 @@ impl EntryFitter {
         let played = self.played as i64;
         let time = |k: usize| moments.get(k).map(|moment| moment.at as i64);
         let whole = time(n)?.wrapping_sub(played);
-        if n > 1 && whole > i64::from(self.terms.longest) {
+        // At one speed twice as long: then there are few, and a fast axis can hardly afford their ends.
+        let longest = i64::from(self.terms.longest) << u8::from(bits.is_none());
+        if n > 1 && whole > longest {
             return None;
         }
         let act = match bits {
@@ -215,6 +226,19 @@ impl EntryFitter {
         }
         Some(record)
     }
+}
+
+/// Whether a group leaves time for the next one to be prepared, which takes some 220 cycles besides
+/// the 70 of each step.
+const fn is_calm(record: &Record) -> bool {
+    let group = match record.act {
+        RecordAct::Steps(count) => count as u32,
+        RecordAct::Groups { bits, .. } => 1 << (bits & 15),
+        _ => return true,
+    };
+    let (first, last) = (record.interval >> 8, record.last() >> 8);
+    let interval = if first < last { first } else { last };
+    interval >= 1_024 || group * interval.saturating_sub(70) >= 400
 }
 
 /// To the nearest.

@@ -41,6 +41,10 @@ pub enum Came {
     Frame(Kind, u8),
     /// Something broken: the link is deaf from here on.
     Broken,
+    /// A byte of a text line was lost, or is the first of a call.
+    Garbled,
+    /// Four [`FILL`]: all begins again, a text line too.
+    Called,
 }
 
 /// The most bytes of a payload that is no data.
@@ -100,18 +104,18 @@ impl<const LEN: usize> FrameLink<LEN> {
         self.fifo.commit()
     }
 
-    /// Takes a byte; `None` is one that was lost or damaged.
+    /// Takes a byte; `None` is one that was lost or damaged, of which a small chip says [`FILL`].
     #[inline(always)]
     pub fn hear(&mut self, byte: Option<u8>) -> Came {
-        let Some(byte) = byte else {
-            self.fills = 0;
-            return self.broken();
+        let byte = match byte {
+            Some(byte) => byte,
+            None => FILL,
         };
         if byte == FILL {
             self.fills = self.fills.wrapping_add(1);
             if self.fills >= 4 {
                 (self.phase, self.fills) = (Phase::Idle, 0);
-                return Came::Nothing;
+                return Came::Called;
             }
         } else {
             self.fills = 0;
@@ -166,7 +170,7 @@ impl<const LEN: usize> FrameLink<LEN> {
     #[inline(always)]
     fn begin(&mut self, byte: u8) -> Came {
         match byte {
-            FILL => Came::Nothing,
+            FILL => Came::Garbled,
             0x80.. => {
                 (self.head, self.phase) = (byte, Phase::Length);
                 self.sum = crc::with(crc::BEGIN, byte);

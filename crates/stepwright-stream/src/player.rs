@@ -126,6 +126,11 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         &mut self.engine
     }
 
+    /// The queues of the axes, for a board that lends them once the player is where it stays.
+    pub fn feeds(&mut self) -> &mut [Producer<'q, Q>; AXES] {
+        &mut self.feeds
+    }
+
     /// Whether an axis moves, or waits for what follows.
     pub fn is_busy(&self) -> bool {
         (0..AXES as u8).any(|axis| !self.engine.is_idle(axis))

@@ -11,11 +11,127 @@
 //! One refill is at work at a time: an interrupt that finds it busy asks by bits 3 to 5. So
 //! what a refill changes is its own, and interrupts are off only where it touches the timer.
 
+/// The steps of the next group, in r26:r24, are loaded; `5:` is what has none. Z is the axis.
+#[cfg(not(feature = "stream"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! step_loaded_text {
+    () => {
+        r#"
+3:  ldd r25, Z+{loaded}
+    add r25, r24
+    std Z+{loaded}, r25
+    ldd r25, Z+{loaded}+1
+    adc r25, r26
+    std Z+{loaded}+1, r25
+    brcc 4f
+    ldd r25, Z+{loaded}+2
+    inc r25
+    std Z+{loaded}+2, r25
+    brne 4f
+    ldd r25, Z+{loaded}+3
+    inc r25
+    std Z+{loaded}+3, r25
+    brne 4f
+    ldd r25, Z+{loaded}+4
+    inc r25
+    std Z+{loaded}+4, r25
+4:  ret
+5:  std Z+{next}+{room}, r25 ; what is no step is not late
+    std Z+{next}+{room}+1, r25
+    ret
+"#
+    };
+}
+
+/// Likewise, where entries turn: backward they are taken off. Bit 0 of the byte behind what is
+/// loaded: what is prepared last goes backward.
+#[cfg(feature = "stream")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! step_loaded_text {
+    () => {
+        r#"
+3:  ldd r25, Z+{loaded}+5
+    sbrc r25, 0
+    rjmp 7f
+    ldd r25, Z+{loaded}
+    add r25, r24
+    std Z+{loaded}, r25
+    ldd r25, Z+{loaded}+1
+    adc r25, r26
+    std Z+{loaded}+1, r25
+    brcc 4f
+    ldd r25, Z+{loaded}+2
+    inc r25
+    std Z+{loaded}+2, r25
+    brne 4f
+    ldd r25, Z+{loaded}+3
+    inc r25
+    std Z+{loaded}+3, r25
+    brne 4f
+    ldd r25, Z+{loaded}+4
+    inc r25
+    std Z+{loaded}+4, r25
+4:  ret
+7:  ldd r25, Z+{loaded} ; backward
+    sub r25, r24
+    std Z+{loaded}, r25
+    ldd r25, Z+{loaded}+1
+    sbc r25, r26
+    std Z+{loaded}+1, r25
+    brcc 4b
+    ldd r25, Z+{loaded}+2
+    subi r25, 1
+    std Z+{loaded}+2, r25
+    brcc 4b
+    ldd r25, Z+{loaded}+3
+    subi r25, 1
+    std Z+{loaded}+3, r25
+    brcc 4b
+    ldd r25, Z+{loaded}+4
+    subi r25, 1
+    std Z+{loaded}+4, r25
+    ret
+5:  std Z+{next}+{room}, r25 ; what is no step is not late
+    std Z+{next}+{room}+1, r25
+    ldd r24, Z+{next}+{pins}
+    tst r24
+    breq 4b
+    ldd r24, Z+{loaded}+5 ; a turn
+    com r24
+    std Z+{loaded}+5, r24
+    ret
+"#
+    };
+}
+
+/// To the next entry, if the last group of the present one was prepared.
+#[cfg(not(feature = "stream"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! step_load_branch {
+    () => {
+        "breq sw_load"
+    };
+}
+
+/// Likewise, farther away.
+#[cfg(feature = "stream")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! step_load_branch {
+    () => {
+        "brne 9f\nrjmp sw_load\n9:"
+    };
+}
+
 #[doc(hidden)]
 #[macro_export]
 macro_rules! step_fill_text {
     () => {
-        r#"
+        concat!(
+            r#"
 .set sw_flags, 0x1E
 .set sw_keep, 0x2A
 .set sw_keep_sreg, 0x2B
@@ -49,7 +165,9 @@ sw_prepare:
     std Z+{queue}+{played}, r24
     ldd r24, Z+{groups}
     dec r24
-    breq sw_load
+"#,
+            $crate::step_load_branch!(),
+            r#"
     std Z+{groups}, r24
     ldd r24, Z+{next}+{wait}
     ldd r25, Z+{growth}
@@ -88,28 +206,9 @@ sw_prepared: ; its interval's upper bytes in r24 and r26, its pins in r25
     cpi r24, 1 ; a low byte of 0 is 256
     brcc 3f
     inc r26
-3:  ldd r25, Z+{loaded}
-    add r25, r24
-    std Z+{loaded}, r25
-    ldd r25, Z+{loaded}+1
-    adc r25, r26
-    std Z+{loaded}+1, r25
-    brcc 4f
-    ldd r25, Z+{loaded}+2
-    inc r25
-    std Z+{loaded}+2, r25
-    brne 4f
-    ldd r25, Z+{loaded}+3
-    inc r25
-    std Z+{loaded}+3, r25
-    brne 4f
-    ldd r25, Z+{loaded}+4
-    inc r25
-    std Z+{loaded}+4, r25
-4:  ret
-5:  std Z+{next}+{room}, r25 ; what is no step is not late
-    std Z+{next}+{room}+1, r25
-    ret
+"#,
+            $crate::step_loaded_text!(),
+            r#"
 sw_load:
     ldd r26, Z+{queue}+{taken}
     ldd r24, Z+{queue}+{pushed}
@@ -314,5 +413,6 @@ sw_refill:
     rjmp sw_refill
 .endm
 "#
+        )
     };
 }

@@ -44,6 +44,9 @@ pub struct AxisState {
     pub(super) starved: u8,
     /// Steps that the groups had which were prepared since the travel began.
     pub(super) loaded: [u8; 5],
+    /// Bit 0: what is prepared last goes backward.
+    #[cfg(feature = "stream")]
+    pub(super) facing: u8,
     pub(super) queue: Queue<RUNS>,
 }
 
@@ -70,6 +73,8 @@ impl AxisState {
         // Of fields with several bytes the assembly knows how many these are.
         assert!(size_of::<Group>() == 3 + 2 + 2 + 1);
         assert!(Self::LOADED + 5 <= size_of::<AxisState>() && size_of::<AxisState>() < 256);
+        #[cfg(feature = "stream")]
+        assert!(offset_of!(AxisState, facing) == Self::LOADED + 5);
         // An entry is read from its first byte to its last, and its place is 11 times its
         // number.
         assert!(size_of::<Entry>() == 11);
@@ -93,6 +98,8 @@ impl AxisState {
             due: [0; 3],
             starved: 0,
             loaded: [0; 5],
+            #[cfg(feature = "stream")]
+            facing: 0,
             queue: Queue::new(),
         }
     }

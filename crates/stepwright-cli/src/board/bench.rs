@@ -5,7 +5,7 @@ use std::io;
 use stepwright::Axis;
 use stepwright::timer::Count;
 use stepwright_host::link::simulated::Simulated;
-use stepwright_sim::{AXES, Description, LawBoard, Queues, VirtualBoard};
+use stepwright_sim::{AXES, Description, LawBoard, Queues, StreamBoard, VirtualBoard};
 use stepwright_sim::{Switched, run_switched};
 
 use super::recording::Recording;
@@ -30,7 +30,7 @@ trait Board {
     fn is_busy(&mut self) -> bool;
     fn is_endless(&self) -> bool;
     fn position(&mut self, axis: u8) -> Option<i64>;
-    fn late(&self) -> u32;
+    fn late(&mut self) -> u32;
     fn stop(&mut self);
     fn set_switch(&mut self, axis: u8, high: bool);
     fn take_enable_changes(&mut self) -> Vec<(u64, bool)>;
@@ -59,7 +59,7 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
     fn position(&mut self, axis: u8) -> Option<i64> {
         VirtualBoard::position(self, axis)
     }
-    fn late(&self) -> u32 {
+    fn late(&mut self) -> u32 {
         VirtualBoard::late(self)
     }
     fn stop(&mut self) {
@@ -99,7 +99,7 @@ impl Board for LawBoard<'static, Recording> {
     fn position(&mut self, axis: u8) -> Option<i64> {
         if axis == 0 { LawBoard::position(self, axis) } else { Some(0) }
     }
-    fn late(&self) -> u32 {
+    fn late(&mut self) -> u32 {
         0
     }
     fn stop(&mut self) {
@@ -129,6 +129,46 @@ impl Switched for dyn Board {
     }
 }
 
+/// The program `stream`: what a host streams.
+impl Board for StreamBoard<'static, Recording> {
+    fn now(&self) -> u64 {
+        StreamBoard::now(self)
+    }
+    fn receive(&mut self, byte: u8) {
+        StreamBoard::receive(self, &[byte]);
+    }
+    fn take_answers(&mut self) -> Vec<u8> {
+        StreamBoard::take_answers(self)
+    }
+    fn run_until(&mut self, time: u64) {
+        StreamBoard::run_until(self, time);
+    }
+    fn is_busy(&mut self) -> bool {
+        StreamBoard::is_busy(self)
+    }
+    fn is_endless(&self) -> bool {
+        false
+    }
+    fn position(&mut self, axis: u8) -> Option<i64> {
+        StreamBoard::position(self, axis)
+    }
+    fn late(&mut self) -> u32 {
+        StreamBoard::late(self)
+    }
+    fn stop(&mut self) {
+        StreamBoard::receive(self, b"Z\r");
+    }
+    fn set_switch(&mut self, axis: u8, high: bool) {
+        self.set_input(axis, !high);
+    }
+    fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
+        Vec::new()
+    }
+    fn recording(&mut self) -> &mut Recording {
+        self.recorder()
+    }
+}
+
 /// A virtual board that is switched on.
 pub struct Bench {
     board: Box<dyn Board>,
@@ -154,6 +194,13 @@ impl Bench {
     pub fn laws(description: Description, recording: Recording) -> Bench {
         let queues = Box::leak(Box::<Queues>::default());
         let board = Box::new(LawBoard::new(queues, description, recording));
+        Bench { board, description, moved: [false; AXES], switches: Vec::new() }
+    }
+
+    /// Switches a board on that has the program `stream` in it.
+    pub fn stream(description: Description, recording: Recording) -> Bench {
+        let queues = Box::leak(Box::<Queues>::default());
+        let board = Box::new(StreamBoard::new(queues, description, recording));
         Bench { board, description, moved: [false; AXES], switches: Vec::new() }
     }
 

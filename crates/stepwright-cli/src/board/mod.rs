@@ -39,6 +39,9 @@ protocol, with simulated pins and time. Every line ends with CR and is answered.
           At a terminal, Enter ends a line and Ctrl-D the conversation.
 --pty     The first line on standard output is `pty PATH`; any program that talks
           to a serial port can open that path, again and again. Ctrl-C ends it.
+--program stream
+          The board plays what a host streams (`stepwright gcode FILE --port`), and hears
+          of the protocol F, V, I, Z, K and ? alone.
 --fast    Time passes as fast as the machine can. On a script it is measured by
           the script alone, each byte taking its time at 115200 baud, so that the
           same script always does the same.
@@ -54,6 +57,10 @@ pub struct Args {
     /// Let time pass as fast as the machine can, instead of in real time
     #[arg(long)]
     fast: bool,
+    /// The program in it: slave is the controller
+    #[arg(long, value_name = "NAME", default_value = "slave", help_heading = "The board")]
+    #[arg(value_parser = ["slave", "stream"])]
+    program: String,
     /// Rate of its step timer in ticks/s; a step costs the Uno's 8.3 µs at any
     #[arg(long, value_name = "HZ", default_value = "16MHz", help_heading = "The board")]
     #[arg(value_parser = hertz)]
@@ -128,7 +135,11 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let paths = EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() };
     let recording = Recording::begin(&description, paths, plot)?;
     interrupt::listen(While::Waiting)?;
-    let bench = Bench::new(description, width, recording).with_switches(&args.switch);
+    let bench = match &*args.program {
+        "stream" => Bench::stream(description, recording),
+        _ => Bench::new(description, width, recording),
+    };
+    let bench = bench.with_switches(&args.switch);
     let mut board = Paced::new(bench, args.fast);
     let served = if args.way.stdio { stdio::serve(&mut board) } else { serve_pty(&mut board) };
     board.board.report().iter().for_each(say::note);

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `axes` | what the axes can do |
 //! | `play` | on the virtual board |
+//! | `port` | streamed to a board |
 //! | `drawing`, `thin` | for a page: points with their times and speeds; as few as a picture takes |
 //! | `facts` | what its plan says, in words |
 //! | `live` | on a virtual board in real time |
@@ -15,6 +16,7 @@ pub mod drawing;
 mod facts;
 pub mod live;
 mod play;
+mod port;
 mod thin;
 
 use std::fs::File;
@@ -35,11 +37,13 @@ use crate::interrupt::{self, While};
 use crate::machine::MachineArgs;
 use crate::order::motion::seconds;
 use crate::order::progress::Line;
+use crate::order::target::PortArgs;
 use crate::{plot, say};
 use axes::{AxesArgs, NAMES};
 use play::{Played, Wanted};
+use port::Streamed;
 
-/// Run a G-code job on the virtual board, or plan it: its exact time before it starts
+/// Run a G-code job on a board or a virtual one, or plan it: its exact time before it starts
 ///
 /// Lines and arcs follow one another at speed, each axis within what it can do. The dialect is
 /// that of grbl 1.1. A job that a controller would refuse is refused here before anything
@@ -51,6 +55,10 @@ one value for all of them, or three: X,Y,Z. What is not typed is the machine fil
 one, a belt of 40 mm a turn with 16 microsteps. The spindle and the coolant change at rest; M0
 and a probe are not waited for. docs/gcode.md has all of it.
 
+--port streams the job to an Uno, a Nano or a Mega with the program `stream`
+(`stepwright flash uno --program stream`), or to `stepwright board --pty --program stream`. When
+the line falls silent every axis brakes by its own deceleration; the positions stay known.
+
 Ctrl-C brakes along the path; a second one stops dead.
 
 Exit status: 0 all of it was done; 1 the job is refused; 2 the command line is invalid; 130
@@ -61,30 +69,33 @@ Examples:
   stepwright gcode - --plan --format json < job.nc
   stepwright gcode examples/gcode/badge.nc --fast --xy badge.svg
   stepwright gcode job.nc --plan --accel 800mm/s2,800mm/s2,200mm/s2
-  stepwright gcode job.nc --fast --format csv --vcd edges.vcd")]
+  stepwright gcode job.nc --fast --format csv --vcd edges.vcd
+  stepwright gcode job.nc --port /dev/ttyACM0")]
 pub struct Args {
     /// The job; - is standard input
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Plan it; nothing moves
-    #[arg(long, conflicts_with_all = ["fast", "vcd", "mcap", "xy"])]
+    #[arg(long, conflicts_with_all = ["fast", "vcd", "mcap", "xy", "port"])]
     plan: bool,
     /// Let the board's time pass as fast as the machine can, instead of in real time
-    #[arg(long)]
+    #[arg(long, conflicts_with = "port")]
     fast: bool,
     #[command(flatten)]
     axes: AxesArgs,
+    #[command(flatten)]
+    port: PortArgs,
     /// How to print it; csv is the extents of a plan, and every edge of a run
     #[arg(long, value_enum, default_value_t = SheetFormat::Table, help_heading = "Output")]
     format: SheetFormat,
     /// Draw the way of X and Y with the speed as its colour (.svg, .png or .html)
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "port")]
     xy: Option<PlotFile>,
     /// Record every edge of the pins, for GTKWave or PulseView
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "port")]
     vcd: Option<PathBuf>,
     /// Record them as MCAP, for Foxglove or PlotJuggler
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "port")]
     mcap: Option<PathBuf>,
 }
 
@@ -111,11 +122,23 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
             .hint("a lower --top-speed of this axis, or fewer steps a turn"));
     }
     if args.format == SheetFormat::Table {
-        say::result(format_args!("G-code job {name} on the virtual board"));
+        let on = args.port.port.as_ref().map_or("the virtual board".into(), |port| {
+            format!("the board on {}, streamed", port.display())
+        });
+        say::result(format_args!("G-code job {name} on {on}"));
         say::result(format_args!("  {:<12}{:.6} s", "time", plan.time));
         say::result(format_args!("  {:<12}{}", "lines", plan.survey.lines));
     }
     interrupt::listen(While::Holding)?;
+    if args.port.port.is_some() {
+        if args.format == SheetFormat::Csv {
+            return Err(Failure::usage(
+                "a board tells no edges: --format csv is for the virtual one",
+            ));
+        }
+        let streamed = port::stream(&args.port, job, axes, &plan)?;
+        return report_streamed(&args, &plan, &axes, &streamed);
+    }
     let wanted = Wanted {
         csv: args.format == SheetFormat::Csv,
         fast: args.fast,
@@ -219,6 +242,44 @@ fn report(
         SheetFormat::Csv => {}
     }
     if played.braked {
+        return Err(Failure::interrupted("braked before the end of the job")
+            .hint("the positions are known"));
+    }
+    Ok(())
+}
+
+/// Says what became of it on a board.
+fn report_streamed(
+    args: &Args,
+    plan: &JobPlan,
+    axes: &[AxisPace; 3],
+    streamed: &Streamed,
+) -> Result<(), Failure> {
+    let state = if streamed.braked { "stopped" } else { "ready" };
+    let millimetres =
+        [0, 1, 2].map(|n| streamed.position[n].map(|place| place as f64 * axes[n].step));
+    match args.format {
+        SheetFormat::Table => {
+            let places = streamed.position.map(|place| place.map_or("?".into(), |n| n.to_string()));
+            say::result(format_args!("  {:<12}{:.6} s", "took", streamed.seconds));
+            say::result(format_args!("  {:<12}{}", "late steps", streamed.late));
+            say::result(format_args!("position {} {state}", places.join(" ")));
+        }
+        SheetFormat::Json => say::json(json!({
+            "file": args.file.display().to_string(),
+            "lines": plan.survey.lines,
+            "planned_seconds": plan.time,
+            "seconds": streamed.seconds,
+            "axes": NAMES,
+            "position": streamed.position,
+            "position_mm": millimetres,
+            "late": streamed.late,
+            "sent_again": streamed.again,
+            "state": state,
+        })),
+        SheetFormat::Csv => {}
+    }
+    if streamed.braked {
         return Err(Failure::interrupted("braked before the end of the job")
             .hint("the positions are known"));
     }

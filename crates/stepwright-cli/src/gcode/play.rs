@@ -132,7 +132,7 @@ fn follow(
 }
 
 /// How far it is, and how long it still takes: exactly, for that is known.
-fn tell(line: &mut Line, now: f64, all: f64, braked: bool) {
+pub fn tell(line: &mut Line, now: f64, all: f64, braked: bool) {
     let left = if braked { "braking".into() } else { format!("{} left", seconds(all - now)) };
     let part = if all > 0.0 { (now / all * 100.0).clamp(0.0, 100.0) } else { 100.0 };
     let plain = format!("{part:.0} %  {left}");

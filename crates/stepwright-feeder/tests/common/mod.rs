@@ -156,9 +156,6 @@ impl Line {
 /// What came of a run.
 pub struct Told {
     pub state: FeedState,
-    pub edges: Vec<Edge>,
-    pub late: u32,
-    pub position: [Option<i64>; 3],
     pub again: u64,
     pub answers: usize,
     /// When all axes began, in cycles.
@@ -167,20 +164,52 @@ pub struct Told {
     pub bytes: usize,
 }
 
+/// A board at the end of the line.
+pub trait Target {
+    /// Lets time pass until this cycle.
+    fn run_until(&mut self, cycle: u64);
+    /// A byte has arrived.
+    fn receive(&mut self, byte: u8);
+    /// What the board has said since.
+    fn said(&mut self) -> Vec<u8>;
+    /// Edges so far.
+    fn edges(&mut self) -> &[Edge];
+}
+
+impl Target for StreamBoard<'_, Vec<Edge>> {
+    fn run_until(&mut self, cycle: u64) {
+        StreamBoard::run_until(self, cycle);
+    }
+    fn receive(&mut self, byte: u8) {
+        StreamBoard::receive(self, &[byte]);
+    }
+    fn said(&mut self) -> Vec<u8> {
+        self.take_answers()
+    }
+    fn edges(&mut self) -> &[Edge] {
+        self.recorder()
+    }
+}
+
+/// A virtual board with nothing in its queues.
+pub fn board(queues: &mut Queues) -> StreamBoard<'_, Vec<Edge>> {
+    StreamBoard::new(queues, Description::uno(), Vec::new())
+}
+
 /// Terms with these decelerations, in steps/s².
 pub fn terms(decels: [f64; 3]) -> FeedTerms {
     FeedTerms::avr(decels.map(|a| BrakeLaw::of((a * 1e3) as u64, HZ as u32).unwrap()))
 }
 
-/// Runs a job on a virtual board until it is over, or `rest` after the line went dead.
-pub fn run(mut job: Job, terms: FeedTerms, mut line: Line) -> Told {
-    let mut queues = Queues::default();
-    let mut board: StreamBoard<Vec<Edge>> =
-        StreamBoard::new(&mut queues, Description::uno(), Vec::new());
-    let mut feeder = StreamFeeder::new(terms, 0);
+/// Runs a job on a board until it is over; where the line goes dead, until nothing has moved for
+/// 600 ms.
+pub fn run(board: &mut impl Target, mut job: Job, terms: FeedTerms, mut line: Line) -> Told {
+    let axes = (0..3).filter(|axis| !job.axes[*axis].is_empty()).map(|axis| 1 << axis).sum();
+    let mut feeder = StreamFeeder::new(FeedTerms { axes, ..terms }, 0);
     let (mut to, mut from) = (VecDeque::<(u64, u8)>::new(), VecDeque::<(u64, u8)>::new());
-    let (mut free_at, mut text, mut answers, mut asked, mut bytes) = (0u64, vec![], 0, false, 0);
-    let (mut now, mut begun, mut rest) = (0u64, 0, 0);
+    let (mut free_at, mut text, mut answers, mut bytes) = (0u64, vec![], 0, 0);
+    let (mut now, mut begun, mut asked) = (0u64, 0, 0u64);
+    let (mut seen, mut moved) = (0, 0);
     let byte = 1389; // cycles of a byte at 115,200 baud
     while now < 200_000 * MILLIS {
         now += MILLIS / 4;
@@ -189,25 +218,28 @@ pub fn run(mut job: Job, terms: FeedTerms, mut line: Line) -> Told {
         {
             to.pop_front();
             board.run_until(at);
-            board.receive(&[byte]);
+            board.receive(byte);
         }
         board.run_until(now);
-        if begun == 0 && board.is_busy() {
+        let edges = board.edges().len();
+        if edges != seen {
+            (seen, moved) = (edges, now);
+        }
+        if begun == 0 && board.edges().iter().any(Edge::is_step) {
             begun = now;
         }
-        for byte in board.take_answers() {
+        for byte in board.said() {
             from.push_back((now + line.latency, line.spoil(byte)));
         }
-        let asleep = begun != 0
-            && line.sleeps.iter().any(|(at, ms)| (begun + at..begun + at + ms).contains(&now));
-        if now >= begun.saturating_add(line.dead) && begun != 0 {
-            rest += 1;
-            if rest > 40 && !board.is_busy() {
+        if begun != 0 && now >= begun.saturating_add(line.dead) {
+            if now > moved + 600 * MILLIS {
                 break;
             }
             continue;
         }
-        if asleep {
+        if begun != 0
+            && line.sleeps.iter().any(|(at, ms)| (begun + at..begun + at + ms).contains(&now))
+        {
             continue;
         }
         let came = from.iter().take_while(|(at, _)| *at <= now).count();
@@ -216,12 +248,11 @@ pub fn run(mut job: Job, terms: FeedTerms, mut line: Line) -> Told {
         job.feed(&mut feeder);
         if line.polls {
             let ends = text.iter().filter(|byte| **byte == b'\r').count();
-            if ends > 0 || !asked || rest > 400 {
-                (answers, asked, rest) = (answers + ends, true, 0);
+            // One that was spoilt is asked again after 100 ms.
+            if ends > 0 || asked == 0 || now > asked + 100 * MILLIS {
+                (answers, asked) = (answers + ends, now);
                 text.clear();
                 feeder.say("?");
-            } else {
-                rest += 1;
             }
         }
         let out = feeder.bytes(now / 16);
@@ -235,19 +266,61 @@ pub fn run(mut job: Job, terms: FeedTerms, mut line: Line) -> Told {
             break;
         }
     }
-    let last = board.now() + 50 * MILLIS;
-    board.run_until(last);
-    let position = [0, 1, 2].map(|axis| board.position(axis));
-    Told {
-        state: feeder.state(),
-        late: board.late(),
-        edges: board.recorder().clone(),
-        position,
-        again: feeder.again(),
-        answers,
-        begun,
-        bytes,
+    board.run_until(now + 50 * MILLIS);
+    let (state, again) = (feeder.state(), feeder.again());
+    Told { state, again, answers, begun, bytes }
+}
+
+/// The largest distance of an edge from its time in a job, in µs, and edges beyond `bound`; the beginning
+/// is the one that makes the distance least.
+pub fn worst(edges: &[Edge], job: &[Vec<Step>; 3], stagger: f64, bound: f64) -> (f64, usize) {
+    let mut apart = Vec::new();
+    for axis in 0..3u8 {
+        let (steps, wanted) = (steps_of(edges, axis), &job[usize::from(axis)]);
+        assert_eq!(steps.len(), wanted.len(), "axis {axis}");
+        for (made, wanted) in steps.iter().zip(wanted) {
+            assert_eq!(made.1, wanted.1);
+            apart.push((made.0 as f64 - wanted.0 * HZ - stagger * f64::from(axis)) / 16.0);
+        }
     }
+    apart.sort_by(f64::total_cmp);
+    let middle = (apart[0] + apart[apart.len() - 1]) / 2.0;
+    let beyond = apart.iter().filter(|value| (*value - middle).abs() > bound).count();
+    ((apart[apart.len() - 1] - middle).max(middle - apart[0]), beyond)
+}
+
+/// The largest deceleration of an axis from `from` on, in steps/s², of its edges alone: between
+/// stretches of 2 ms and more in which the speed falls by an eighth.
+pub fn steepest(steps: &[(u64, bool)], from: u64) -> f64 {
+    let begin = steps.partition_point(|step| step.0 < from).saturating_sub(1);
+    let times: Vec<f64> = steps[begin..].iter().map(|step| step.0 as f64 / HZ).collect();
+    // The interval at a step: the mean of those in the 2 ms before it, or of one.
+    let interval = |at: usize| {
+        let mut first = at - 1;
+        while first > 0 && times[at] - times[first] < 2e-3 {
+            first -= 1;
+        }
+        (times[at] - times[first]) / (at - first) as f64
+    };
+    let stretch = |from: usize| {
+        let (mut to, first) = (from + 1, if from == 0 { None } else { Some(interval(from)) });
+        while *times.get(to)? - times[from] < 2e-3
+            || first.is_some_and(|first| interval(to) < first * 8.0 / 7.0)
+        {
+            to += 1;
+        }
+        Some(to)
+    };
+    let (mut most, mut from) = (0.0f64, 0);
+    while let Some(middle) = stretch(from) {
+        if let Some(to) = stretch(middle) {
+            let (t0, t1) = (times[middle] - times[from], times[to] - times[middle]);
+            let (v0, v1) = ((middle - from) as f64 / t0, (to - middle) as f64 / t1);
+            most = most.max((v0 - v1) / ((t0 + t1) / 2.0));
+        }
+        from += 1 + (middle - from) / 8;
+    }
+    most
 }
 
 /// The steps of an axis among edges: cycle and direction, from the pins alone.

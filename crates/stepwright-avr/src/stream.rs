@@ -1,0 +1,132 @@
+//! What a host streams: frames and the common text lines over one serial line, three axes, no
+//! planner.
+//!
+//! ```text
+//!   serial interrupts ──► StreamDevice ──► entries, some 12 ms ahead ──► step interrupts
+//!   (two rings)           (main loop, interrupts on; FIFO of frames)
+//! ```
+
+use core::mem::MaybeUninit;
+
+use stepwright::entry::Wiring;
+use stepwright::queue::Producer;
+use stepwright::{Control, Ticks};
+use stepwright_device::main_loop;
+use stepwright_device::{StreamDevice, StreamIo};
+use stepwright_protocol::flash_text;
+use stepwright_stream::player::StreamPlayer;
+
+use crate::board::{self, AXES, CLOCK, Levels};
+use crate::clock::Clock;
+use crate::serial::Serial;
+use crate::slot::{Slot, token};
+use crate::step::{self, AvrEngine, RUNS};
+use crate::{chip, watchdog};
+
+/// Bytes of frames that wait.
+pub const FIFO: usize = if cfg!(feature = "mega") { 4_096 } else { 896 };
+
+/// No wait is shorter, in ticks: a step is 70 cycles of interrupt.
+const LEAST: Ticks = 72;
+
+type Board = StreamDevice<'static, AvrEngine, AvrStreamIo, RUNS, FIFO>;
+
+/// Where the present travels began.
+static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);
+
+const WIRINGS: [Wiring; AXES] = [board::wiring(0), board::wiring(1), board::wiring(2)];
+
+/// All of it; `start` lends the engine, the queues and the pins. Made where it stays: the stack has no
+/// room for another one.
+static BOARD: Slot<Board> = Slot::new(StreamDevice::new(
+    StreamPlayer::new(
+        AvrEngine::NONE,
+        // SAFETY: a producer of zeros is what `lend` asks for, and `start` lends before anything else.
+        unsafe { MaybeUninit::<[Producer<'static, RUNS>; AXES]>::zeroed().assume_init() },
+        WIRINGS,
+        LEAST,
+    ),
+    // SAFETY: nobody asks before `start`.
+    unsafe { AvrStreamIo { clock: Clock::blank(), levels: token() } },
+    if cfg!(feature = "mega") { flash_text!("mega") } else { flash_text!("uno") },
+    CLOCK,
+));
+
+/// What the chip lends its stream.
+struct AvrStreamIo {
+    clock: Clock,
+    levels: Levels,
+}
+
+impl StreamIo for AvrStreamIo {
+    #[inline(always)]
+    fn now(&mut self) -> u16 {
+        step::now()
+    }
+
+    #[inline(always)]
+    fn ticked(&mut self) -> bool {
+        self.clock.ticked()
+    }
+
+    fn inputs(&mut self) -> u8 {
+        let mut inputs = !self.levels.switches() & 0b111;
+        if !self.levels.driver_fault() {
+            inputs |= 1 << 6;
+        }
+        if !self.levels.emergency() {
+            inputs |= 1 << 7;
+        }
+        inputs
+    }
+
+    fn enable(&mut self) {
+        self.levels.set_enable(false); // on while it is low
+    }
+}
+
+/// The board and its line.
+pub struct StreamDesk {
+    board: &'static mut Board,
+    serial: Serial,
+}
+
+impl StreamDesk {
+    /// Makes everything, as at power-up.
+    ///
+    /// # Safety
+    /// To be called once, with interrupts off.
+    #[inline(never)]
+    pub unsafe fn start() -> StreamDesk {
+        // SAFETY: the only time that anybody takes them.
+        let chip = unsafe { chip::Peripherals::steal() };
+        watchdog::start(&chip.WDT);
+        #[cfg(feature = "uno")]
+        let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
+        #[cfg(feature = "mega")]
+        let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
+        // SAFETY: the only time that anybody asks for it.
+        let board = unsafe { BOARD.get() };
+        board.io = AvrStreamIo { clock: Clock::start(chip.TC0), levels };
+        let player = board.player();
+        // SAFETY: the caller's promise.
+        *player.engine() = unsafe { step::start(pins, BASE.get()) };
+        for (axis, feed) in (0u8..).zip(player.feeds()) {
+            // SAFETY: all zeros, and the only one of its axis.
+            unsafe { step::lend(axis, feed) };
+        }
+        // What the engine paces late steps by.
+        let mut timing = board::description().timing;
+        timing.min_interval = timing.min_interval.min(LEAST);
+        player.engine().set_timing(timing);
+        StreamDesk { board, serial: Serial::start(chip.USART0) }
+    }
+
+    /// Hears frames and lines, and plays, for ever.
+    pub fn serve(mut self) -> ! {
+        loop {
+            watchdog::feed();
+            main_loop::round(self.board, &mut self.serial);
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! `gcode FILE --port` on `board --pty --program stream`: the same way as on a real board.
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+
+fn stepwright() -> Command {
+    let built = env!("CARGO_BIN_EXE_stepwright").to_owned();
+    Command::new(std::env::var("STEPWRIGHT_COMMAND").unwrap_or(built))
+}
+
+/// A virtual board on a path, until it is dropped.
+struct PtyBoard(Child, String);
+
+impl PtyBoard {
+    fn new(program: &str) -> PtyBoard {
+        let mut board = stepwright()
+            .args(["board", "--pty", "--program", program])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(board.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+        let path = line.trim().strip_prefix("pty ").unwrap().to_owned();
+        PtyBoard(board, path)
+    }
+
+    fn gcode(&self, job: &std::path::Path) -> Command {
+        let mut command = stepwright();
+        command.arg("gcode").arg(job).args(["--port", &self.1]);
+        command
+    }
+}
+
+impl Drop for PtyBoard {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn job(text: &str) -> tempfile::NamedTempFile {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), text).unwrap();
+    file
+}
+
+fn said(output: &Output) -> (String, String) {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn a_job_is_streamed_to_its_exact_end() {
+    let board = PtyBoard::new("stream");
+    let file = job("G1 F6000 X20 Y10\nG4 P0.3\nG2 X0 Y0 I-10 J-5\nG0 Z1\n");
+    let plan = stepwright().arg("gcode").arg(file.path()).args(["--fast"]).output().unwrap();
+    let (wanted, _) = said(&plan);
+    let (out, err) = said(&board.gcode(file.path()).output().unwrap());
+    let last = |text: &str| text.lines().last().unwrap_or_default().to_owned();
+    assert_eq!(last(&out), last(&wanted), "{out}{err}");
+    assert!(out.contains("late steps  0"), "{out}{err}");
+}
+
+#[test]
+fn a_signal_brakes_along_the_path() {
+    let board = PtyBoard::new("stream");
+    let file = job("G1 F1200 X200 Y100\n");
+    let mut command = board.gcode(file.path());
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(2_500));
+    let pid = nix::unistd::Pid::from_raw(child.id() as i32);
+    nix::sys::signal::kill(pid, nix::sys::signal::Signal::SIGTERM).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let (out, err) = said(&output);
+    assert_eq!(output.status.code(), Some(130), "{out}{err}");
+    // On the line: Y makes half the steps of X, to half a step.
+    let last = out.lines().last().unwrap_or_default();
+    let numbers: Vec<i64> = last.split(' ').filter_map(|word| word.parse().ok()).collect();
+    assert!(last.ends_with("stopped") && numbers[0] > 100, "{out}{err}");
+    assert!((numbers[0] - 2 * numbers[1]).abs() <= 2, "{out}{err}");
+}
+
+#[test]
+fn another_program_is_refused_with_the_remedy() {
+    let board = PtyBoard::new("slave");
+    let file = job("G1 F600 X1\n");
+    let output = board.gcode(file.path()).output().unwrap();
+    let (out, err) = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{out}{err}");
+    assert!(err.contains("stepwright flash uno --program stream"), "{out}{err}");
+}

@@ -25,6 +25,7 @@ class Machine {
     this.starts = [0, 0, 0, 0];
     this.stopped = [[], [], [], []];
     this.groups = 0;
+    this.cut = 0; // halts while STEP was high
     this.busy = 0; // cycles in the PIO's interrupt, with its entry and exit
     this.visits = [];
     const changed = this.pio.pinValuesChanged.bind(this.pio);
@@ -38,6 +39,7 @@ class Machine {
       const plain = this.pio[name].bind(this.pio);
       this.pio[name] = (...words) => {
         this.follow(chip.core.cycles);
+        this.now = chip.core.cycles;
         const answer = plain(...words);
         this.wake = 0;
         return answer;
@@ -101,6 +103,7 @@ class Machine {
           this.stopped[axis] = [];
         }
         if (!on && enabled) {
+          if (this.pins[2 + axis]) this.cut++;
           this.stopped[axis] = this.words[axis];
           this.words[axis] = [];
         }

@@ -48,10 +48,13 @@ function exact(m, axis, from, high = MICRO) {
 }
 
 /// DIR is set up and held, pulses are whole, no interval is too short.
-function keeps(m, { high = MICRO, setup = MICRO, hold = MICRO, least = 2 * MICRO } = {}) {
+function keeps(m, { longer = 0, high = MICRO, setup = MICRO, hold = MICRO, least = 2 * MICRO } = {}) {
   for (const axis of AXES) {
     const edges = m.edges[axis];
-    for (const width of m.widths[axis]) assert.equal(width, high, `axis ${axis}: a pulse`);
+    for (const width of m.widths[axis]) {
+      // One that was halted stays high for a while longer.
+      assert(width === high || width > high && longer-- > 0, `axis ${axis}: a pulse of ${width}`);
+    }
     for (let n = 1; n < edges.length; n++) {
       assert(edges[n][0] - edges[n - 1][0] >= least, `axis ${axis}: ${edges[n][0] - edges[n - 1][0]} cycles`);
     }
@@ -130,32 +133,36 @@ const tests = {
 
   [`${4 * rounds} halts at random moments: exact counts, no pulse cut`]: () => {
     const m = begin();
+    const steps = () => m.edges.reduce((all, edges) => all + edges.length, 0);
     let positions = 0;
-    const zero = AXES.map(() => 0);
-    for (let round = 0; round < rounds; round++) {
-      for (const axis of AXES) {
-        const speed = 1_000 + random(random(2) ? 249_000 : 20_000);
-        m.limit(axis, speed, 100_000 + random(600_000));
-        assert.equal(m.ask(2, axis, random(2) ? speed : -speed), 0, `round ${round}`);
+    m.base = AXES.map(() => 0);
+    // Pulses of 1, 5 and 20 µs, so that many halts fall into one; how long they are then.
+    for (const [micros, high] of [[1, 125], [5, 642], [20, 2565]]) {
+      m.ask(14, micros * MICRO, MICRO, MICRO);
+      m.widths = [[], [], [], []];
+      for (let round = 0; round < rounds / 3; round++) {
+        const zero = AXES.map((axis) => m.edges[axis].length);
+        for (const axis of AXES) {
+          const speed = Math.floor((1_000 + random(199_000)) / micros);
+          m.limit(axis, speed, 600_000 + random(600_000));
+          assert.equal(m.ask(2, axis, random(2) ? speed : -speed), 0, `round ${round}`);
+        }
+        m.run(300_000 + random(2_300_000));
+        for (const axis of AXES) {
+          const said = m.ask(5, axis);
+          assert(Math.abs(said - m.net(axis, zero[axis]) - m.base[axis]) <= 1, `round ${round}: on the way`);
+          positions++;
+        }
+        m.base = AXES.map((axis) => m.ask(3, axis));
+        AXES.forEach((axis) => assert.equal(m.base[axis], m.net(axis), `round ${round}, axis ${axis}`));
       }
-      m.run(random(random(3) ? 800_000 : 5_000_000));
-      for (const axis of AXES) {
-        const said = m.ask(5, axis);
-        assert(Math.abs(said - m.net(axis, zero[axis]) - (m.base?.[axis] ?? 0)) <= 2, `round ${round}: on the way`);
-        positions++;
-      }
-      m.base = AXES.map((axis) => m.ask(3, axis));
-      AXES.forEach((axis) => {
-        const made = m.net(axis);
-        assert.equal(m.base[axis], made, `round ${round}, axis ${axis}`);
-      });
-      AXES.forEach((axis) => { zero[axis] = m.edges[axis].length; });
+      m.run(100_000);
+      AXES.forEach((axis) => assert.equal(m.base[axis], m.net(axis)));
+      keeps(m, { high, longer: m.cut });
     }
-    m.run(100_000);
-    AXES.forEach((axis) => assert.equal(m.base[axis], m.net(axis)));
-    keeps(m);
     assert.equal(m.ask(8), 0);
-    console.log(`  ${m.edges.reduce((all, edges) => all + edges.length, 0)} steps, ${positions} positions asked on the way`);
+    console.log(`  ${steps()} steps, ${m.cut} halts within a pulse, ${positions} positions asked on the way`);
+    assert(steps() > 60 * rounds && m.cut >= rounds / 25);
   },
 
   [`${4 * rounds} soft stops at random moments: exact counts`]: () => {

@@ -56,7 +56,6 @@ fn level(axis: u8, forward: bool) -> bool {
 }
 
 /// Whether DIR of an axis is at the level of forward.
-#[inline(never)]
 pub(crate) fn is_forward(axis: u8) -> bool {
     pins::direction(axis) == level(axis, true)
 }

@@ -361,13 +361,6 @@ impl AvrEngine {
         i64::from_le_bytes([a, b, c, d, high.wrapping_sub(under.into()), 0, 0, 0])
     }
 
-    /// The axis rests where it is: its travel begins there.
-    #[inline(never)]
-    fn settle_here(&mut self, axis: u8) {
-        let position = self.position(axis);
-        self.settle(axis, position);
-    }
-
     /// The axis rests: its travel begins here.
     fn settle(&mut self, axis: u8, position: i64) {
         // SAFETY: `start` has made it, and nobody else has it.
@@ -394,7 +387,8 @@ impl Control for AvrEngine {
         let mut left = axes;
         for axis in 0..AXES as u8 {
             if left & 1 != 0 {
-                self.settle_here(axis);
+                let position = self.position(axis);
+                self.settle(axis, position);
                 // SAFETY: an axis that rests is the foreground's.
                 unsafe { (*place(axis)).groups = 1 };
             }
@@ -474,7 +468,8 @@ impl Control for AvrEngine {
                 }
             });
             // Its interrupt is off, and no refill is at work.
-            self.settle_here(axis);
+            let position = self.position(axis);
+            self.settle(axis, position);
             // SAFETY: so the axis is the foreground's; others change what they share.
             interrupt::free(|_| unsafe {
                 let at = &mut *pointed(place(axis));

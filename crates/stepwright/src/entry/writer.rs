@@ -301,8 +301,9 @@ impl Writer {
 
     /// What each of these steps takes of what is owed, in 2⁻⁸ ticks: to the nearest.
     ///
-    /// Most often that is 0 or 1. After steps that were joined it is up to two ticks. 128 ticks
-    /// and more are of a wait of a minute: they are for the next wait.
+    /// Most often that is 0 or 1. After steps that were joined it is up to two ticks, found
+    /// bit by bit: a division would take 200 cycles more. 128 ticks and more are of a wait of a
+    /// minute: they are for the next wait.
     #[inline(never)]
     fn settle(&mut self, steps: u16) -> i16 {
         let [low, a, b, high] = self.owed.to_le_bytes();
@@ -311,11 +312,22 @@ impl Writer {
             return 0;
         }
         let half = steps >> 1;
-        let all = owed.unsigned_abs().wrapping_add(half);
-        // Most often there is nothing to divide.
-        let each = if all < steps { 0 } else { all.checked_div(steps).unwrap_or(0) };
-        let left = all.wrapping_sub(each.wrapping_mul(steps));
-        let mut each = each as i16;
+        let mut left = owed.unsigned_abs().wrapping_add(half);
+        let (mut part, mut bits) = (steps, 1u8);
+        while part <= left >> 1 {
+            part <<= 1;
+            bits += 1;
+        }
+        let mut each = 0i16;
+        while bits != 0 {
+            each <<= 1;
+            if let Some(less) = left.checked_sub(part) {
+                left = less;
+                each |= 1;
+            }
+            part >>= 1;
+            bits -= 1;
+        }
         let mut rest = left.wrapping_sub(half) as i16;
         if owed < 0 {
             (each, rest) = (each.wrapping_neg(), rest.wrapping_neg());

@@ -30,6 +30,8 @@
 //!
 //! On an AVR the controller has step interrupts in assembly, which do the same.
 
+mod agenda;
+mod first;
 mod late;
 mod pause;
 mod pulse;
@@ -40,9 +42,13 @@ use crate::entry::Wiring;
 use crate::queue::Source;
 use crate::timer::{Count, StepTimer};
 use crate::units::{Rate, Ticks};
+use agenda::Agenda;
+use first::First;
 use late::Terms;
 pub use pause::Frozen;
 use pulse::Pulses;
+#[cfg(feature = "critical-section")]
+pub(crate) use track::Glance;
 use track::{State, Track, fine_of};
 
 /// STEP rises.
@@ -113,28 +119,14 @@ pub enum Playing {
     Dry(Ticks),
 }
 
-/// An axis at a moment.
-#[cfg(feature = "critical-section")]
-pub(crate) struct Glance<C: Count> {
-    now: C,
-    track: Track<C>,
-}
-
-#[cfg(feature = "critical-section")]
-impl<C: Count> Glance<C> {
-    /// See [`Engine::playing`].
-    #[inline(always)]
-    pub(crate) fn playing(&self) -> Playing {
-        self.track.playing(self.now)
-    }
-}
-
 /// Plays the entries of N ≤ 8 axes with one timer.
 ///
 /// Belongs to the step interrupt, which calls [`on_compare`](Engine::on_compare).
 /// The other methods are for the foreground, with that interrupt held off for
 /// the few microseconds they take.
+#[cfg_attr(not(feature = "compact"), repr(C))] // what most visits read is near its beginning
 pub struct Engine<T: StepTimer, D, S, const N: usize> {
+    first: First<T::Count, N>,
     timer: T,
     drive: D,
     sources: [S; N],
@@ -160,12 +152,13 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     pub const fn off(timer: T, drive: D, sources: [S; N], timing: Timing, rate: Rate) -> Self {
         let () = Self::AT_MOST_8_AXES;
         Engine {
-            timer,
-            drive,
-            sources,
+            first: First::new(Agenda::EMPTY),
+            terms: Terms::new::<T::Count>(Self::seen(timing), rate),
             tracks: [Track::IDLE; N],
             pulses: Pulses::NONE,
-            terms: Terms::new::<T::Count>(Self::seen(timing), rate),
+            sources,
+            timer,
+            drive,
         }
     }
 
@@ -198,67 +191,103 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     /// Plays what is due, and returns when the next deadline lies ahead: whether meanwhile there was
     /// news for the foreground. An axis has come to the end of its travel, a step was late, or a
     /// queue has room for more: of programs that are [asked](crate::queue::Asked) that is no news.
+    #[cfg_attr(not(feature = "compact"), inline(always))]
     pub fn on_compare(&mut self) -> bool {
+        if T::Count::WIDE {
+            return self.step_first();
+        }
         self.terms.news = false;
+        self.visit()
+    }
+
+    /// Plays what is due until the next event lies ahead. Returns whether there was news.
+    #[cfg_attr(feature = "compact", inline(always))]
+    #[cfg_attr(not(feature = "compact"), inline(never))]
+    fn visit(&mut self) -> bool {
         loop {
             let now = self.timer.now();
-            self.end_pulses(now);
-            let (mut due, mut steps): (Axes, Axes) = (0, 0);
-            each!(axis < N: {
-                let track = &mut self.tracks[axis];
-                if track.state != State::Idle
-                    && !self.timer.reach(axis as u8, track.wake()).is_after(now)
-                    && (track.state == State::Play
-                        || track.ask_again(&mut self.sources[axis], &mut self.terms))
-                {
-                    due |= 1 << axis;
-                    if track.pins & STEP != 0 {
-                        steps |= 1 << axis;
-                    }
-                }
-            });
-            let mut edge = now;
-            if steps != 0 {
-                self.drive.begin(steps);
-                edge = self.timer.now();
-            }
-            let least = self.terms.least;
-            each!(axis < N: {
-                if due & 1 << axis != 0 && self.tracks[axis].play_again(edge, least) {
-                    due ^= 1 << axis;
-                }
-            });
-            if due != 0 {
-                self.advance_all(due, edge);
-            }
-            if Self::LEAVES_HIGH {
-                self.leave_high(steps, edge);
-            }
-            let next = self.wake_for_first(edge);
-            if !Self::LEAVES_HIGH && steps != 0 {
-                self.timer.hold_until(edge.plus(self.terms.timing.pulse));
-                self.drive.end(steps);
-            }
+            let next = match self.play_first(now) {
+                Some(next) => next,
+                None => self.play_due(now),
+            };
             if next.is_after(self.timer.now().plus(T::LINGER)) {
                 return self.terms.news;
             }
         }
     }
 
+    /// Plays all that is due, and returns when the first event comes.
+    #[cfg_attr(feature = "compact", inline(always))]
+    #[cfg_attr(not(feature = "compact"), inline(never))]
+    fn play_due(&mut self, now: T::Count) -> T::Count {
+        self.end_pulses(now);
+        let (mut due, mut steps): (Axes, Axes) = (0, 0);
+        each!(axis < N: {
+            let track = &mut self.tracks[axis];
+            if track.state != State::Idle
+                && !self.timer.reach(axis as u8, track.wake()).is_after(now)
+                && (track.state == State::Play
+                    || track.ask_again(&mut self.sources[axis], &mut self.terms))
+            {
+                due |= 1 << axis;
+                if track.pins & STEP != 0 {
+                    steps |= 1 << axis;
+                }
+            }
+        });
+        let mut edge = now;
+        if steps != 0 {
+            self.drive.begin(steps);
+            edge = self.timer.now();
+        }
+        let least = self.terms.least;
+        each!(axis < N: {
+            if due & 1 << axis != 0 && self.tracks[axis].play_again(edge, least) {
+                due ^= 1 << axis;
+            }
+        });
+        self.conclude(due, steps, edge)
+    }
+
+    /// Plays what of the events at `edge` is not played yet, sees to the pulses of these steps, and
+    /// returns when the first event comes.
+    #[cfg_attr(feature = "compact", inline(always))]
+    fn conclude(&mut self, due: Axes, steps: Axes, edge: T::Count) -> T::Count {
+        if due != 0 {
+            self.advance_all(due, edge);
+        }
+        if Self::LEAVES_HIGH {
+            self.leave_high(steps, edge);
+        }
+        let next = self.wake_for_first(edge);
+        if !Self::LEAVES_HIGH {
+            self.hold_high(steps, edge);
+        }
+        next
+    }
+
     /// Sets the compare register to the first event, and returns that. For the interrupt, which
     /// looks at the timer afterwards.
     #[inline(never)]
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
-        // Nothing to do: a look round, half a period from now at the latest.
-        let mut next = now.plus(2 * T::Count::HOP - 1);
-        each!(axis < N: {
-            let track = &self.tracks[axis];
-            if track.state != State::Idle {
-                next = next.first(self.timer.reach(axis as u8, track.wake()), now);
-            }
-        });
-        if Self::LEAVES_HIGH {
+        let mut next = if T::Count::WIDE {
+            self.find_first(now)
+        } else {
+            // Nothing to do: a look round, half a period from now at the latest.
+            let mut next = now.plus(2 * T::Count::HOP - 1);
+            each!(axis < N: {
+                let track = &self.tracks[axis];
+                if track.state != State::Idle {
+                    next = next.first(self.timer.reach(axis as u8, track.wake()), now);
+                }
+            });
+            next
+        };
+        if Self::LEAVES_HIGH && self.pulses.any() {
             next = self.pulses.first(next, now);
+            if let Some(agenda) = self.first.get_mut() {
+                agenda.hide_first();
+            }
         }
         self.timer.set_compare(next);
         next
@@ -368,9 +397,9 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     /// alone, and computes afterwards.
     #[cfg(feature = "critical-section")]
     #[inline(always)]
-    pub(crate) fn glance(&mut self, axis: u8) -> Option<Glance<T::Count>> {
+    pub(crate) fn glance(&mut self, axis: u8) -> Option<Glance> {
         let now = self.timer.now();
-        self.tracks.get(usize::from(axis)).map(|track| Glance { now, track: track.clone() })
+        self.tracks.get(usize::from(axis)).map(|track| track.glance(now))
     }
 
     /// Whether an axis has no travel in progress; true of one that there is not.

@@ -88,13 +88,14 @@ type Shared<T, D, const N: usize, const Q: usize> = Engine<T, D, Consumer<'stati
 /// motors.move_to(Axis::X, 400)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[repr(C)] // what each visit reads is near its beginning
 pub struct SharedEngine<T: StepTimer, D, H, const N: usize, const Q: usize = 8> {
-    engine: UnsafeCell<MaybeUninit<Shared<T, D, N, Q>>>,
-    queues: [Queue<Q>; N],
-    /// Somebody fills it, or has filled it.
-    taken: Mutex<Cell<bool>>,
     /// There is an engine.
     filled: AtomicBool,
+    /// Somebody fills it, or has filled it.
+    taken: Mutex<Cell<bool>>,
+    engine: UnsafeCell<MaybeUninit<Shared<T, D, N, Q>>>,
+    queues: [Queue<Q>; N],
     interrupt: PhantomData<fn() -> H>,
 }
 

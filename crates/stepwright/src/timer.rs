@@ -7,9 +7,10 @@ use crate::units::Ticks;
 ///
 /// Times are kept with 16 bits behind the point and wrap with the counter, so
 /// a 16-bit timer's deadline and interval are 32-bit numbers and cost an 8-bit
-/// chip four additions.
+/// chip four additions. Those of a 32-bit timer have their ticks in a word of their own, which a
+/// chip of 32 bits reads without a shift.
 pub trait Count: Copy + Eq + core::fmt::Debug + sealed::Sealed {
-    /// A count with 16 bits behind the point; wraps like the counter.
+    /// A count with at least 16 bits behind the point; wraps like the counter.
     type Fine: Copy + core::fmt::Debug + Default;
 
     /// The count 0, and as a time.
@@ -107,23 +108,23 @@ impl Count for u32 {
 
     #[inline(always)]
     fn fine(ticks: Ticks, part: u16) -> u64 {
-        (ticks as u64) << 16 | part as u64
+        (ticks as u64) << 32 | (part as u64) << 16
     }
     #[inline(always)]
     fn of(fine: u64) -> u32 {
-        (fine >> 16) as u32
+        (fine >> 32) as u32
     }
     #[inline(always)]
     fn later(fine: u64, by: u32) -> u64 {
-        fine.wrapping_add(by as u64)
+        fine.wrapping_add((by as u64) << 16)
     }
     #[inline(always)]
     fn earlier(fine: u64, by: u32) -> u64 {
-        fine.wrapping_sub(by as u64)
+        fine.wrapping_sub((by as u64) << 16)
     }
     #[inline(always)]
     fn delayed(fine: u64, ticks: Ticks) -> u64 {
-        fine.wrapping_add((ticks as u64) << 16)
+        fine.wrapping_add((ticks as u64) << 32)
     }
     #[inline(always)]
     fn plus(self, ticks: Ticks) -> u32 {

@@ -9,7 +9,7 @@ pub const RATE: Rate = Rate::of::<16_000_000>();
 /// The board of the controller: what QEMU keeps without a late step at 7.8 million instructions a
 /// second, which is what the chip has (`firmware/qemu/tests/edges.rs`).
 pub const BOARD: Board<AXES> =
-    board(RATE, Cost::any_pulse([RATE.micros(80), RATE.micros(90), RATE.micros(100)]), 1_500);
+    board(RATE, Cost::any_pulse([RATE.micros(80), RATE.micros(90), RATE.micros(100)]), 1_600);
 
 /// Bits of the port: STEP of axis 1, of the others in a row behind it. On the micro:bit's edge
 /// P15, P14 and P13.

@@ -12,7 +12,6 @@
 use super::track::State;
 use super::{Engine, STEP};
 use crate::drive::Drive;
-use crate::entry::Play;
 use crate::queue::{Asked, Feed, Source};
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
@@ -80,7 +79,9 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, Asked<F>, N> 
             return 0;
         };
         let playing = match track.state {
-            State::Play if track.pins & STEP != 0 => track.play.left().wrapping_add(1),
+            State::Play if track.pins & STEP != 0 => {
+                track.play.left().wrapping_add(track.alike.count() as u16).wrapping_add(1)
+            }
             _ => 0,
         };
         asked.left().wrapping_add(playing)
@@ -96,7 +97,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, Asked<F>, N> 
             && cut > 0
         {
             if track.state == State::Play && track.pins & STEP != 0 {
-                (track.play, track.wait) = (Play::NONE, 0);
+                track.forget();
                 asked.cut(0);
             } else {
                 asked.cut(1);

@@ -22,6 +22,23 @@ pub(super) struct Pulses<C, const N: usize> {
 impl<C: Count, const N: usize> Pulses<C, N> {
     pub const NONE: Pulses<C, N> = Pulses { high: 0, falls: [C::ZERO.0; N] };
 
+    /// Whether STEP of an axis is high.
+    #[inline(always)]
+    pub fn any(&self) -> bool {
+        self.high != 0
+    }
+
+    /// STEP of these axes is high until then.
+    #[inline(never)]
+    pub fn add(&mut self, steps: Axes, fall: C) {
+        self.high |= steps;
+        for (axis, own) in self.falls.iter_mut().enumerate() {
+            if steps >> axis & 1 != 0 {
+                *own = fall;
+            }
+        }
+    }
+
     /// The end of a pulse, if it is nearer than `next`, seen from `now`.
     #[inline(always)]
     pub fn first(&self, mut next: C, now: C) -> C {
@@ -45,16 +62,29 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             return;
         }
         let fall = edge.plus(self.terms.timing.pulse);
-        if fall.since(self.timer.now()) <= T::SPIN as i32 {
+        let left = fall.since(self.timer.now());
+        if left > T::SPIN as i32 {
+            return self.pulses.add(steps, fall);
+        }
+        if left > 0 {
             self.timer.hold_until(fall);
-            return self.drive.end(steps);
         }
-        self.pulses.high |= steps;
-        for (axis, own) in self.pulses.falls.iter_mut().enumerate() {
-            if steps >> axis & 1 != 0 {
-                *own = fall;
-            }
+        self.drive.end(steps);
+    }
+
+    /// Ends the pulses of these steps, which began at `edge`, when they are over.
+    #[inline(always)]
+    pub(super) fn hold_high(&mut self, steps: Axes, edge: T::Count) {
+        if steps != 0 {
+            self.timer.hold_until(edge.plus(self.terms.timing.pulse));
+            self.drive.end(steps);
         }
+    }
+
+    /// Whichever of the two it is for this timer.
+    #[inline(always)]
+    pub(super) fn see_to_pulses(&mut self, steps: Axes, edge: T::Count) {
+        if Self::LEAVES_HIGH { self.leave_high(steps, edge) } else { self.hold_high(steps, edge) }
     }
 
     /// Ends the pulses whose time has come. A step of the same axis comes no sooner than a pulse

@@ -4,7 +4,7 @@ use super::late::Terms;
 use super::{FACE, Playing, STEP, TURN};
 use crate::drive::Drive;
 use crate::entry::Play;
-use crate::format::{self, Half, Wait};
+use crate::format::{self, Alike, Half, Wait};
 use crate::queue::{Loaded, Source};
 use crate::timer::Count;
 use crate::units::Ticks;
@@ -24,6 +24,7 @@ pub(super) enum State {
 }
 
 #[derive(Clone, Debug)]
+#[cfg_attr(not(feature = "compact"), repr(C))] // bytes near the beginning take fewer instructions
 pub(super) struct Track<C: Count> {
     /// Time of the next event.
     pub due: C::Fine,
@@ -35,13 +36,41 @@ pub(super) struct Track<C: Count> {
     pub wait: Wait,
     /// Half of the wait before it, in ticks.
     pub room: Half,
-    /// The events after it.
+    /// Steps after it that are like it.
+    pub alike: Alike,
+    /// The events after those.
     pub play: Play,
     pub forward: bool,
-    /// Where it was, and how many steps it has made since, that way: an 8-bit chip counts
-    /// half as many bytes.
+    /// Where it was, and how many steps it has made since, that way, with those that are alike: an
+    /// 8-bit chip counts half as many bytes.
     base: i64,
-    pub made: u32,
+    made: u32,
+}
+
+/// What is to be known of an axis at a moment to tell how much of its entry is left.
+pub(crate) struct Glance {
+    /// Ticks to the next event.
+    left: i32,
+    state: State,
+    wait: Wait,
+    alike: Alike,
+    play: Play,
+}
+
+impl Glance {
+    /// See [`Engine::playing`](super::Engine::playing).
+    #[inline(always)]
+    pub(crate) fn playing(&self) -> Playing {
+        let left = self.left.max(0) as Ticks;
+        match self.state {
+            State::Idle => Playing::Unknown,
+            State::Play => {
+                let next = (self.wait >> 16) as Ticks;
+                Playing::Left(left.saturating_add(next).saturating_add(self.play.waits(self.alike)))
+            }
+            State::Starved | State::Late => Playing::Dry(left),
+        }
+    }
 }
 
 impl<C: Count> Track<C> {
@@ -53,6 +82,7 @@ impl<C: Count> Track<C> {
         pins: 0,
         wait: 0,
         room: 0,
+        alike: Alike::NONE,
         play: Play::NONE,
         forward: true,
         base: 0,
@@ -68,47 +98,49 @@ impl<C: Count> Track<C> {
 
     /// Where it is.
     pub fn position(&self) -> i64 {
-        let made = i64::from(self.made);
+        let made = i64::from(self.made.wrapping_sub(self.alike.count()));
         self.base.wrapping_add(if self.forward { made } else { made.wrapping_neg() })
     }
 
     /// See [`Engine::playing`](super::Engine::playing).
     pub fn playing(&self, now: C) -> Playing {
-        let left = self.wake().since(now).max(0) as Ticks;
-        match self.state {
-            State::Idle => Playing::Unknown,
-            State::Play => {
-                let next = (self.wait >> 16) as Ticks;
-                Playing::Left(left.saturating_add(next).saturating_add(self.play.waits()))
-            }
-            State::Starved | State::Late => Playing::Dry(left),
-        }
+        self.glance(now).playing()
+    }
+
+    /// What [`playing`](Track::playing) is computed of.
+    #[inline(always)]
+    pub fn glance(&self, now: C) -> Glance {
+        // By its own address: fewer instructions on a Cortex-M0, while a step may wait for them.
+        let Track { state, wait, alike, ref play, .. } = *core::hint::black_box(self);
+        Glance { left: self.wake().since(now), state, wait, alike, play: play.clone() }
     }
 
     /// It is there.
     #[cold]
     #[inline(never)]
     pub fn set_position(&mut self, position: i64) {
-        (self.base, self.made) = (position, 0);
+        (self.base, self.made) = (position, self.alike.count());
     }
 
     /// Plays an event behind which the same comes again, at `edge`: a wait, or a step that
     /// is on time and leaves at least this many ticks. False if it is another one, and nothing
-    /// is done. On a wide counter a step with another wait is the same.
+    /// is done. On a wide counter those are the steps that are [alike](Track::alike).
     #[inline(never)]
     pub fn play_again(&mut self, edge: C, least: Ticks) -> bool {
-        if self.pins & !STEP != 0 || C::WIDE && self.pins == 0 {
+        if C::WIDE {
+            let plays = self.alike.count() != 0;
+            if plays && !self.step_alike(edge, least) {
+                self.undo_alike();
+                return false;
+            }
+            return plays;
+        }
+        if self.pins & !STEP != 0 {
             return false;
         }
         let next = C::later(self.due, self.wait as u32);
         let steps = self.pins == STEP;
-        if steps {
-            let at = C::of(next);
-            if !at.leaves(edge, least) || !at.leaves(edge, half(self.wait) as Ticks) {
-                return false;
-            }
-        }
-        if !self.play.again() && !self.goes_on() {
+        if steps && !leaves(C::of(next), edge, least, self.wait) || !self.play.again() {
             return false;
         }
         (self.due, self.push) = (next, 0);
@@ -118,26 +150,38 @@ impl<C: Count> Track<C> {
         true
     }
 
-    /// Likewise, of a ramp; on a counter of 16 bits nothing is asked.
+    /// Plays a step at `edge`, behind which one like it comes. False if it is not on time or leaves
+    /// less than this many ticks: then [`undo_alike`](Track::undo_alike) is next.
     #[inline(always)]
-    fn goes_on(&mut self) -> bool {
-        C::WIDE && self.play_ramp()
+    pub fn step_alike(&mut self, edge: C, least: Ticks) -> bool {
+        // Done, and undone where it is late: so little is to be kept that it fits into the registers
+        // of a small chip.
+        let wait = self.wait;
+        self.push = 0;
+        self.wait = self.alike.next(wait);
+        self.due = C::later(self.due, wait as u32);
+        leaves(C::of(self.due), edge, least, wait)
     }
 
-    /// The step behind the present one is of the same ramp: it is the next. Out of line, as steps at
-    /// one speed would pay for its registers.
+    /// Takes a step back that [`step_alike`](Track::step_alike) has refused.
+    #[cold]
     #[inline(never)]
-    fn play_ramp(&mut self) -> bool {
-        let Some(wait) = self.play.grows_on(STEP) else { return false };
-        (self.room, self.wait) = (half(self.wait), wait.into());
-        true
+    pub fn undo_alike(&mut self) {
+        self.wait = self.alike.undo(self.wait);
+        self.due = C::earlier(self.due, self.wait as u32);
+    }
+
+    /// Nothing is known of what comes after the next event.
+    #[inline(always)]
+    pub fn forget(&mut self) {
+        self.made = self.made.wrapping_sub(self.alike.count());
+        (self.play, self.alike, self.wait) = (Play::NONE, Alike::NONE, 0);
     }
 
     /// Its first event is now.
     pub fn start(&mut self, now: C, source: &mut impl Source, news: &mut bool) {
         (self.due, self.push, self.room) = (fine_of(now), 0, 0);
-        self.play = Play::NONE;
-        self.wait = 0;
+        self.forget();
         self.go_on_aside(source, news);
         if self.state == State::Play && self.pins == 0 {
             // It only waits: nothing that the interrupt need come for.
@@ -269,11 +313,20 @@ impl<C: Count> Track<C> {
     /// What comes next?
     #[inline(always)] // out of line, a Mega's compiler would pass its fields on the stack
     pub fn take<S: Source>(&mut self, source: &mut S, news: &mut bool) {
+        if C::WIDE && self.alike.count() != 0 {
+            // It is counted already.
+            self.made = self.made.wrapping_sub(1);
+            self.wait = self.alike.next(self.wait);
+            return;
+        }
         loop {
             if let Some(event) = self.play.next() {
                 (self.pins, self.wait) = (event.0, event.1.into());
                 self.state = State::Play;
-                if C::WIDE && self.pins == 0 && self.wait != 0 {
+                if C::WIDE && self.pins == STEP {
+                    self.alike = Alike::of(&mut self.play, STEP);
+                    self.made = self.made.wrapping_add(self.alike.count());
+                } else if C::WIDE && self.pins == 0 && self.wait != 0 {
                     self.wait = format::joined(self.wait, &mut self.play, C::HOP);
                 }
                 if self.play.is_last() {
@@ -295,6 +348,12 @@ impl<C: Count> Track<C> {
 #[inline(always)]
 fn half(wait: Wait) -> Half {
     (wait >> 17) as Half
+}
+
+/// Whether from a step at `edge` to the next one there are this many ticks, and half of its wait.
+#[inline(always)]
+fn leaves<C: Count>(next: C, edge: C, least: Ticks, wait: Wait) -> bool {
+    next.leaves(edge, least) && next.leaves(edge, wait as u32 >> 17)
 }
 
 /// A count as a time.

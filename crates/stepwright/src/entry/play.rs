@@ -1,7 +1,7 @@
 //! Entries, one event after another.
 
 use super::{Entry, wait};
-use crate::format::Left;
+use crate::format::{Alike, Left};
 
 /// The events of an [`Entry`]: the pins, and the wait after them in 2⁻¹⁶ ticks.
 ///
@@ -70,56 +70,72 @@ impl Play {
         self.groups <= 1
     }
 
-    /// Takes the next event of a parabola, which is one of the same pins, and not of its last group:
-    /// its wait.
+    /// Takes out the events that are like the step of `pins` before them: steps at one speed, or of
+    /// one parabola. Not the last of a group of several, nor the last two groups of one: how many,
+    /// and by how much the wait of each is longer, in 2⁻¹⁶ ticks.
+    #[cfg(not(feature = "compact"))]
     #[inline(always)]
-    pub(crate) fn grows_on(&mut self, pins: u8) -> Option<u32> {
+    pub(crate) fn take_alike(&mut self, pins: u8) -> (u32, u32) {
+        if self.left > 1 && self.left != self.events {
+            let count = self.left.wrapping_sub(1);
+            self.left = 1;
+            return (count.into(), 0);
+        }
         let other = self.events ^ 1 | u16::from((self.pins ^ pins) | (self.then ^ pins));
         if other != 0 || self.groups <= 2 {
-            return None;
+            return (0, 0);
         }
-        let wait = self.wait;
-        self.groups = self.groups.wrapping_sub(1);
-        self.wait = wait.wrapping_add(self.growth);
-        Some(wait)
+        let count = self.groups.wrapping_sub(2);
+        self.groups = 2;
+        self.wait = self.wait.wrapping_add(self.growth.wrapping_mul(count));
+        (count, self.growth)
     }
 
-    /// Takes events out that are waits of the same length, which take less than `hop` with one more:
-    /// how many.
-    #[cfg_attr(feature = "compact", expect(dead_code))]
-    pub(crate) fn leave_out(&mut self, wait: u64, hop: u64) -> u64 {
+    /// Takes events out that are waits of the same length as one before them, and take no more than
+    /// `hop` with it: how long that is.
+    #[cfg(not(feature = "compact"))]
+    pub(crate) fn join(&mut self, wait: u32, hop: u64) -> u64 {
+        let one = u64::from(wait);
         if self.groups == 0 || self.pins != 0 {
-            return 0;
+            return one;
         }
-        let count = |events: u16| u64::from(events.wrapping_sub(1)) + 1;
-        let more = u64::from(self.groups.wrapping_sub(1));
-        let all = count(self.left) + more * count(self.events);
-        if self.then == 0 && self.growth == 0 && wait.saturating_mul(all + 1) <= hop {
-            self.groups = 0;
-            return all;
+        let count = |events: u16| u32::from(events.wrapping_sub(1)) + 1;
+        let more = self.groups.wrapping_sub(1);
+        if self.then == 0 && self.growth == 0 {
+            // Products of 64 bits take a chip of 32 bits long.
+            let all = if self.events == 1 {
+                one * u64::from(more.saturating_add(2))
+            } else {
+                let more = u64::from(more) * u64::from(count(self.events));
+                one.saturating_mul(more + u64::from(count(self.left)) + 1)
+            };
+            if all <= hop {
+                self.groups = 0;
+                return all;
+            }
         }
         // Of this group, and not its last one.
         let rest = count(self.left) - 1;
         if rest == 0 {
-            // Most often: no division of 64 bits, which takes a chip of 32 bits a thousand
-            // instructions.
-            return 0;
+            // Most often: no division, which takes a thousand instructions.
+            return one;
         }
-        let some = rest.min((hop / wait.max(1)).saturating_sub(1));
+        let some = u64::from(rest).min((hop / one.max(1)).saturating_sub(1));
         self.left = self.left.wrapping_sub(some as u16);
-        some
+        one * (some + 1)
     }
 
-    /// How long the events that are left take, in ticks: at the present wait, which is within a
-    /// quarter of what they grow to, and 65535 of them at most.
-    pub(crate) fn waits(&self) -> u32 {
+    /// How long the events that are left take, in ticks, with those that were taken out: at the wait
+    /// of the next, which is within a quarter of what they grow to, and 65535 of them at most.
+    pub(crate) fn waits(&self, taken: Alike) -> u32 {
         if self.groups == 0 {
             return 0;
         }
         let count = |events: u16| u32::from(events.wrapping_sub(1)) + 1;
         let more = u32::from(self.groups.wrapping_sub(1) as u16).saturating_mul(count(self.events));
+        let all = count(self.left).saturating_add(more).saturating_add(taken.count());
         // A wait of 16 bits.
-        count(self.left).saturating_add(more).min(0xFFFF).wrapping_mul(self.wait >> 16)
+        all.min(0xFFFF).wrapping_mul(taken.before(self.wait) >> 16)
     }
 
     /// Events left of the present group, or groups of one event.

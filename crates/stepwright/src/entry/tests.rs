@@ -1,6 +1,7 @@
 extern crate std;
 use super::writer::FEW;
 use super::*;
+use crate::format::Alike;
 use crate::order::{Order, Travel};
 use crate::planner::{Clock, Planned, Planner, Work};
 use crate::profile::{Fit, Ramp};
@@ -264,12 +265,13 @@ fn many_joined_steps_owe_nothing() {
     }
 }
 
-/// Going along a ramp is what one event after another is, but for the last two groups.
+/// Steps that are alike are what one event after another is, but for the last of a group and the
+/// last two groups.
 #[test]
-fn a_ramp_goes_on_event_by_event() {
+fn steps_that_are_alike_come_one_after_another() {
     let mut passed = 0;
     for groups in [1u32, 2, 3, 4, 50] {
-        for events in [1u16, 2] {
+        for events in [1u16, 2, 300] {
             for (pins, then) in [(4, 4), (4, 0), (32, 4), (0, 0)] {
                 let entry = Entry {
                     interval: bytes(1000 << 16),
@@ -280,19 +282,31 @@ fn a_ramp_goes_on_event_by_event() {
                     pins,
                 };
                 let (mut fast, mut slow) = (entry.play(), entry.play());
-                for _ in 0..=groups * u32::from(events) {
-                    let quick = fast.grows_on(4);
-                    passed += u32::from(quick.is_some());
-                    assert!(quick.is_none() || !fast.is_last());
-                    assert_eq!(quick.map(|wait| (4, wait)).or_else(|| fast.next()), slow.next());
-                    assert_eq!(fast.left(), slow.left());
-                    assert_eq!(fast.waits(), slow.waits());
+                while let Some((pins, mut wait)) = fast.next() {
+                    assert_eq!(Some((pins, wait)), slow.next());
+                    let mut alike = if pins == 4 { Alike::of(&mut fast, 4) } else { Alike::NONE };
+                    let left = alike.count() as u16;
+                    assert_eq!(fast.left().wrapping_add(left), slow.left());
+                    passed += u32::from(left);
+                    for n in 0..=left {
+                        assert_eq!(alike.count(), u32::from(left - n));
+                        assert_eq!(fast.waits(alike), slow.waits(Alike::NONE));
+                        if n < left {
+                            assert!(!slow.is_last() || events > 1);
+                            let before = u64::from(wait);
+                            wait = alike.next(before) as u32;
+                            assert_eq!(Some((4, wait)), slow.next());
+                            assert_eq!(alike.undo(wait.into()), before);
+                            alike.next(before);
+                        }
+                    }
                 }
+                assert_eq!(slow.next(), None);
             }
         }
     }
-    // 1, 2 and 48 steps of a ramp, and 47 behind the one that turns, and 1.
-    assert_eq!(passed, 1 + 2 + 48 + 1 + 47);
+    // Of ramps 1 and 47 steps, and 46 behind the one that turns; of groups of 300 all but two.
+    assert_eq!(passed, 1 + 47 + 46 + 298 * (60 + 5 + 55));
 }
 
 /// Waits that are left out are as many as fit, whether they are divided or multiplied.
@@ -312,7 +326,7 @@ fn waits_of_one_length_are_left_out() {
             let (mut play, wait) = (entry.play(), u64::from(wait));
             let all = u64::from(groups) * u64::from(events);
             let fit = (hop / wait).saturating_sub(1);
-            let left = play.leave_out(wait, hop);
+            let left = play.join(wait as u32, hop) / wait - 1;
             let most = if all <= fit { all } else { fit.min(u64::from(events) - 1) };
             assert_eq!(left, most, "{groups} × {events} of {wait}");
             assert_eq!(play.count() as u64, all - most);

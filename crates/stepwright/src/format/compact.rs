@@ -1,6 +1,7 @@
 //! Of a chip of 8 bits with one core.
 
 use core::cell::UnsafeCell;
+use core::marker::PhantomData;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use crate::entry::Play;
@@ -37,6 +38,58 @@ pub(crate) const fn count(groups: Groups) -> u32 {
 #[inline(always)]
 pub(crate) fn joined(wait: Wait, _: &mut Play, _: Ticks) -> Wait {
     wait
+}
+
+/// No steps are taken out of their entry: no counter is wide.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Alike;
+
+impl Alike {
+    pub(crate) const NONE: Alike = Alike;
+
+    #[inline(always)]
+    pub(crate) fn of(_: &mut Play, _: u8) -> Alike {
+        Alike
+    }
+
+    #[inline(always)]
+    pub(crate) const fn count(self) -> u32 {
+        0
+    }
+
+    #[inline(always)]
+    pub(crate) fn before(self, behind: u32) -> u32 {
+        behind
+    }
+
+    #[inline(always)]
+    pub(crate) fn next(&mut self, wait: Wait) -> Wait {
+        wait
+    }
+
+    pub(crate) fn undo(&mut self, wait: Wait) -> Wait {
+        wait
+    }
+}
+
+/// Nothing is kept from visit to visit.
+#[derive(Debug)]
+pub(crate) struct Kept<T>(PhantomData<T>);
+
+impl<T: Copy> Kept<T> {
+    pub(crate) const fn new(_: T) -> Kept<T> {
+        Kept(PhantomData)
+    }
+
+    #[inline(always)]
+    pub(crate) const fn get(&self) -> Option<&T> {
+        None
+    }
+
+    #[inline(always)]
+    pub(crate) const fn get_mut(&mut self) -> Option<&mut T> {
+        None
+    }
 }
 
 /// No player is prompt: there is nothing to hold.

@@ -34,7 +34,70 @@ pub(crate) const fn count(groups: Groups) -> u32 {
 /// `hop` ticks in all, as a wide counter need not wait in pieces.
 #[inline(always)]
 pub(crate) fn joined(wait: Wait, play: &mut Play, hop: Ticks) -> Wait {
-    wait * (1 + play.leave_out(wait, u64::from(hop) << 16))
+    play.join(wait as u32, u64::from(hop) << 16)
+}
+
+/// Steps behind the next event that are like it, taken out of their entry: each wait is longer than
+/// the one before by the same. All of them are played by the [short way](crate::engine).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Alike {
+    count: u32,
+    growth: u32,
+}
+
+impl Alike {
+    pub(crate) const NONE: Alike = Alike { count: 0, growth: 0 };
+
+    /// Takes them out of the rest of an entry, whose event before was one of `step`.
+    #[inline(always)]
+    pub(crate) fn of(play: &mut Play, step: u8) -> Alike {
+        let (count, growth) = play.take_alike(step);
+        Alike { count, growth }
+    }
+
+    /// How many they are.
+    #[inline(always)]
+    pub(crate) const fn count(self) -> u32 {
+        self.count
+    }
+
+    /// The wait of the first of them, before that of the event behind them all.
+    pub(crate) fn before(self, behind: u32) -> u32 {
+        behind.wrapping_sub(self.growth.wrapping_mul(self.count))
+    }
+
+    /// Takes one, of which there is one: its wait, behind this one.
+    #[inline(always)]
+    pub(crate) fn next(&mut self, wait: Wait) -> Wait {
+        self.count = self.count.wrapping_sub(1);
+        (wait as u32).wrapping_add(self.growth).into()
+    }
+
+    /// Gives back the one whose wait this is: the wait before it.
+    pub(crate) fn undo(&mut self, wait: Wait) -> Wait {
+        self.count = self.count.wrapping_add(1);
+        (wait as u32).wrapping_sub(self.growth).into()
+    }
+}
+
+/// What an engine on a wide counter keeps from visit to visit.
+#[derive(Debug)]
+pub(crate) struct Kept<T>(T);
+
+impl<T> Kept<T> {
+    pub(crate) const fn new(value: T) -> Kept<T> {
+        Kept(value)
+    }
+
+    #[inline(always)]
+    pub(crate) const fn get(&self) -> Option<&T> {
+        Some(&self.0)
+    }
+
+    #[inline(always)]
+    pub(crate) const fn get_mut(&mut self) -> Option<&mut T> {
+        Some(&mut self.0)
+    }
 }
 
 /// Whether a player is prompt: see [`Wiring::prompt`](crate::entry::Wiring::prompt).

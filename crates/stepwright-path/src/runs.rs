@@ -283,6 +283,9 @@ impl<const N: usize> Ground<'_, N> {
     /// may be beyond the ordered one.
     fn allowed(&self, pieces: &[Piece], last: usize) -> bool {
         let Some(first) = pieces.first() else { return true };
+        if pieces.iter().any(|piece| piece.to.v < 0.0) {
+            return false;
+        }
         let mut here = first.from.v;
         let mut n = 0;
         self.cells.iter().take(last + 1).all(|cell| {
@@ -377,6 +380,10 @@ fn speed(pieces: &[Piece], s: f64) -> f64 {
 
 /// The speed, `v` at most, at which it can be at a place without acceleration.
 fn arrive(from: Moment, s: f64, v: f64, limits: &Limits) -> Option<f64> {
+    if from.v + from.a.min(0.0) * -from.a.min(0.0) / 2.0 / limits.jerk < 0.0 {
+        // It would go back before the acceleration has ended.
+        return None;
+    }
     let pace = limits.pace();
     if reached(from, v, &pace) <= s + ROUNDED * (s - from.s) {
         return Some(v);

@@ -123,7 +123,7 @@ impl<const N: usize> Route<N> {
         };
         let piece = pieces.iter().find(|piece| piece.to.t >= at).unwrap_or(&pieces[2]);
         let here = piece.at(at);
-        let s = here.s.clamp(cell.begin, cell.end);
+        let s = here.s.max(cell.begin).min(cell.end);
         if cell.end - s <= cell.shape.length() * SLIVER {
             return false;
         }

@@ -37,7 +37,7 @@ pub struct Writer {
     /// Time that entries owe to the runs so far, in 2⁻¹⁶ ticks.
     pub(super) owed: i32,
     /// A few fast steps, which wait for what follows them.
-    kept: Level,
+    kept: Steps,
     /// What is made into entries. (A field, as arguments are dear to an 8-bit chip.)
     part: Steps,
 }
@@ -50,13 +50,6 @@ struct Steps {
     count: u16,
 }
 
-/// `count` steps, all at this interval.
-#[derive(Clone, Copy, Debug)]
-struct Level {
-    first: u32,
-    count: u16,
-}
-
 impl Steps {
     const NONE: Steps = Steps { first: 0, add: 0, count: 0 };
 }
@@ -64,13 +57,7 @@ impl Steps {
 impl Writer {
     /// For an axis at rest.
     pub const fn new(wiring: Wiring) -> Writer {
-        Writer {
-            wiring,
-            due: Due::Nothing,
-            owed: 0,
-            kept: Level { first: 0, count: 0 },
-            part: Steps::NONE,
-        }
+        Writer { wiring, due: Due::Nothing, owed: 0, kept: Steps::NONE, part: Steps::NONE }
     }
 
     /// Makes one of zeros what [`new`](Writer::new) makes.
@@ -246,7 +233,7 @@ impl Writer {
             steps = all;
         }
         self.flush(to);
-        self.kept = Level { first, count: steps };
+        self.kept = Steps { first, add: 0, count: steps };
         if steps > FEW || first >= FAST << 16 {
             self.flush(to);
         }
@@ -257,8 +244,7 @@ impl Writer {
     fn flush(&mut self, to: &mut impl Sink) {
         if self.kept.count != 0 {
             let part = self.part;
-            let Level { first, count } = self.kept;
-            self.part = Steps { first, add: 0, count };
+            self.part = self.kept;
             self.kept.count = 0;
             self.groups(16, to);
             self.part = part;

@@ -82,6 +82,7 @@ fn tried_with(program: &str) -> Option<&'static str> {
         "laws" => "move 400 --law austin",
         "transitions" => "move 400 --law linear-factor",
         "power-term" => "move 400 --law power",
+        "stream" => "gcode examples/gcode/badge.nc",
         _ => return None,
     })
 }

@@ -303,7 +303,9 @@ fn the_architecture_names_files_that_are_there() {
 #[test]
 fn its_promises_name_tests_that_are_there() {
     let mut sources = Vec::new();
-    for folder in ["crates", "firmware/rig", "firmware/qemu", "python", "xtask/src"] {
+    for folder in
+        ["crates", "firmware/rig", "firmware/qemu", "firmware/rp2040", "python", "xtask/src"]
+    {
         collect(&root().join(folder), &mut sources);
     }
     let promises = read_to_string(root().join("docs/promises.md")).unwrap();

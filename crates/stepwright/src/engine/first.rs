@@ -68,13 +68,20 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             return None;
         }
         let (mut edge, mut steps): (_, Axes) = (now, 0);
-        if track.pins & STEP != 0 {
-            steps = 1u8.wrapping_shl(axis.into());
-            self.drive.begin(steps);
-            edge = self.timer.now();
-        }
-        if !track.play_again(edge, self.terms.least) {
-            track.advance(source, &mut self.drive, &mut self.terms, axis, edge);
+        loop {
+            if track.pins & STEP != 0 {
+                steps = 1u8.wrapping_shl(axis.into());
+                self.drive.begin(steps);
+                edge = self.timer.now();
+            }
+            if !track.play_again(edge, self.terms.least) {
+                track.advance(source, &mut self.drive, &mut self.terms, axis, edge);
+            }
+            // A step that was fetched behind a wait is due at once.
+            let fetched = steps == 0 && track.state == State::Play && track.pins & STEP != 0;
+            if !fetched || self.timer.reach(axis, track.wake()).is_after(now) {
+                break;
+            }
         }
         self.see_to_pulses(steps, edge);
         Some(self.wake_behind_first(edge))

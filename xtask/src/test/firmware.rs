@@ -23,7 +23,7 @@ const PLANNED: &str = "first-move";
 const PLANNED_RAM: u32 = 1_304;
 /// And what the controller may, whose planner has both shapes of a ramp. A change of three axes
 /// takes 505 bytes of stack; the rig's `change` sees that some are left.
-const CONTROLLER_RAM: u32 = 1_383;
+const CONTROLLER_RAM: u32 = 1_395;
 /// And what motor cycles over the line may.
 const CYCLES_RAM: u32 = 1_348;
 /// And what the player of streamed runs may, 896 bytes of which hold the runs that wait: as many as

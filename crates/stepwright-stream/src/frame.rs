@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A first byte of 0x80 and more begins a frame, any other is of a text line. The checksum is that
-//! of all bytes before it ([`crc`](crate::crc)). Frames count 0 to 255 and round again; a board
+//! of all bytes before it ([`crate::crc`]). Frames count 0 to 255 and round again; a board
 //! takes the one that it expects and no other.
 //!
 //! No frame has four bytes of [`FILL`] in a row, whatever is in it: four of them end a board's

@@ -34,7 +34,7 @@ impl ChangedSettings {
 /// The ramps that an Uno or a Mega plans: what to say of [`Refusal::TooSteep`]. Measured
 /// (`steepest` in docs/benchmarks.md, and the stories of docs/reliability.md).
 pub const STEEPEST: &str = "one axis takes ramps of up to some 500,000 steps/s², two at once \
-                            120,000, three 43,000, and less beside a fast one; with a limit of \
+                            120,000, three 41,000, and less beside a fast one; with a limit of \
                             jerk a thirtieth of that";
 
 /// The settings that may be behind a refusal.

@@ -65,9 +65,9 @@ const VIRTUAL: &str = "On a virtual board of its own, in real time: the program 
                        takes travels, no paths. A stop brakes along the line or arc. A board with the \
                        program cycles plays it by the command, or here with `serve --cycles PORT`.";
 
-const JOB: &str = "On a virtual board of its own, an Uno by its speed, in real time: no real board \
-                   takes a G-code job yet. Steps, speeds and accelerations are those of the machine \
-                   file. A stop brakes along the path.";
+const JOB: &str = "On a virtual board of its own, an Uno by its speed, in real time. Steps, speeds and \
+                   accelerations are those of the machine file. A stop brakes along the path. A real \
+                   board takes a job from the command: stepwright gcode FILE --port PORT.";
 
 /// What a file is.
 #[derive(Clone, Copy, PartialEq, Eq)]

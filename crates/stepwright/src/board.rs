@@ -208,12 +208,14 @@ impl<const N: usize, F> Board<N, F> {
             return Ok(());
         }
         // One axis alone ramps while it is slow.
-        let (alone, several) = (but_one(moving) == 0, but_one(but_one(moving)) != 0);
-        let spare = self.runs >> 3;
-        let kept = if several { spare >> 1 } else { 0 };
-        let (mut left, mut own, mut ramps) = (self.runs.wrapping_sub(kept), 0u16, 0u16);
+        let alone = moving.is_power_of_two();
+        let (mut left, mut own, mut ramps, mut count) = (self.runs, 0u16, 0u16, 0u8);
         for (other, load) in (0u8..).zip(loads) {
             if moving & 1 != 0 {
+                count = count.wrapping_add(1);
+                if count == 3 {
+                    left = left.saturating_sub(self.runs >> 4);
+                }
                 ramps |= load.runs;
                 let takes = if alone { load.runs } else { load.takes() };
                 if other == axis {
@@ -224,12 +226,7 @@ impl<const N: usize, F> Board<N, F> {
             }
             moving >>= 1;
         }
-        let runs = left.min(self.runs.wrapping_sub(spare));
+        let runs = left.min(self.runs.wrapping_sub(self.runs >> 3));
         if ramps != 0 && own > runs { Err(Refusal::TooSteep { runs }) } else { Ok(()) }
     }
-}
-
-/// These axes without the first.
-fn but_one(axes: Axes) -> Axes {
-    axes & axes.wrapping_sub(1)
 }

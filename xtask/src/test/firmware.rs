@@ -29,7 +29,7 @@ const CYCLES_RAM: u32 = 1_348;
 /// And what the player of streamed runs may, 896 bytes of which hold the runs that wait: as many as
 /// leave a stack and some bytes to spare, which the rig's `stream` sees.
 const STREAM: &str = "stream";
-const STREAM_RAM: u32 = 1_759;
+const STREAM_RAM: u32 = 1_771;
 /// All that the boot loader of an Uno and of a Nano from 2018 on leaves, for the slave and for what
 /// is for an Uno alone.
 const ALONE: u32 = 32_256;

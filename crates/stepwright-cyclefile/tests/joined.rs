@@ -17,7 +17,7 @@ fn legs(text: &str) -> usize {
     legs.len()
 }
 
-/// Its acceleration comes and goes: that takes a few runs more, and is refused without a sense.
+/// A limit of jerk takes a few runs more; one that is no jerk is refused.
 #[test]
 fn a_path_with_limited_jerk_is_planned() {
     let example = include_str!("../../../examples/cycles/joined.toml");

@@ -5,14 +5,14 @@ use std::cell::Cell;
 use std::time::Duration;
 
 use stepwright::Rate;
-use stepwright_austin::line::Refused;
+use stepwright_austin::line::{Line, Refused};
 use stepwright_austin::{LawName, Recipe};
 use stepwright_cycle::line::{CycleFault, CycleLine, LineProgram};
 use stepwright_cycle::{Calibration, Clock, Leg, Motor, Refusal};
 use stepwright_host::link::simulated::{VirtualLink, VirtualProgram, VirtualUno};
 use stepwright_host::programs::{CycleSession, LawSession, RowProblem, TimedSession};
 use stepwright_host::{Outcome, Session};
-use stepwright_protocol::Fault;
+use stepwright_protocol::{AxisId, Fault};
 use stepwright_sim::timed::TimedLineBoard;
 use stepwright_sim::{CycleBoard, CycleLineBoard, Description, LawBoard, Queues, Stand};
 use stepwright_timed::line::Unwired;
@@ -57,10 +57,13 @@ fn a_law_moves_there_and_back_and_stops_on_the_way() {
         panic!("it was not braked")
     };
     assert!((300..1_250).contains(&at), "{at}");
-    assert_eq!(
-        board.session().rest_position(stepwright_protocol::AxisId::FIRST).unwrap(),
-        Some(at)
-    );
+    assert_eq!(board.session().rest_position(AxisId::FIRST).unwrap(), Some(at));
+    board.begin(&Line::Run(false), Some(at)).unwrap();
+    board.pause(Duration::from_millis(300)).unwrap();
+    let Outcome::Stopped { at: stop, .. } = board.stop().unwrap() else {
+        panic!("a stop is a stop")
+    };
+    assert!((at - 1_250..at).contains(&stop), "{at} {stop}");
 }
 
 #[test]
@@ -117,6 +120,8 @@ fn a_timer_without_a_motor_is_refused() {
     assert!(matches!(problem, RowProblem::Nonsense { .. }), "{problem}");
     let mut board = timed();
     assert!(board.timers().eq([1]));
+    board.stop(1).unwrap();
+    assert!(board.stop(7).is_err());
     let problem = board.say(&stepwright_timed::line::Line::Check(7, 10)).unwrap_err();
     assert!(
         matches!(problem, RowProblem::Refused { reason: Fault::Own(Unwired::Timer), .. }),

@@ -40,8 +40,8 @@ pub struct AxisPace {
     pub accel: f64,
     /// Unit/s by which the speed may change at once: the motor's start speed.
     pub jump: f64,
-    /// Unit/s³ by which the acceleration comes and goes, at the soonest within [`SOONEST`]; infinite
-    /// of all axes: at once.
+    /// The limit of jerk, in unit/s³; `accel` takes at least [`SOONEST`] to reach. Infinite for all
+    /// axes: none.
     pub jerk: f64,
 }
 

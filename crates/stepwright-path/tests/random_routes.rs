@@ -35,7 +35,7 @@ impl<const N: usize> Made<N> {
             jerk: f64::INFINITY,
         });
         if smooth {
-            // The acceleration comes and goes in 10 ms to 0.3 s.
+            // Each axis reaches its acceleration in 10 ms to 0.3 s.
             for axis in &mut axes {
                 axis.jerk = axis.accel / (0.01 * 30f64.powf(dice.roll()));
             }

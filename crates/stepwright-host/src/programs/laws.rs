@@ -8,7 +8,8 @@ use stepwright_austin::{LawName, Recipe};
 use stepwright_protocol::{AxisId, Selection};
 
 use super::{ProgramRow, ProgramSession, RowProblem, obeyed, value};
-use crate::motion::{Action, NotBegun, RestPlace, Sight};
+use crate::conversation::LinkError;
+use crate::motion::{Action, Adrift, Ended, NotBegun, RestPlace, Sight};
 use crate::outcome::Outcome;
 
 /// A board that moves by Austin's laws.
@@ -91,7 +92,7 @@ impl LawSession {
         let from = self.session.rest_position(AxisId::FIRST)?;
         self.begin(&Line::Go(steps), from)?;
         let target = from.map(|from| from.saturating_add(steps.into()));
-        self.watch(None, target, |_| Action::GoOn)
+        self.watch(None, target)
     }
 
     /// Runs for a time, brakes by the law, and waits until the motor rests.
@@ -102,7 +103,7 @@ impl LawSession {
         let from = self.session.rest_position(AxisId::FIRST)?;
         self.begin(&Line::Run(forward), from)?;
         let until = self.session.now().saturating_add(time);
-        self.watch(Some(until), None, |_| Action::GoOn)
+        self.watch(Some(until), None)
     }
 
     /// Brakes by the law, and waits until the motor rests. The position stays known.
@@ -111,24 +112,24 @@ impl LawSession {
     /// [`RowProblem::Lost`]
     pub fn stop(&mut self) -> Result<Outcome, LawProblem> {
         self.session.stop(Selection::One(AxisId::FIRST))?;
-        self.watch(None, None, |_| Action::GoOn)
+        self.watch(None, None)
     }
 
+    /// Watches the motor until it rests. It has reached what was ordered at `target`, or where it was
+    /// braked at `until`.
     fn watch(
         &mut self,
         until: Option<Duration>,
         target: Option<i64>,
-        mut see: impl FnMut(&Sight) -> Action,
     ) -> Result<Outcome, LawProblem> {
         let axis = AxisId::FIRST;
-        let watched = self.session.watch(axis, until, |_, sight| see(sight));
-        let ended = self.session.conclude(axis, watched);
-        match (ended.end, ended.adrift) {
-            (_, Some(crate::motion::Adrift::Lost(trouble))) => Err(trouble.into()),
-            (_, Some(crate::motion::Adrift::Unconfirmed)) => Err(crate::LinkError::Silent.into()),
-            (RestPlace::At(at), _) if target.is_none_or(|target| target == at) => {
-                Ok(Outcome::Reached { at })
-            }
+        let watched = self.session.watch(axis, until, |_, _| Action::GoOn);
+        let over = until.is_some() && matches!(watched, Ok(Sight { braking: true, .. }));
+        let Ended { end, adrift, .. } = self.session.conclude(axis, watched);
+        match (end, adrift) {
+            (_, Some(Adrift::Lost(trouble))) => Err(trouble.into()),
+            (_, Some(Adrift::Unconfirmed)) => Err(LinkError::Silent.into()),
+            (RestPlace::At(at), _) if over || target == Some(at) => Ok(Outcome::Reached { at }),
             (RestPlace::At(at), _) => Ok(Outcome::Stopped { at, reason: None }),
             (RestPlace::Uncertain, _) => Ok(Outcome::Uncertain),
         }

@@ -82,9 +82,16 @@ impl TimedSession {
     /// Stops a timer's motor, and switches its driver off.
     ///
     /// # Errors
-    /// [`RowProblem::Refused`] if the board has no motor on this timer; and the others.
+    /// [`RowProblem::Nonsense`] if it is answered by another code than [`Code::FINE`], or the board has
+    /// no motor on this timer; and the others.
     pub fn stop(&mut self, timer: u8) -> Result<(), TimedProblem> {
-        self.set_speed(timer, SetSpeed::STOP, 0).map(|_| ())
+        match self.set_speed(timer, SetSpeed::STOP, 0)? {
+            Code::FINE => Ok(()),
+            code => {
+                let row = Line::Move(timer, SetSpeed::STOP, 0);
+                Err(RowProblem::Nonsense { row, answer: code.get().to_string() })
+            }
+        }
     }
 
     /// How a timer's motor is.

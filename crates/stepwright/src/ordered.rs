@@ -39,8 +39,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
     /// where they take no flash and are not moved over the stack.
     ///
     /// # Safety
-    /// No other method is called before [`power_up`](OrderedMotors::power_up), but for
-    /// [`engine`](OrderedMotors::engine).
+    /// No other method is called before [`power_up`](OrderedMotors::power_up) or
+    /// [`fill`](OrderedMotors::fill), but for [`engine`](OrderedMotors::engine).
     pub const unsafe fn blank(engine: E) -> Self {
         // SAFETY: numbers, and enums that begin at 0. What is not yet a queue is a raw
         // pointer, and the caller lets nobody follow it.
@@ -56,6 +56,20 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         fill: impl FnOnce(&mut PlannedBoard<N>),
     ) {
         self.group.power_up(feed, fill);
+    }
+
+    /// Makes [blank](OrderedMotors::blank) motors what [`new`](OrderedMotors::new) makes, where they
+    /// lie: they are never on the stack.
+    #[inline]
+    pub fn fill(&mut self, engine: E, feeds: [Producer<'q, Q>; N], board: &Board<N>) {
+        self.engine = engine;
+        let mut feeds = feeds.into_iter();
+        let feed = |_, place: &mut Producer<'q, Q>| {
+            if let Some(feed) = feeds.next() {
+                *place = feed;
+            }
+        };
+        self.power_up(feed, |given| *given = PlannedBoard::new(*board));
     }
 
     /// Starts the ordered axes together, all or none.

@@ -145,7 +145,7 @@ impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize>
         engine.begin();
         self.filled.store(true, Ordering::Release);
         H::release();
-        Some((EngineHandle { shared: self, one_thread: PhantomData }, feeds))
+        Some((EngineHandle { shared: Some(self), one_thread: PhantomData }, feeds))
     }
 
     /// The step interrupt: see [`Engine::on_compare`]. True if there is news for the main loop:
@@ -172,7 +172,8 @@ pub struct EngineHandle<
     const N: usize,
     const Q: usize,
 > {
-    shared: &'static SharedEngine<T, D, H, N, Q>,
+    /// `None` before [`fill`](SharedEngine::fill).
+    shared: Option<&'static SharedEngine<T, D, H, N, Q>>,
     /// Not for two threads at once, as some calls go by a shared reference.
     one_thread: PhantomData<Cell<()>>,
 }
@@ -180,11 +181,23 @@ pub struct EngineHandle<
 impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize>
     EngineHandle<T, D, H, N, Q>
 {
+    /// No engine yet, for [blank](crate::OrderedMotors::blank) motors in a static: zeros, which take no
+    /// flash.
+    ///
+    /// # Safety
+    /// Nothing is asked of it: [`OrderedMotors::fill`](crate::OrderedMotors::fill) puts another in its
+    /// place.
+    pub const unsafe fn none() -> Self {
+        EngineHandle { shared: None, one_thread: PhantomData }
+    }
+
     fn with<R>(&self, ask: impl FnOnce(&mut Shared<T, D, N, Q>) -> R) -> R {
+        // SAFETY: `fill` made this handle; of one without an engine nobody asks.
+        let shared = unsafe { self.shared.unwrap_unchecked() };
         H::hold();
         // SAFETY: `fill` made the engine and this handle, of which there is one; the interrupt is
         // held off, and `ask` of one call does not reach another.
-        let answer = ask(unsafe { (*self.shared.engine.get()).assume_init_mut() });
+        let answer = ask(unsafe { (*shared.engine.get()).assume_init_mut() });
         H::release();
         answer
     }

@@ -103,19 +103,32 @@ fn what_happens_to_one_axis_leaves_the_other_as_it_is() {
 /// Static motors of zeros that are powered up plan as new ones do.
 #[test]
 fn blank_motors_are_new_ones_once_they_are_powered_up() {
-    let entries = |power_up: bool| {
+    #[derive(Clone, Copy)]
+    enum Made {
+        New,
+        PoweredUp,
+        Filled,
+    }
+    let entries = |made: Made| {
         let mut queues = [const { Queue::<8>::new() }; 2];
         let [x, y] = &mut queues;
         let ((x, mut x_end), (y, _)) = (x.split(), y.split());
-        let mut motors = if power_up {
-            // SAFETY: it is powered up next.
-            let mut motors = unsafe { Motors::blank(Silent) };
-            let mut ends = [x, y].into_iter();
-            let feed = |_, feed: &mut _| *feed = ends.next().unwrap();
-            motors.power_up(feed, |board| *board = PlannedBoard::new(UNO));
-            motors
-        } else {
-            OrderedMotors::new(Silent, [x, y], UNO)
+        let feeds = [x, y];
+        // SAFETY: it is powered up, or filled, next.
+        let blank = || unsafe { Motors::blank(Silent) };
+        let mut motors = match made {
+            Made::New => OrderedMotors::new(Silent, feeds, UNO),
+            Made::PoweredUp => {
+                let (mut motors, mut ends) = (blank(), feeds.into_iter());
+                let feed = |_, feed: &mut _| *feed = ends.next().unwrap();
+                motors.power_up(feed, |board| *board = PlannedBoard::new(UNO));
+                motors
+            }
+            Made::Filled => {
+                let mut motors = blank();
+                motors.fill(Silent, feeds, &UNO);
+                motors
+            }
         };
         assert!(motors.is_forward(Axis::X) && motors.is_forward(Axis::Y));
         assert_eq!(motors.start([(Axis::at::<0>(), order(4_000, 9_000))]), Ok(()));
@@ -128,9 +141,10 @@ fn blank_motors_are_new_ones_once_they_are_powered_up() {
         }
         (too_fast, entries)
     };
-    let new = entries(false);
+    let new = entries(Made::New);
     assert!(new.1.len() > 10 && matches!(new.0, Err(Refusal::TooFast { .. })));
-    assert_eq!(entries(true), new);
+    assert_eq!(entries(Made::PoweredUp), new);
+    assert_eq!(entries(Made::Filled), new);
 }
 
 /// Eight axes fill the set of axes: none is beyond.

@@ -12,21 +12,21 @@
 //! [`Panel`]; its program gives them to [`run`]. The lines, the settings and the duties are
 //! those of the AVR's controller, from the same code: `stepwright-device`.
 
+mod engine;
 mod io;
 mod kept;
 mod register;
 mod ring;
 mod trial;
 
+pub use engine::{ControllerEngine, run};
 pub use io::{Panel, PortIo};
 pub use register::Register;
 pub use ring::Ring;
 pub use trial::try_timer;
 
-use stepwright::drive::Drive;
 use stepwright::profile::Fit;
-use stepwright::timer::StepTimer;
-use stepwright::{Board, Control, Cost, HoldOff, OrderedMotors, Rate, SharedEngine, Timing};
+use stepwright::{Board, Control, Cost, OrderedMotors, Rate, Timing};
 use stepwright_device::Device;
 use stepwright_device::main_loop::{self, OnBoard, SerialPort};
 
@@ -34,9 +34,6 @@ use stepwright_device::main_loop::{self, OnBoard, SerialPort};
 pub const AXES: usize = 3;
 /// Entries that a queue holds, as on an Uno.
 pub const RUNS: usize = 8;
-
-/// The engine that a chip's program has in a static, for its step interrupt and for [`run`].
-pub type ControllerEngine<T, D, H> = SharedEngine<T, D, H, AXES, RUNS>;
 
 /// The board of a controller: its step timer's rate, what a step costs on it, and how many runs it
 /// plans in a second. All else is the Uno's: pulses of 2 µs, 16 ms planned ahead.
@@ -50,24 +47,6 @@ pub const fn board(rate: Rate, cost: Cost<AXES>, runs: u16) -> Board<AXES> {
         fit: Fit::board(rate),
         horizon: rate.micros(16_000),
         lead: rate.micros(250),
-    }
-}
-
-/// The controller: fills the engine, and serves the line for good.
-pub fn run<T: StepTimer, D: Drive, H: HoldOff>(
-    engine: &'static ControllerEngine<T, D, H>,
-    timer: T,
-    drive: D,
-    board: Board<AXES>,
-    panel: impl Panel,
-    line: &mut impl SerialPort,
-) -> ! {
-    if let Some((handle, feeds)) = engine.fill(timer, drive, &board) {
-        run_motors(OrderedMotors::new(handle, feeds, board), board.rate, panel, line);
-    }
-    // Somebody else has filled it, which no program does.
-    loop {
-        core::hint::spin_loop();
     }
 }
 

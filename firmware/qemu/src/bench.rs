@@ -171,7 +171,7 @@ fn stack(image: &Image) -> Result<u64> {
     let mut chip = Machine::watched("nrf51", "controller", Pace::Chip, &task, &[])?;
     for order in [
         "PO s0 t3000 a900 d900 j9000 G+900 A2 s0 t2900 a900 d900 G+800 A3 s0 t2800 a900 d900 G-700 E",
-        "A1 PO g+ E A0 Z",
+        "A1 PO s0 t900 a900 d900 j9000 g+ A2 s0 t900 a900 d900 g- E A1 t700 d500 @-300 A2 a400 t900 A0 Z",
     ] {
         carry_out(&mut chip, order)?;
     }

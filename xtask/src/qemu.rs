@@ -25,17 +25,20 @@ pub enum SmallBoard {
     Nrf51,
     /// Raspberry Pi Pico (RP2040, Cortex-M0+).
     Rp2040,
+    /// QEMU's `virt` (RISC-V).
+    Virt,
 }
 
 impl SmallBoard {
     /// All of them.
-    pub const ALL: [SmallBoard; 2] = [SmallBoard::Nrf51, SmallBoard::Rp2040];
+    pub const ALL: [SmallBoard; 3] = [SmallBoard::Nrf51, SmallBoard::Rp2040, SmallBoard::Virt];
 
     /// Its folder.
     pub const fn name(self) -> &'static str {
         match self {
             SmallBoard::Nrf51 => "nrf51",
             SmallBoard::Rp2040 => "rp2040",
+            SmallBoard::Virt => "virt",
         }
     }
 
@@ -90,7 +93,7 @@ fn linker() -> Option<PathBuf> {
 }
 
 /// The programs of QEMU that boards are simulated by.
-const PROGRAMS: [&str; 1] = ["qemu-system-arm"];
+const PROGRAMS: [&str; 2] = ["qemu-system-arm", "qemu-system-riscv32"];
 
 /// Where QEMU is: `None` if it is installed.
 pub fn prepare(ws: &Workspace) -> Result<Option<PathBuf>> {

@@ -114,7 +114,7 @@ const STEPS: &[Step] = &[
     },
     Step {
         name: "qemu",
-        what: "the firmware for Cortex-M0 does in QEMU what the virtual board does",
+        what: "the firmware for Cortex-M0 and RISC-V does in QEMU what the virtual board does",
         needs: crate::qemu::BUILD_NEEDS,
         run: qemu::run_tests,
     },

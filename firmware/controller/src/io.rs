@@ -6,8 +6,7 @@ use stepwright_device::{BoardIo, Mark, Memory, Reset};
 
 use crate::kept;
 
-/// A chip's pins around the motors, and its clock. None of the methods may wait, but
-/// [`set_reverse`](Panel::set_reverse).
+/// A chip's pins around the motors, and its clock. None of the methods may wait.
 pub trait Panel {
     /// The counter of the step timer, for the main loop, while the step interrupt may come.
     fn count(&mut self) -> u32;
@@ -36,7 +35,8 @@ pub trait Panel {
     /// Why the board has begun. Asked once.
     fn reset(&mut self) -> Reset;
 
-    /// See [`BoardIo::set_reverse`].
+    /// These axes are to turn the other way round, the others not. Called while all rest, and the
+    /// longest `hold-us` behind the last step.
     fn set_reverse(&mut self, axes: Axes);
 }
 
@@ -48,13 +48,14 @@ pub struct PortIo<P> {
     /// The count at the beginning of the present millisecond.
     begun: u32,
     millis: u32,
+    reversed: Axes,
 }
 
 impl<P: Panel> PortIo<P> {
     /// Of a chip whose step timer counts at `rate`. The time begins now.
     pub fn new(mut panel: P, rate: Rate) -> PortIo<P> {
         let begun = panel.count();
-        PortIo { panel, rate, begun, millis: 0 }
+        PortIo { panel, rate, begun, millis: 0, reversed: 0 }
     }
 }
 
@@ -122,6 +123,13 @@ impl<P: Panel> BoardIo for PortIo<P> {
     }
 
     fn set_reverse(&mut self, axes: Axes) {
+        if self.reversed == axes {
+            return;
+        }
+        self.reversed = axes;
+        // The longest `hold-us`, 1 ms, from a last step that may be of this moment.
+        let begun = self.panel.count();
+        while self.panel.count().wrapping_sub(begun) < self.rate.micros(1_000) {}
         self.panel.set_reverse(axes);
     }
 }

@@ -18,12 +18,14 @@ mod kept;
 mod register;
 mod ring;
 mod trial;
+mod turned;
 
 pub use engine::{ControllerEngine, run};
 pub use io::{Panel, PortIo};
 pub use register::Register;
 pub use ring::Ring;
-pub use trial::try_timer;
+pub use trial::TimerTrial;
+pub use turned::Turned;
 
 use stepwright::profile::Fit;
 use stepwright::{Board, Control, Cost, OrderedMotors, Rate, Timing};

@@ -1,12 +1,10 @@
 //! STEP and DIR, and the pins around the motors.
 
-use core::sync::atomic::{AtomicU8, Ordering};
-
 use stepwright::drive::{Axes, Drive};
-use stepwright_controller::{AXES, Panel, Register};
+use stepwright_controller::{AXES, Panel, Register, Turned};
 use stepwright_device::Reset;
 
-use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, RATE, STEP, SWITCHES};
+use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, STEP, SWITCHES};
 use crate::timer;
 
 /// A register of the port.
@@ -23,9 +21,7 @@ const OUTPUTS: Register = port(0x518);
 /// How a pin is configured: an input with a pull-up.
 const PULLED_UP: u32 = 3 << 2;
 
-/// Axes that turn the other way round, and axes that face backward.
-static REVERSED: AtomicU8 = AtomicU8::new(0);
-static BACKWARD: AtomicU8 = AtomicU8::new(0);
+static TURNED: Turned = Turned::new();
 
 /// Sets DIR of an axis.
 #[inline(always)]
@@ -63,10 +59,7 @@ impl Drive for StepPins {
     }
 
     fn direction(&mut self, axis: u8, forward: bool) {
-        let bit = 1u8.wrapping_shl(axis.into());
-        let backward = BACKWARD.load(Ordering::Relaxed) & !bit;
-        BACKWARD.store(backward | if forward { 0 } else { bit }, Ordering::Relaxed);
-        set_dir(axis, forward == (REVERSED.load(Ordering::Relaxed) & bit == 0));
+        set_dir(axis, TURNED.direction(axis, forward));
     }
 }
 
@@ -140,16 +133,9 @@ impl Panel for BoardPins {
     }
 
     fn set_reverse(&mut self, axes: Axes) {
-        if REVERSED.load(Ordering::Relaxed) == axes {
-            return;
-        }
-        // The longest `hold-us`, 1 ms, from a last step that may be of this moment.
-        let begun = timer::count();
-        while timer::count().wrapping_sub(begun) < RATE.micros(1_000) {}
-        REVERSED.store(axes, Ordering::Relaxed);
-        let high = !(axes ^ BACKWARD.load(Ordering::Relaxed));
+        let levels = TURNED.reverse(axes);
         for axis in 0..AXES as u8 {
-            set_dir(axis, high >> axis & 1 != 0);
+            set_dir(axis, levels >> axis & 1 != 0);
         }
     }
 }

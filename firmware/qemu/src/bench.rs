@@ -12,6 +12,7 @@ use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
 use serde_json::{Value, json};
 
+use crate::boards::NRF51;
 use crate::machine::{Machine, Pace, firmware};
 
 /// One figure.
@@ -77,7 +78,7 @@ fn visits(handler: &Handler, order: &str) -> Result<Vec<Visit>> {
     let out = env::temp_dir().join(format!("stepwright-visits-{}", std::process::id()));
     let Handler { entry, end } = *handler;
     let task = format!("entry={entry},low={entry},high={end},out={}", out.display());
-    let mut chip = Machine::watched("nrf51", "controller", Pace::Chip, &task, &[])?;
+    let mut chip = Machine::watched(&NRF51, "controller", Pace::Chip, &task, &[])?;
     carry_out(&mut chip, order)?;
     drop(chip);
     let text = fs::read_to_string(&out)?;
@@ -113,7 +114,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 /// # Errors
 /// Something that it takes is not there, or a travel is not as it should be.
 pub fn measure() -> Result<Vec<Row>> {
-    let image = Image::of(&firmware("nrf51", "controller")?)?;
+    let image = Image::of(&firmware(&NRF51, "controller")?)?;
     let mut rows = Vec::new();
     let mut row = |name, axes, value: f64, unit| {
         // A digit behind the point: a file to read.
@@ -168,7 +169,7 @@ pub fn measure() -> Result<Vec<Row>> {
 fn stack(image: &Image) -> Result<u64> {
     let out = env::temp_dir().join(format!("stepwright-stack-{}", std::process::id()));
     let task = format!("stack={},out={}", image.ram_end, out.display());
-    let mut chip = Machine::watched("nrf51", "controller", Pace::Chip, &task, &[])?;
+    let mut chip = Machine::watched(&NRF51, "controller", Pace::Chip, &task, &[])?;
     for order in [
         "PO s0 t3000 a900 d900 j9000 G+900 A2 s0 t2900 a900 d900 G+800 A3 s0 t2800 a900 d900 G-700 E",
         "A1 PO s0 t900 a900 d900 j9000 g+ A2 s0 t900 a900 d900 g- E A1 t700 d500 @-300 A2 a400 t900 A0 Z",

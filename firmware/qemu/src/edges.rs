@@ -1,18 +1,9 @@
 //! Edges of a board's pins, from QEMU's log.
-//!
-//! ```text
-//!   nrf51_gpio_write offset 0x508 value 0x200000      QEMU's trace: STEP rises
-//!   @1234567 0x50000508                               the plugin: at this instruction
-//!   @1234571 0x4000804c                               the engine captures the counter
-//!   nrf51_timer_read … addr 0x54c data 0xe3d458 …     and reads it
-//! ```
-//!
-//! QEMU's timer counts a little faster than its instructions take, some 30 in a million: it drops half
-//! a nanosecond where it looks at an odd tick. So the time of an edge is the counter's, as the engine
-//! reads it next, less the instructions between.
 
-use anyhow::{Context, Result, ensure};
-use stepwright_nrf51::board::{DIR, STEP};
+mod stored;
+mod traced;
+
+use anyhow::{Context, Result};
 
 use crate::machine::Pace;
 
@@ -36,12 +27,99 @@ impl Edge {
     }
 }
 
-/// What is set and what is cleared: offsets in the port.
-const SET: u32 = 0x508;
-const CLEAR: u32 = 0x50C;
-/// What the plugin watches: those two, and the engine's capture of the counter.
-pub(crate) const WATCHED: &str = "0x50000508-0x50000510+0x4000804c-0x40008050";
-const CAPTURE: u32 = 0x4000_804C;
+/// How a board's pins are seen in QEMU's log. STEP and DIR of the first axis are these bits of the port,
+/// those of the others in a row behind them.
+#[derive(Clone, Copy, Debug)]
+pub enum View {
+    /// By QEMU's own trace of an nRF51's port and timer: see `edges/traced.rs`.
+    Traced {
+        /// STEP.
+        step: u32,
+        /// DIR.
+        dir: u32,
+    },
+    /// By the addresses of stores, where word N of memory raises the pins whose bits N has, or lowers
+    /// them: see `edges/stored.rs`.
+    Stored {
+        /// The address of the words that raise.
+        set: u32,
+        /// That of the words that lower.
+        clear: u32,
+        /// Bytes of each.
+        size: u32,
+        /// STEP.
+        step: u32,
+        /// DIR.
+        dir: u32,
+    },
+}
+
+impl View {
+    /// The words for the plugin, and for QEMU.
+    pub(crate) fn words(self) -> (String, &'static [&'static str]) {
+        match self {
+            View::Traced { .. } => (traced::watched(), &traced::TRACES),
+            View::Stored { set, clear, size, .. } => {
+                let range = |first: u32| format!("{first:#x}-{:#x}", first + size);
+                (format!("watch={}+{}", range(set), range(clear)), &["-d", "plugin"])
+            }
+        }
+    }
+
+    /// A reader of the log, of a board whose step timer counts `mhz` a microsecond.
+    pub(crate) fn reader(self, pace: Pace, mhz: f64) -> Box<dyn Reader> {
+        let ticks = pace.micros() * mhz;
+        match self {
+            View::Traced { step, dir } => Box::new(traced::Log::new(ticks, Port::of(step, dir))),
+            View::Stored { set, clear, step, dir, .. } => {
+                Box::new(stored::Log::new(ticks, [set, clear], Port::of(step, dir)))
+            }
+        }
+    }
+}
+
+/// Reads a log, line by line.
+pub(crate) trait Reader: Send {
+    /// Takes a line.
+    ///
+    /// # Errors
+    /// It is not as expected.
+    fn line(&mut self, line: &str) -> Result<()>;
+
+    /// All edges whose time is known.
+    fn edges(&mut self) -> Vec<Edge>;
+}
+
+/// The levels of a port's pins.
+struct Port {
+    levels: u32,
+    step: u32,
+    dir: u32,
+}
+
+impl Port {
+    fn of(step: u32, dir: u32) -> Port {
+        Port { levels: 0, step, dir }
+    }
+
+    /// Raises or lowers pins: what changes.
+    fn change(&mut self, bits: u32, high: bool, time: f64) -> Vec<Edge> {
+        let after = if high { self.levels | bits } else { self.levels & !bits };
+        let changed = after ^ self.levels;
+        self.levels = after;
+        let pins = (0..3u8).flat_map(|axis| [(axis, self.step, true), (axis, self.dir, false)]);
+        let edge = |(axis, first, is_pulse): (u8, u32, bool)| {
+            let level = after >> (first + u32::from(axis)) & 1 != 0;
+            (changed >> (first + u32::from(axis)) & 1 != 0).then_some(Edge {
+                time,
+                axis,
+                is_pulse,
+                level,
+            })
+        };
+        pins.filter_map(edge).collect()
+    }
+}
 
 /// A hexadecimal number.
 fn hex(text: &str) -> Result<u32> {
@@ -49,122 +127,8 @@ fn hex(text: &str) -> Result<u32> {
     Ok(u32::from_str_radix(digits, 16)?)
 }
 
-/// Reads a log, line by line.
-pub(crate) struct Reader {
-    pace: Pace,
-    edges: Vec<Edge>,
-    /// What was written to the port, and no time is known of.
-    write: Option<(bool, u32)>,
-    port: u32,
-    /// Edges whose time is an instruction still, from this one on.
-    untimed: usize,
-    /// The instruction at which the counter was captured.
-    captured: Option<u64>,
-    /// The time as of the last look at the counter.
-    time: u64,
-}
-
-impl Reader {
-    pub(crate) fn new(pace: Pace) -> Reader {
-        let (edges, write, captured) = (Vec::new(), None, None);
-        Reader { pace, edges, write, port: 0, untimed: 0, captured, time: 0 }
-    }
-
-    /// Takes a line.
-    ///
-    /// # Errors
-    /// It is not as expected.
-    pub(crate) fn line(&mut self, line: &str) -> Result<()> {
-        if let Some(text) = line.strip_prefix("nrf51_gpio_write offset ") {
-            let (offset, value) = text.split_once(" value ").context("a value")?;
-            let offset = hex(offset)?;
-            if offset == SET || offset == CLEAR {
-                ensure!(self.write.is_none(), "a write without a time: {line}");
-                self.write = Some((offset == SET, hex(value.trim())?));
-            }
-        } else if let Some(text) = line.strip_prefix('@') {
-            let (count, address) = text.split_once(' ').context("an address")?;
-            let (count, address) = (count.parse()?, hex(address)?);
-            if address == CAPTURE {
-                self.captured = Some(count);
-            } else {
-                let (set, value) =
-                    self.write.take().with_context(|| format!("no write before {line}"))?;
-                ensure!((address & 0xFFF == SET) == set, "another write: {line}");
-                self.port(if set { self.port | value } else { self.port & !value }, count);
-            }
-        } else if let Some((_, text)) = line.split_once(" addr 0x54c data ")
-            && let Some(captured) = self.captured.take()
-        {
-            let counter = hex(text.split(' ').next().context("a counter")?)?;
-            // It wraps, and nobody leaves it alone for half a turn.
-            let ahead = counter.wrapping_sub(self.time as u32) as i32;
-            self.time = self.time.saturating_add_signed(ahead.into());
-            for edge in &mut self.edges[self.untimed..] {
-                let before = captured as f64 - edge.time;
-                edge.time = self.time as f64 - before * self.pace.ticks();
-            }
-            self.untimed = self.edges.len();
-        }
-        Ok(())
-    }
-
-    /// The port's levels from an instruction on.
-    fn port(&mut self, after: u32, count: u64) {
-        for axis in 0..3u8 {
-            for (first, is_pulse) in [(STEP, true), (DIR, false)] {
-                let bit = 1 << (first + u32::from(axis));
-                if (after ^ self.port) & bit != 0 {
-                    let level = after & bit != 0;
-                    self.edges.push(Edge { time: count as f64, axis, is_pulse, level });
-                }
-            }
-        }
-        self.port = after;
-    }
-
-    /// All edges whose time is known.
-    pub(crate) fn edges(mut self) -> Vec<Edge> {
-        self.edges.truncate(self.untimed);
-        self.edges
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn read(log: &str) -> Result<Vec<Edge>> {
-        let mut reader = Reader::new(Pace::Quick);
-        log.lines().try_for_each(|line| reader.line(line))?;
-        Ok(reader.edges())
-    }
-
-    #[test]
-    fn a_log_is_edges() {
-        let log = "nrf51_gpio_write offset 0x518 value 0xe0000e\n\
-                   nrf51_gpio_write offset 0x508 value 0x2\n@250 0x50000508\n\
-                   nrf51_gpio_write offset 0x508 value 0x600000\n@1000 0x50000508\n\
-                   @1004 0x4000804c\n\
-                   nrf51_timer_read timer 0 read addr 0x548 data 0x7 size 4\n\
-                   nrf51_timer_read timer 0 read addr 0x54c data 0x1000 size 4\n\
-                   nrf51_gpio_write offset 0x50c value 0x200000\n@1250 0x5000050c\n";
-        let edge = |time, axis, is_pulse, level| Edge { time, axis, is_pulse, level };
-        // An instruction takes 0.256 ticks.
-        let close = |a: &Edge, b: &Edge| (a.time - b.time).abs() < 1e-6;
-        let (real, ideal) = (
-            read(log).unwrap(),
-            [
-                edge(4096.0 - 754.0 * 0.256, 0, false, true),
-                edge(4096.0 - 4.0 * 0.256, 0, true, true),
-                edge(4096.0 - 4.0 * 0.256, 1, true, true),
-            ],
-        );
-        assert_eq!(real.len(), ideal.len(), "{real:?}");
-        for (real, ideal) in real.iter().zip(&ideal) {
-            assert!(close(real, ideal), "{real:?}, {ideal:?}");
-            assert_eq!(Edge { time: 0.0, ..*real }, Edge { time: 0.0, ..*ideal });
-        }
-        assert!(read("@1 0x50000508\n").is_err());
-    }
+/// A line of the plugin: at which instruction, and the address.
+fn store(text: &str) -> Result<(u64, u32)> {
+    let (count, address) = text.split_once(' ').context("an address")?;
+    Ok((count.parse()?, hex(address)?))
 }

@@ -1,21 +1,23 @@
 //! The firmware for chips of 32 bits, on boards that QEMU simulates.
 //!
 //! ```text
-//!   lines ─► QEMU's UART ─► controller ─► GPIO ─► trace ┐
+//!   lines ─► QEMU's UART ─► controller ─► pins ─► trace ┐
 //!                                          plugin ──────┴─► log ─► edges, with their times
 //! ```
 //!
-//! [`Machine`] runs the firmware that ships; nothing in it knows that it is watched. QEMU's trace
-//! tells what is written to the pins, the plugin (`plugin/`) at which instruction: with
-//! `-icount` that is the time. QEMU counts instructions, and not cycles: all of them take the same
+//! [`Machine`] runs the firmware that ships on a board of [`boards`]; nothing in it knows that it is
+//! watched. QEMU's trace or an address tells what is written to the pins, the plugin (`plugin/`) at which
+//! instruction: with `-icount` that is the time. QEMU counts instructions, and not cycles: all of them take the same
 //! time, [`Pace`].
 //!
 //! `cargo xtask test --only qemu` builds all of it, and runs the tests.
 
 pub mod bench;
+pub mod boards;
 pub mod edges;
 pub mod machine;
 pub mod virtual_board;
 
+pub use boards::Simulated;
 pub use edges::Edge;
 pub use machine::{Machine, Pace};

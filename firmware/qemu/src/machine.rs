@@ -11,13 +11,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::edges::{Edge, Reader, WATCHED};
+use crate::boards::Simulated;
+use crate::edges::Edge;
 
 /// How long an instruction takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// 16 ns: four instructions a tick of 16 MHz. What is left between edges and their deadlines is
-    /// the engine's own.
+    /// 16 ns: what is left between edges and their deadlines is the engine's own.
     Quick,
     /// 128 ns: 7.8 million a second, as a Cortex-M0 of 16 MHz has that takes two cycles for
     /// each.
@@ -33,9 +33,9 @@ impl Pace {
         }
     }
 
-    /// Ticks of 16 MHz that an instruction takes.
-    pub fn ticks(self) -> f64 {
-        f64::from(1u32 << self.shift()) / 62.5
+    /// Microseconds that an instruction takes.
+    pub fn micros(self) -> f64 {
+        f64::from(1u32 << self.shift()) / 1e3
     }
 }
 
@@ -57,32 +57,32 @@ fn path(variable: &str) -> Result<PathBuf> {
     Ok(path.into())
 }
 
-/// QEMU for a board, with its words of `Cargo.toml` there: `STEPWRIGHT_QEMU` is where it was
-/// unpacked, if it is not installed.
-pub fn qemu(board: &str) -> Result<Command> {
-    let words: &[&str] = match board {
-        "nrf51" | "microbit" => &["qemu-system-arm", "-M", "microbit"],
-        _ => bail!("no board {board}"),
-    };
+/// QEMU for a board: `STEPWRIGHT_QEMU` is where it was unpacked, if it is not installed.
+///
+/// # Errors
+/// The board's manifest has no words for it.
+pub fn qemu(board: &Simulated) -> Result<Command> {
+    let words = board.words()?;
     let mut command = match env::var_os("STEPWRIGHT_QEMU").map(PathBuf::from) {
         Some(root) => {
-            let mut command = Command::new(root.join("usr/bin").join(words[0]));
+            let mut command = Command::new(root.join("usr/bin").join(&words[0]));
             let libraries = ["usr/lib", "lib"].map(|folder| root.join(folder));
             let machine = format!("{}-linux-gnu", env::consts::ARCH);
             let libraries = libraries.map(|folder| folder.join(&machine).into_os_string());
             command.env("LD_LIBRARY_PATH", libraries.join(":".as_ref()));
             command
         }
-        None => Command::new(words[0]),
+        None => Command::new(&words[0]),
     };
     command.args(&words[1..]).args(["-display", "none", "-monitor", "none"]);
     Ok(command)
 }
 
 /// Where a board's program is: `STEPWRIGHT_FIRMWARE` has them all.
-pub fn firmware(board: &str, program: &str) -> Result<PathBuf> {
-    let file = path("STEPWRIGHT_FIRMWARE")?.join(format!("{board}-{program}.elf"));
-    ensure!(file.is_file(), "no {}: `cargo xtask firmware {board}` builds it", file.display());
+pub fn firmware(board: &Simulated, program: &str) -> Result<PathBuf> {
+    let name = board.name;
+    let file = path("STEPWRIGHT_FIRMWARE")?.join(format!("{name}-{program}.elf"));
+    ensure!(file.is_file(), "no {}: `cargo xtask firmware {name}` builds it", file.display());
     Ok(file)
 }
 
@@ -96,9 +96,9 @@ impl Machine {
     ///
     /// # Errors
     /// Something that it takes is not there.
-    pub fn start(board: &str, program: &str, pace: Pace) -> Result<Machine> {
-        let trace = ["-trace", "nrf51_gpio_write", "-trace", "nrf51_timer_read", "-d", "plugin"];
-        Machine::watched(board, program, pace, &format!("watch={WATCHED}"), &trace)
+    pub fn start(board: &Simulated, program: &str, pace: Pace) -> Result<Machine> {
+        let (task, words) = board.view.words();
+        Machine::watched(board, program, pace, &task, words)
     }
 
     /// Likewise, with these words for the plugin, and for QEMU.
@@ -106,7 +106,7 @@ impl Machine {
     /// # Errors
     /// Likewise.
     pub fn watched(
-        board: &str,
+        board: &Simulated,
         program: &str,
         pace: Pace,
         task: &str,
@@ -137,8 +137,9 @@ impl Machine {
             }
         });
         let log = BufReader::new(child.stderr.take().context("its log")?);
+        let mut reader = board.view.reader(pace, board.mhz());
         let log = thread::spawn(move || {
-            let (mut reader, mut fault) = (Reader::new(pace), Ok(()));
+            let mut fault = Ok(());
             for line in log.lines().map_while(Result::ok) {
                 // To the end, or QEMU would wait.
                 fault = fault.and_then(|()| reader.line(&line));

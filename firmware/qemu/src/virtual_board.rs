@@ -1,19 +1,20 @@
 //! The virtual board of the same description.
 
-use stepwright::{Board, Cost};
-use stepwright_nrf51::board::{BOARD, RATE};
+use stepwright::Board;
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
+use crate::boards::Simulated;
+
 /// The description of the virtual board.
-pub fn description() -> Description {
-    let Board { cost, .. } = BOARD;
-    Description { board: BOARD, ..Description::at(RATE, Cost { ..cost }) }
+pub fn description(of: &Simulated) -> Description {
+    let Board { rate, cost, .. } = of.board;
+    Description { board: of.board, ..Description::at(rate, cost) }
 }
 
 /// Makes a virtual board, and has it carry out `play`.
-pub fn with<R>(play: impl FnOnce(&mut VirtualBoard<'_, u32, Vec<Edge>>) -> R) -> R {
+pub fn with<R>(of: &Simulated, play: impl FnOnce(&mut VirtualBoard<'_, u32, Vec<Edge>>) -> R) -> R {
     let mut queues = Queues::default();
-    play(&mut VirtualBoard::new(&mut queues, description(), Vec::new()))
+    play(&mut VirtualBoard::new(&mut queues, description(of), Vec::new()))
 }
 
 /// Says a line to it, and returns the answer.

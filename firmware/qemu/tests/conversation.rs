@@ -1,14 +1,26 @@
 //! Conversations with the controller, and the same with the virtual board.
 
-use stepwright_qemu::{Machine, Pace, machine, virtual_board};
+use stepwright_qemu::boards::CONTROLLERS;
+use stepwright_qemu::{Machine, Pace, Simulated, machine, virtual_board};
 
-/// Plays a table on both: a line and its answer, `*` for any characters in it. `*rest` waits for
+/// Plays a table on every board: see [`talk_with`]. The steps are the same on all.
+fn talk(table: &str) -> [usize; 3] {
+    let [steps, others @ ..] = CONTROLLERS.map(|board| talk_with(board, table));
+    assert!(
+        table.contains('~') || others.iter().all(|other| *other == steps),
+        "{others:?}, {steps:?}"
+    );
+    steps
+}
+
+/// Plays a table on a board and on the virtual one: a line and its answer, `*` for any characters in it. `*rest` waits for
 /// the end of the travel. Where the answer depends on the moment, the line begins with `~`: the
 /// two may then differ. Returns how many steps the axes have made, as many on both unless that
 /// depended on a moment.
-fn talk(table: &str) -> [usize; 3] {
-    let mut chip = Machine::start("nrf51", "controller", Pace::Quick).unwrap();
-    let ideal = virtual_board::with(|board| {
+fn talk_with(board: &Simulated, table: &str) -> [usize; 3] {
+    let name = board.name;
+    let mut chip = Machine::start(board, "controller", Pace::Quick).unwrap();
+    let ideal = virtual_board::with(board, |board| {
         for row in table.lines().map(str::trim).filter(|row| !row.is_empty()) {
             let (line, pattern) = row.split_once(' ').unwrap_or((row, ""));
             if line == "*rest" {
@@ -23,14 +35,14 @@ fn talk(table: &str) -> [usize; 3] {
             let line = line.replace("\"\"", "");
             let real = chip.ask(&line).expect(row);
             let ideal = virtual_board::ask(board, &line);
-            assert!(matches(&real, pattern.trim()), "{row}: {real}");
-            assert!(moment || real == ideal, "{row}: {real:?} of the chip, {ideal:?} of the other");
+            assert!(matches(&real, pattern.trim()), "{name}, {row}: {real}");
+            assert!(moment || real == ideal, "{name}, {row}: {real:?}, not {ideal:?}");
         }
         [0, 1, 2].map(|axis| virtual_board::steps(board.recorder(), axis).len())
     });
     let edges = chip.end().unwrap();
     let real = [0, 1, 2].map(|axis| machine::steps(&edges, axis).len());
-    assert!(table.contains('~') || real == ideal, "{real:?} steps of the chip, {ideal:?}");
+    assert!(table.contains('~') || real == ideal, "{name}: {real:?} steps, not {ideal:?}");
     real
 }
 

@@ -2,6 +2,7 @@
 //! they say of their positions is what their pins have done, and when is what the virtual board does.
 
 use stepwright::{Axis, MoveError, Steppers};
+use stepwright_qemu::boards::{MICROBIT, NRF51};
 use stepwright_qemu::{Edge, Machine, Pace, machine, virtual_board};
 use stepwright_sim::{Queues, SimEngine, virtual_engine};
 
@@ -14,7 +15,7 @@ const SLOWLY: f64 = 8.0 * BESIDE;
 
 /// Runs a program to its end: what it says, and its edges.
 fn run(program: &str, pace: Pace) -> (String, Vec<Edge>) {
-    let mut chip = Machine::start("microbit", program, pace).unwrap();
+    let mut chip = Machine::start(&MICROBIT, program, pace).unwrap();
     let said = chip.hear().unwrap();
     (said, chip.end().unwrap())
 }
@@ -46,7 +47,7 @@ fn ideal<T>(
     orders: impl IntoIterator<Item = T>,
     order: impl Fn(&mut Virtual<'_>, T) -> Result<(), MoveError>,
 ) -> [Vec<u64>; 3] {
-    let (mut queues, description) = (Queues::default(), virtual_board::description());
+    let (mut queues, description) = (Queues::default(), virtual_board::description(&MICROBIT));
     let (engine, feeds, board) = virtual_engine::<u32, _>(&mut queues, description, Vec::new());
     let mut motors = Steppers::new(engine, feeds, board);
     for one in orders {
@@ -129,7 +130,7 @@ fn a_main_loop_steps_as_the_virtual_board() {
 #[test]
 fn moves_are_awaited_without_an_executor() {
     for pace in [Pace::Quick, Pace::Chip] {
-        let mut chip = Machine::start("nrf51", "awaits", pace).unwrap();
+        let mut chip = Machine::start(&NRF51, "awaits", pace).unwrap();
         let said = chip.hear().unwrap();
         let edges = chip.end().unwrap();
         assert_eq!((said.as_str(), position(&edges, 0)), ("reached", 100));

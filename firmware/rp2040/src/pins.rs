@@ -8,9 +8,7 @@ use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, SWITCHES};
 use crate::chip::{self, Function};
 
 /// The pins around the motors.
-pub struct BoardPins {
-    reversed: Axes,
-}
+pub struct BoardPins(());
 
 impl BoardPins {
     /// Pulls the inputs up, leaves the drivers off, and starts the watchdog: 250 ms.
@@ -26,7 +24,7 @@ impl BoardPins {
         chip::make_output(ENABLE);
         chip::give(ENABLE, Function::Program, false);
         chip::start_watchdog();
-        BoardPins { reversed: 0 }
+        BoardPins(())
     }
 }
 
@@ -68,13 +66,6 @@ impl Panel for BoardPins {
     }
 
     fn set_reverse(&mut self, axes: Axes) {
-        if self.reversed == axes {
-            return;
-        }
-        // The longest `hold-us`, 1 ms, from a last step that may be of this moment.
-        let begun = chip::micros_low();
-        while chip::micros_low().wrapping_sub(begun) < 1_000 {}
-        self.reversed = axes;
         for axis in 0..AXES as u32 {
             chip::give(DIR + axis, Function::Pio, axes >> axis & 1 != 0);
         }

@@ -12,6 +12,7 @@ use crate::workspace::{Workspace, run};
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     let root = qemu::prepare(ws)?;
     SmallBoard::Nrf51.build(ws)?;
+    SmallBoard::Virt.build(ws)?;
     qemu::build(ws, EXAMPLES)?;
     qemu::plugin(ws)?;
     let built = programs::build(qemu::cargo(ws, "test", root.as_deref()).arg("--release"))?;
@@ -26,7 +27,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     controller.arg(ws.target.join("qemu")).current_dir(ws.root.join("firmware/controller"));
     run(controller.args(["--release", "--lib"]))?;
     // Workspaces of their own: nothing else looks at their style.
-    for folder in ["qemu", "controller", "nrf51", "microbit"] {
+    for folder in ["qemu", "controller", "nrf51", "virt", "microbit"] {
         let folder = ws.root.join("firmware").join(folder);
         run(ws.cargo(["fmt", "--all", "--check"]).current_dir(&folder))?;
     }

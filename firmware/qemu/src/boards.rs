@@ -1,0 +1,71 @@
+//! The boards: what QEMU takes each for, what it is as data, and how its pins are seen. A new board is
+//! a row here.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+use stepwright::Board;
+use stepwright_nrf51::board as nrf51;
+use stepwright_virt::board as virt;
+
+use crate::edges::View;
+
+/// A board that QEMU simulates.
+#[derive(Debug)]
+pub struct Simulated {
+    /// The folder of its programs in `firmware`.
+    pub name: &'static str,
+    /// Its controller's board.
+    pub board: Board<3>,
+    /// How its pins are seen.
+    pub view: View,
+}
+
+/// BBC micro:bit.
+pub static NRF51: Simulated = Simulated { name: "nrf51", board: nrf51::BOARD, view: NRF51_VIEW };
+
+const NRF51_VIEW: View = View::Traced { step: nrf51::STEP, dir: nrf51::DIR };
+
+/// The same, with programs that have an executor, RTIC or a main loop of their own.
+pub static MICROBIT: Simulated =
+    Simulated { name: "microbit", board: nrf51::BOARD, view: NRF51_VIEW };
+
+/// QEMU's `virt`, RISC-V.
+pub static VIRT: Simulated = Simulated {
+    name: "virt",
+    board: virt::BOARD,
+    view: View::Stored {
+        set: virt::SET as u32,
+        clear: virt::CLEAR as u32,
+        size: virt::PORT_SIZE as u32,
+        step: virt::STEP,
+        dir: virt::DIR,
+    },
+};
+
+/// All that have the serial controller.
+pub static CONTROLLERS: [&Simulated; 2] = [&NRF51, &VIRT];
+
+impl Simulated {
+    /// The words that start QEMU for it, as its manifest has them.
+    ///
+    /// # Errors
+    /// It has none.
+    pub fn words(&self) -> Result<Vec<String>> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name(self.name);
+        let file = folder.join("Cargo.toml");
+        let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+        let manifest: toml::Table = text.parse()?;
+        let words = manifest["package"]["metadata"]["board"].get("qemu");
+        let words = words.and_then(toml::Value::as_array).into_iter().flatten();
+        let words: Vec<_> = words.filter_map(|word| Some(word.as_str()?.to_owned())).collect();
+        ensure!(!words.is_empty(), "{} has no words `qemu`", file.display());
+        Ok(words)
+    }
+
+    /// Ticks of its step timer in a microsecond.
+    pub fn mhz(&self) -> f64 {
+        f64::from(self.board.rate.hz()) / 1e6
+    }
+}

@@ -1,0 +1,26 @@
+#![cfg_attr(target_os = "none", no_std)]
+//! Stepwright on RISC-V: the board `virt` of QEMU, with the timer that every RISC-V has (`mtime`,
+//! `mtimecmp`) and a line that most PCs have (16550). No such board can be bought: it is the model for
+//! a RISC-V that can.
+//!
+//! | file | what |
+//! | --- | --- |
+//! | `board.rs` | the board as data; for a host too |
+//! | `timer.rs` | `mtime` as the step timer, and its interrupt held off |
+//! | `pins.rs` | a port of memory: STEP, DIR, and the enable pin |
+//! | `uart.rs` | the serial line |
+//! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/port_test.rs` | does the timer keep the contract? |
+//!
+//! `cargo xtask firmware virt` builds it, `cargo xtask test --only qemu` runs it.
+
+pub mod board;
+
+#[cfg(target_os = "none")]
+mod panic;
+#[cfg(target_os = "none")]
+pub mod pins;
+#[cfg(target_os = "none")]
+pub mod timer;
+#[cfg(target_os = "none")]
+pub mod uart;

@@ -1,0 +1,99 @@
+//! `mtime`, free-running at 10 MHz with 64 bits, and `mtimecmp`, both as the CLINT has them: what has
+//! passed is pending for as long as it has.
+
+use core::arch::asm;
+
+use stepwright::HoldOff;
+use stepwright::timer::StepTimer;
+use stepwright_controller::Register;
+
+/// A register of the CLINT.
+const fn clint(offset: usize) -> Register {
+    // SAFETY: the memory map of `virt`: CLINT at 0x200_0000, words.
+    unsafe { Register::at(0x0200_0000 + offset) }
+}
+
+const COMPARE: Register = clint(0x4000);
+const COMPARE_HIGH: Register = clint(0x4004);
+const TIME: Register = clint(0xBFF8);
+const TIME_HIGH: Register = clint(0xBFFC);
+
+/// MTIE of `mie`.
+const BIT: usize = 1 << 7;
+
+/// The step timer: the low half of `mtime`.
+pub struct Timer(());
+
+impl Timer {
+    /// Takes `mtimecmp`, whose interrupt stays held off, and lets interrupts come.
+    ///
+    /// # Safety
+    /// Called once.
+    pub unsafe fn start() -> Timer {
+        COMPARE_HIGH.write(u32::MAX);
+        // SAFETY: MIE of `mstatus`; no interrupt of `mie` is let in yet.
+        unsafe { asm!("csrc mie, {bit}", "csrsi mstatus, 8", bit = in(reg) BIT, options(nostack)) };
+        Timer(())
+    }
+}
+
+/// The counter, for the main loop, while the step interrupt may come.
+#[inline(always)]
+pub fn count() -> u32 {
+    TIME.read()
+}
+
+/// All of `mtime`.
+#[inline(always)]
+fn time() -> u64 {
+    loop {
+        let high = TIME_HIGH.read();
+        let low = TIME.read();
+        if TIME_HIGH.read() == high {
+            return u64::from(high) << 32 | u64::from(low);
+        }
+    }
+}
+
+impl StepTimer for Timer {
+    type Count = u32;
+    /// Leaving and entering takes some 80 instructions.
+    const LINGER: u32 = 10;
+    /// Some 100 instructions to the edge of a step that is due alone; twice as many where several are.
+    const REACTION: u32 = 200;
+
+    #[inline(always)]
+    fn now(&mut self) -> u32 {
+        TIME.read()
+    }
+
+    #[inline(always)]
+    fn wake_at(&mut self, at: u32) {
+        let now = time();
+        let ahead = at.wrapping_sub(now as u32) as i32;
+        let at = now.saturating_add_signed(ahead.into());
+        // In between no value may match that nobody asked for: the privileged architecture's order.
+        COMPARE.write(u32::MAX);
+        COMPARE_HIGH.write((at >> 32) as u32);
+        COMPARE.write(at as u32);
+    }
+}
+
+/// The timer's interrupt.
+pub struct StepInterrupt;
+
+// SAFETY: MTIE of `mie`, 0 after a reset; a write to a control register is over with its instruction,
+// and the assembly is a barrier for the compiler. What is pending stays so: it is a level.
+unsafe impl HoldOff for StepInterrupt {
+    #[inline(always)]
+    fn hold() {
+        // SAFETY: one bit of `mie`.
+        unsafe { asm!("csrc mie, {bit}", bit = in(reg) BIT, options(nostack)) };
+    }
+
+    #[inline(always)]
+    fn release() {
+        // SAFETY: likewise.
+        unsafe { asm!("csrs mie, {bit}", bit = in(reg) BIT, options(nostack)) };
+    }
+}

@@ -22,7 +22,6 @@ pub struct SinkEngine<'q, P, const N: usize, const Q: usize> {
     /// Axes that are to be started together, and when they may be.
     starting: Axes,
     ready: u64,
-    dry: u32,
 }
 
 impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
@@ -35,7 +34,7 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
         let () = Self::AT_MOST_8_AXES;
         let () = Self::REMEMBERS;
         let tracks = entries.map(|source| Track::new(source, bound));
-        let mut engine = SinkEngine { player, tracks, timing, starting: 0, ready: 0, dry: 0 };
+        let mut engine = SinkEngine { player, tracks, timing, starting: 0, ready: 0 };
         engine.set_timing(timing);
         engine
     }
@@ -47,6 +46,7 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
 
     /// Gives the player what it has room for, of these axes: for its interrupt, when a group has
     /// begun. True if there is news for the main loop: there is room in a queue, or nothing in it.
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     pub fn serve(&mut self, axes: Axes) -> bool {
         let (mut news, mut left) = (false, axes);
         for (axis, track) in (0u8..).zip(&mut self.tracks) {
@@ -55,12 +55,8 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
             }
             let asked = left & 1 != 0;
             left >>= 1;
-            if asked && track.wants() {
-                let before = track.hungry;
-                track.took = false;
-                let dry = track.fill(&mut self.player, axis, self.timing.hold);
-                self.dry = self.dry.saturating_add(dry);
-                news |= track.took || track.hungry && !before;
+            if asked {
+                news |= track.fill(&mut self.player, axis, self.timing.hold);
             }
         }
         if self.starting != 0 {
@@ -83,6 +79,7 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
     }
 
     /// Starts what is to be started, if it has something to play and may turn.
+    #[inline(never)]
     fn start_all(&mut self) {
         let mut axes: Axes = 0;
         for (axis, track) in (0u8..).zip(&self.tracks) {
@@ -162,7 +159,7 @@ impl<P: Player, const N: usize, const Q: usize> Control for SinkEngine<'_, P, N,
     fn set_position(&mut self, axis: u8, position: i64) {
         if let Some(track) = self.tracks.get_mut(usize::from(axis)) {
             let made = track.made(&self.player, axis);
-            track.position = track.position.wrapping_add(position.wrapping_sub(made));
+            track.displace(position.wrapping_sub(made));
         }
     }
 
@@ -175,11 +172,11 @@ impl<P: Player, const N: usize, const Q: usize> Control for SinkEngine<'_, P, N,
     }
 
     fn late(&self) -> u32 {
-        self.dry
+        self.tracks.iter().fold(0, |dry, track| dry.saturating_add(track.dry))
     }
 
     fn clear_late(&mut self) {
-        self.dry = 0;
+        self.tracks.iter_mut().for_each(|track| track.dry = 0);
     }
 
     fn refill(&mut self) {

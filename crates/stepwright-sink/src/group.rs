@@ -54,6 +54,12 @@ impl StepGroup {
 /// What is owed up to this, in 2⁻¹⁶ ticks, is made up for within a group of several steps.
 const LARGE: u32 = 1 << 28;
 
+/// Waits of groups of several steps are shorter, in 2⁻¹⁶ ticks: with what is owed they fit 31 bits.
+const FAR: i64 = 0x7000_0000;
+
+/// They are at most this much shorter than the minimum interval.
+const BELOW: i64 = 16 << 16;
+
 /// The largest bound, and so the most steps of a group.
 const MOST: Ticks = 1 << 10;
 
@@ -81,32 +87,55 @@ const MOST: Ticks = 1 << 10;
 /// assert_eq!(steps, 39);
 /// ```
 #[derive(Clone, Copy, Debug)]
+#[repr(C)] // what each group asks for lies together, where a small chip reaches it at once
 pub struct Grouper {
+    /// Steps of a group at most, as a power of two.
+    bits: u8,
+    forward: bool,
+    /// DIR changes before the next step.
+    turns: bool,
+    /// The numbers of `near` hold; `ahead`, `owed` and `wait` are those of an earlier time, until they
+    /// are [settled](Grouper::settle).
+    is_near: bool,
+    near: Near,
+    /// No interval is shorter.
+    least: i32,
+    /// Steps of the present entry that are left, behind those of `near`. The first comes `ahead`, the second after
+    /// `wait`, which then grows.
+    left: u32,
+    growth: i32,
     /// From the last step handed out to the next one, in 2⁻¹⁶ ticks, as the entries have it.
     ahead: i64,
     /// By how much the last step handed out comes too early, in 2⁻¹⁶ ticks.
     owed: i64,
-    /// Steps of the present entry that are left. The first comes `ahead`, the second after
-    /// `wait`, which then grows.
-    left: u32,
     wait: i64,
-    growth: i32,
     /// What follows of the present entry.
     rest: EntryParts,
-    /// Steps of a group at most, as a power of two.
-    bits: u8,
-    /// The most that a bound allows.
-    most: u8,
-    forward: bool,
-    /// DIR changes before the next step.
-    turns: bool,
     /// A quarter of the bound, in 2⁻¹⁶ ticks.
     quarter: u32,
-    /// No interval is shorter.
-    least: Ticks,
-    /// The first one behind a change of DIR is not shorter.
+    /// The first interval behind a change of DIR is not shorter.
     turn: Ticks,
+    /// The most `bits` that a bound allows.
+    most: u8,
 }
+
+/// Groups of as many steps each, in 32 bits: in 2⁻¹⁶ ticks.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+struct Near {
+    /// How many are left.
+    groups: u32,
+    /// The wait behind the first step of the next one, and by how much it grows from one to the next.
+    wait: i32,
+    jump: i32,
+    /// By how much the last step handed out comes too early.
+    owed: i32,
+    /// By how much a group lasts longer than `wait` at each of its steps: its waits grow, and the first
+    /// one is of the group before.
+    longer: i32,
+}
+
+const NOT_NEAR: Near = Near { groups: 0, wait: 0, jump: 0, owed: 0, longer: 0 };
 
 const NOTHING: EntryParts =
     EntryParts { pins: 0, then: 0, events: 0, groups: 0, interval: 0, growth: 0 };
@@ -121,32 +150,37 @@ impl Grouper {
             most += 1;
         }
         Grouper {
-            ahead: 0,
-            owed: 0,
-            left: 0,
-            wait: 0,
-            growth: 0,
-            rest: NOTHING,
             bits: 0,
-            most,
             forward: true,
             turns: false,
-            quarter: bound << 14,
+            is_near: false,
+            near: NOT_NEAR,
             least: 1,
+            left: 0,
+            growth: 0,
+            ahead: 0,
+            owed: 0,
+            wait: 0,
+            rest: NOTHING,
+            quarter: bound << 14,
             turn: 1,
+            most,
         }
     }
 
     /// Keeps these times from now on: the minimum interval, and DIR set up before the first step
     /// behind a change. A player sets DIR `lag` ticks behind the end of a pulse at the latest.
     pub fn set_timing(&mut self, timing: &Timing, lag: Ticks) {
-        self.least = timing.min_interval.max(1);
+        self.settle();
+        let least = timing.min_interval.clamp(1, Ticks::MAX >> 1);
+        self.least = least.cast_signed();
         let turn = timing.setup.saturating_add(timing.pulse).saturating_add(lag);
-        self.turn = turn.max(self.least);
+        self.turn = turn.max(least);
     }
 
     /// Begins again: time counts from a start.
     pub fn begin(&mut self) {
+        (self.is_near, self.near.groups) = (false, 0);
         (self.ahead, self.owed, self.left, self.rest.groups) = (0, 0, 0, 0);
     }
 
@@ -169,7 +203,7 @@ impl Grouper {
     /// Whether the present entry has another step. Waits without one are taken over.
     #[inline]
     pub fn has_step(&mut self) -> bool {
-        while self.left == 0 {
+        while !self.is_loaded() {
             if self.rest.groups == 0 {
                 return false;
             }
@@ -181,12 +215,20 @@ impl Grouper {
     /// Whether steps of the present entry are at hand.
     #[inline(always)]
     pub(crate) const fn is_loaded(&self) -> bool {
-        self.left != 0
+        self.left | self.near.groups != 0
+    }
+
+    /// Steps of the present entry that are at hand and have not been handed out.
+    #[inline(always)]
+    pub(crate) const fn at_hand(&self) -> u32 {
+        self.left.wrapping_add(self.near.groups << (self.bits & 31))
     }
 
     /// Takes over what is alike of the rest of the present entry: all of it, or its first group.
     #[inline(never)]
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     fn take(&mut self) {
+        self.settle();
         let EntryParts { pins, then, events, groups, interval, growth } = self.rest;
         let (wait, mut grows) = (i64::from(interval), growth);
         let alike = groups == 1 || pins == then && (events == 1 || growth == 0);
@@ -202,15 +244,22 @@ impl Grouper {
             self.turns = !self.turns;
         }
         if pins & WIRING.step == 0 {
-            self.ahead = self.ahead.saturating_add(lasts(wait, grows.into(), count));
+            let lasts = if count == 1 { wait } else { lasts(wait, grows.into(), count) };
+            self.ahead = self.ahead.saturating_add(lasts);
             return;
         }
         (self.left, self.wait, self.growth) = (count, wait, grows);
-        // The middle of 2^k steps is growth · 4^k / 8 off.
-        let (mut bits, mut off) = (0, grows.unsigned_abs() >> 1);
-        while bits < self.most && off <= self.quarter {
-            bits += 1;
-            off = off.saturating_mul(4);
+        // The middle of 2^k steps is growth · 4^k / 8 off, and the first interval a growth. (A quarter is
+        // below 2^24.)
+        let (mut bits, mut off) = (0, grows.unsigned_abs());
+        if off == 0 {
+            bits = self.most;
+        } else if off <= self.quarter {
+            off >>= 1;
+            while off <= self.quarter && bits < self.most {
+                bits += 1;
+                off <<= 2;
+            }
         }
         self.bits = bits;
     }
@@ -230,64 +279,127 @@ impl Grouper {
 
     /// From the last step handed out to the last one that is known, in ticks.
     pub fn left(&self) -> u64 {
-        let Some(behind) = self.left.checked_sub(1) else { return 0 };
-        let own = self.ahead.saturating_add(lasts(self.wait, self.growth.into(), behind));
+        let mut now = *self;
+        now.settle();
+        let Some(behind) = now.left.checked_sub(1) else { return 0 };
+        let own = now.ahead.saturating_add(lasts(now.wait, now.growth.into(), behind));
         (own.max(0) >> 16) as u64
     }
 
     /// The next group of what is loaded: a single step if `single`. `None` if nothing is left.
-    #[inline(always)]
     fn take_group(&mut self, single: bool) -> Option<StepGroup> {
         if !self.has_step() {
             return None;
         }
-        while self.left >> self.bits == 0 {
-            self.bits = self.bits.wrapping_sub(1);
+        if single || !self.is_near() && !self.approach() {
+            self.settle();
+            return Some(self.one());
         }
-        if self.bits != 0
-            && !single
-            && !self.turns
-            && let Some(group) = self.several()
-        {
-            return Some(group);
-        }
-        Some(self.one())
+        Some(self.several())
     }
 
-    /// A group of several steps, in 32 bits; `None` if the interval ahead of it, which is of the entry
-    /// before, differs from the others by more than a part of the bound.
+    /// Whether the next group is one of [`several`](Grouper::several) steps, as the last one was.
     #[inline(always)]
-    fn several(&mut self) -> Option<StepGroup> {
-        let (bits, growth) = (self.bits, self.growth);
-        let least = i16::try_from(self.least).ok()?;
-        let wait = i32::try_from(self.wait).ok()?;
-        let differs = i32::try_from(self.ahead.wrapping_sub(self.wait)).ok()?;
-        let owed = i32::try_from(self.owed).ok()?;
-        if differs.unsigned_abs() > self.quarter || owed.unsigned_abs() > LARGE {
-            return None;
+    pub(crate) const fn is_near(&self) -> bool {
+        self.near.groups != 0
+    }
+
+    /// Goes over to groups of several steps, if there are as many: else a single step is next. Steps of
+    /// the present entry are at hand.
+    #[inline(never)]
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
+    pub(crate) fn approach(&mut self) -> bool {
+        while self.left >> (self.bits & 31) == 0 {
+            self.bits = self.bits.wrapping_sub(1);
+        }
+        let bits = self.bits & 31;
+        if bits == 0 || self.turns || !self.is_near && !self.fits() {
+            self.settle();
+            return false;
         }
         // n − 1 of the waits lie between the steps; the last one is ahead of what follows. (Of a
         // growth that makes groups at all, growth · n² fits.)
-        let between = (1i32 << bits) - 1;
-        let triangle = growth.wrapping_mul(between.wrapping_mul(between.wrapping_sub(1)) >> 1);
+        let between = (1i32 << bits).wrapping_sub(1);
+        let triangle = between.wrapping_mul(between.wrapping_sub(1)) >> 1;
+        self.near.longer = self.growth.wrapping_mul(triangle.wrapping_sub(1));
+        self.near.jump = self.growth << bits;
+        self.near.groups = self.left >> bits;
+        self.left = self.left.wrapping_sub(self.near.groups << bits);
+        true
+    }
+
+    /// Goes over to 32 bits, if these are enough for what is left of the present entry. They are not if
+    /// the interval ahead, which is of the entry before, differs from the others by more than a part of the
+    /// bound.
+    fn fits(&mut self) -> bool {
+        let near = |value: i64, most: u32| match i32::try_from(value) {
+            Ok(value) if value.unsigned_abs() <= most => Some(value),
+            _ => None,
+        };
+        let differs = near(self.ahead.wrapping_sub(self.wait), self.quarter);
+        let (Some(differs), Some(owed)) = (differs, near(self.owed, LARGE)) else { return false };
+        let least = i64::from(self.least) << 16;
+        let mut last = self.wait;
+        if self.growth != 0 {
+            last = last.wrapping_add(i64::from(self.growth).wrapping_mul(self.left.into()));
+        }
+        if last.min(self.wait) < least.wrapping_sub(BELOW) || last.max(self.wait) > FAR {
+            return false;
+        }
+        self.near.wait = self.wait as i32;
+        self.near.owed = differs.wrapping_add(self.growth).wrapping_add(owed);
+        self.is_near = true;
+        true
+    }
+
+    /// Goes back to 64 bits. At least one group of several steps has been made since.
+    fn settle(&mut self) {
+        if self.is_near {
+            self.is_near = false;
+            self.owed = self.near.owed.into();
+            self.wait = self.near.wait.into();
+            self.ahead = self.near.wait.wrapping_sub(self.growth).into();
+            self.left = self.left.wrapping_add(self.near.groups << (self.bits & 31));
+            self.near.groups = 0;
+        }
+    }
+
+    /// A group of several steps, in 32 bits.
+    #[inline(always)]
+    pub(crate) fn several(&mut self) -> StepGroup {
+        let (bits, Near { groups, wait, jump, owed, longer }) = (self.bits & 31, self.near);
         // How much longer they take than n waits.
-        let longer = differs.wrapping_add(triangle).wrapping_add(owed);
+        let longer = longer.wrapping_add(owed);
         let mean = wait.wrapping_add(longer >> bits);
-        let interval = (mean.wrapping_add(0x8000) >> 16).max(least.into());
+        let mut interval = mean.wrapping_add(0x8000) >> 16;
+        if interval < self.least {
+            interval = self.least;
+        }
         let each = (interval << 16).wrapping_sub(wait);
-        self.owed = longer.wrapping_sub(each << bits).into();
-        let last = wait.wrapping_add(growth.wrapping_mul(between));
-        (self.ahead, self.wait) = (last.into(), last.wrapping_add(growth).into());
-        let steps = 1u32 << bits;
-        self.left = self.left.wrapping_sub(steps);
-        Some(StepGroup { interval: interval.cast_unsigned(), steps, forward: self.forward })
+        self.near.owed = longer.wrapping_sub(each << bits);
+        self.near.wait = wait.wrapping_add(jump);
+        self.near.groups = groups.wrapping_sub(1);
+        if interval == self.least {
+            self.check();
+        }
+        StepGroup { interval: interval.cast_unsigned(), steps: 1 << bits, forward: self.forward }
+    }
+
+    /// At the minimum interval more may be owed than is made up for within a group of several steps.
+    #[inline(never)]
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
+    fn check(&mut self) {
+        if self.near.owed.unsigned_abs() > LARGE {
+            self.settle();
+        }
     }
 
     /// A single step.
     #[inline(never)]
-    fn one(&mut self) -> StepGroup {
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
+    pub(crate) fn one(&mut self) -> StepGroup {
         let all = self.ahead.saturating_add(self.owed);
-        let least = if self.turns { self.turn } else { self.least };
+        let least = if self.turns { self.turn } else { self.least.cast_unsigned() };
         let interval = all.wrapping_add(0x8000) >> 16;
         let interval = if interval < i64::from(least) {
             least

@@ -9,8 +9,11 @@ use crate::player::Player;
 /// Groups that an axis remembers, a power of two: those that wait, and the one that is played.
 const REMEMBERED: u8 = 8;
 
+/// A group as it is remembered: its interval, its steps, and the lowest bit for forward.
+type Remembered = (Ticks, u32);
+
 /// No group.
-const NONE: StepGroup = StepGroup { interval: 1, steps: 0, forward: true };
+const NONE: Remembered = (1, 1);
 
 /// How far an axis is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,9 +27,8 @@ pub(crate) enum Phase {
 }
 
 /// What the engine knows of an axis.
+#[repr(C)] // what each group asks for lies together, where a small chip reaches it at once
 pub(crate) struct Track<'q, const Q: usize> {
-    pub source: Consumer<'q, Q>,
-    pub grouper: Grouper,
     pub phase: Phase,
     /// The last group of the travel has been put.
     ended: bool,
@@ -36,15 +38,21 @@ pub(crate) struct Track<'q, const Q: usize> {
     pub hungry: bool,
     /// The player rests for a turn, and so has run dry.
     rested: bool,
-    /// An entry has left the queue since this was cleared.
-    pub took: bool,
-    /// Where all groups that were put lead to.
-    pub position: i64,
-    /// When the last step of those comes, in the player's time; before a start, from that on.
-    pub end: u64,
-    /// The last groups that were put, and how many those were, modulo 256.
-    groups: [StepGroup; REMEMBERED as usize],
+    /// An entry has left the queue, or was looked for in vain, since the last [`fill`](Track::fill).
+    news: bool,
+    /// How many groups were put, modulo 256.
     put: u8,
+    pub grouper: Grouper,
+    /// When the last step of all groups that were put comes, in the player's time; before a start, from
+    /// that on.
+    pub end: u64,
+    /// The last of them.
+    groups: [Remembered; REMEMBERED as usize],
+    /// Where they lead to, and the steps that the grouper has [at hand](Grouper::at_hand).
+    target: i64,
+    pub source: Consumer<'q, Q>,
+    /// How often the player has run dry.
+    pub dry: u32,
 }
 
 impl<'q, const Q: usize> Track<'q, Q> {
@@ -57,8 +65,9 @@ impl<'q, const Q: usize> Track<'q, Q> {
             before: true,
             hungry: false,
             rested: false,
-            took: false,
-            position: 0,
+            news: false,
+            dry: 0,
+            target: 0,
             end: 0,
             groups: [NONE; REMEMBERED as usize],
             put: 0,
@@ -68,7 +77,24 @@ impl<'q, const Q: usize> Track<'q, Q> {
     /// The group that was put as the last but `back`.
     fn group(&self, back: u8) -> StepGroup {
         let at = self.put.wrapping_sub(1).wrapping_sub(back) % REMEMBERED;
-        self.groups.get(usize::from(at)).copied().unwrap_or(NONE)
+        let (interval, steps) = self.groups.get(usize::from(at)).copied().unwrap_or(NONE);
+        StepGroup { interval, steps: steps >> 1, forward: steps & 1 != 0 }
+    }
+
+    /// The steps that the grouper has at hand, negative backward.
+    fn at_hand(&self) -> i64 {
+        let steps = i64::from(self.grouper.at_hand());
+        if self.grouper.is_forward() { steps } else { steps.wrapping_neg() }
+    }
+
+    /// Where all groups that were put lead to.
+    pub fn position(&self) -> i64 {
+        self.target.wrapping_sub(self.at_hand())
+    }
+
+    /// It is so far from where it was taken to be.
+    pub fn displace(&mut self, steps: i64) {
+        self.target = self.target.wrapping_add(steps);
     }
 
     /// Whether no travel is in progress. DIR may change then: `hold` has passed since the last edge.
@@ -88,10 +114,10 @@ impl<'q, const Q: usize> Track<'q, Q> {
     ///
     /// Of the group that is played, by the time: at the edge itself this may be a step behind.
     pub fn made(&self, player: &impl Player, axis: u8) -> i64 {
+        let (mut position, mut end) = (self.position(), self.end);
         if self.phase == Phase::Idle {
-            return self.position;
+            return position;
         }
-        let (mut position, mut end) = (self.position, self.end);
         let begins = self.phase == Phase::Begins;
         let waiting = if begins { REMEMBERED } else { player.waiting(axis).min(REMEMBERED - 1) };
         for back in 0..waiting {
@@ -128,8 +154,10 @@ impl<'q, const Q: usize> Track<'q, Q> {
     /// A travel begins.
     pub fn begin(&mut self) {
         self.before = self.grouper.is_forward();
+        self.target = self.position();
         self.grouper.begin();
         (self.phase, self.end, self.ended, self.hungry) = (Phase::Begins, 0, false, false);
+        self.rested = false;
         (self.groups, self.put) = ([NONE; REMEMBERED as usize], 0);
     }
 
@@ -139,7 +167,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
     }
 
     /// Whether it would take a group.
-    pub fn wants(&self) -> bool {
+    fn wants(&self) -> bool {
         self.phase != Phase::Idle && !self.ended
     }
 
@@ -149,69 +177,115 @@ impl<'q, const Q: usize> Track<'q, Q> {
         self.phase = Phase::Plays;
     }
 
-    /// Gives the player what it has room for. Returns how often it has run dry.
+    /// Gives the player what it has room for, in a travel. True if there is news: an entry has left the queue, or
+    /// there was none.
     // (Small functions: where all is one, a small chip's registers don't suffice.)
     #[inline(never)]
-    pub fn fill(&mut self, player: &mut impl Player, axis: u8, hold: Ticks) -> u32 {
-        let (mut dry, mut asked) = (0, self.phase == Phase::Begins);
-        while player.has_room(axis) {
-            if !self.grouper.is_loaded() && !self.load() {
-                break;
-            }
-            if self.grouper.turns() && !self.may_turn(player, axis, hold) {
-                self.hungry = true;
-                break;
-            }
-            let Some(group) = self.next_group() else { break };
-            player.put(axis, group);
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
+    pub fn fill(&mut self, player: &mut impl Player, axis: u8, hold: Ticks) -> bool {
+        if let Some(group) = self.put_one(player, axis, hold) {
             // Asked when it has something again: until then it runs dry.
-            if !asked {
-                asked = true;
-                if player.ran_dry(axis) && !self.rested {
-                    dry = 1;
-                    // What comes now is played from here on.
-                    self.end = self.end.max(player.now());
-                }
-                self.rested = false;
+            if player.ran_dry(axis) {
+                self.has_been_dry(player.now(), group);
             }
-            self.remember(group);
+            while self.put_one(player, axis, hold).is_some() {}
         }
-        dry
+        core::mem::take(&mut self.news)
     }
 
-    /// The next group of the present entry; of a travel the first is a single step.
+    /// Gives the player a group, if it has room and there is one.
     #[inline(always)]
-    fn next_group(&mut self) -> Option<StepGroup> {
-        if self.phase == Phase::Begins && !self.is_ready() {
-            self.grouper.first()
-        } else {
-            self.grouper.next()
+    fn put_one(&mut self, player: &mut impl Player, axis: u8, hold: Ticks) -> Option<StepGroup> {
+        if !player.has_room(axis) {
+            return None;
+        }
+        if !self.grouper.is_near() && !self.prepare(player, axis, hold) {
+            return None;
+        }
+        let (interval, steps) = if self.grouper.is_near() { self.several() } else { self.single() };
+        let group = StepGroup { interval, steps: steps >> 1, forward: steps & 1 != 0 };
+        player.put(axis, group);
+        Some(group)
+    }
+
+    /// The player stood still until now, and has this group.
+    #[inline(never)]
+    fn has_been_dry(&mut self, now: u64, group: StepGroup) {
+        let rested = core::mem::replace(&mut self.rested, false);
+        if self.phase == Phase::Plays && !rested {
+            self.dry = self.dry.saturating_add(1);
+            // What came now is played from here on.
+            self.end = self.end.max(now.saturating_add(group.duration()));
         }
     }
 
-    /// A group has been put.
-    #[inline(always)]
-    fn remember(&mut self, group: StepGroup) {
+    /// Whether there is another group, of the present entry or the one behind it: of several steps or
+    /// a single one, as the grouper says then.
+    #[inline(never)]
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
+    fn prepare(&mut self, player: &mut impl Player, axis: u8, hold: Ticks) -> bool {
+        if !self.wants() || !self.grouper.is_loaded() && !self.load() {
+            return false;
+        }
+        if self.grouper.turns() && !self.may_turn(player, axis, hold) {
+            self.starve();
+            return false;
+        }
         self.hungry = false;
-        self.end = self.end.wrapping_add(group.duration());
-        self.position = self.position.wrapping_add(group.travel());
+        // Of a travel the first is a single step.
+        if self.phase != Phase::Begins || self.is_ready() {
+            self.grouper.approach();
+        }
+        true
+    }
+
+    /// There is nothing for the player, or not yet.
+    fn starve(&mut self) {
+        self.news |= !self.hungry;
+        self.hungry = true;
+    }
+
+    /// The next group of several steps.
+    #[inline(never)]
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
+    fn several(&mut self) -> Remembered {
+        let group = self.grouper.several();
+        // Less than 2^15 ticks, and at most 2^10 steps.
+        self.remember(group, group.interval.wrapping_mul(group.steps))
+    }
+
+    /// The next step.
+    #[inline(never)]
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
+    fn single(&mut self) -> Remembered {
+        let group = self.grouper.one();
+        self.remember(group, group.interval)
+    }
+
+    /// A group is put that lasts so long.
+    #[inline(always)]
+    fn remember(&mut self, group: StepGroup, lasts: Ticks) -> Remembered {
+        self.end = self.end.wrapping_add(lasts.into());
+        let group = (group.interval, group.steps << 1 | u32::from(group.forward));
         if let Some(place) = self.groups.get_mut(usize::from(self.put % REMEMBERED)) {
             *place = group;
         }
         self.put = self.put.wrapping_add(1);
+        group
     }
 
     /// Takes entries over until one has a step: false if there is none.
     #[inline(never)]
+    #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     fn load(&mut self) -> bool {
         while !self.grouper.has_step() {
             match self.source.take() {
                 Next::Entry(entry) => {
-                    self.took = true;
+                    self.news = true;
                     self.grouper.load(entry);
                 }
                 Next::Late => {
-                    self.hungry = true;
+                    self.starve();
                     return false;
                 }
                 Next::End => {
@@ -223,6 +297,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
                 }
             }
         }
+        self.target = self.target.wrapping_add(self.at_hand());
         true
     }
 
@@ -246,12 +321,13 @@ impl<'q, const Q: usize> Track<'q, Q> {
     pub fn halted(&mut self, player: &mut impl Player, axis: u8) {
         let halted = player.forget(axis);
         let waiting = halted.waiting.min(REMEMBERED - 1);
+        self.target = self.position();
         for back in 0..waiting {
-            self.position = self.position.wrapping_sub(self.group(back).travel());
+            self.target = self.target.wrapping_sub(self.group(back).travel());
         }
         let present = self.group(waiting);
         let left = StepGroup { steps: halted.left.min(present.steps), ..present };
-        self.position = self.position.wrapping_sub(left.travel());
+        self.target = self.target.wrapping_sub(left.travel());
         // Where no group has begun it faces as before.
         let forward = if present.steps == 0 { self.before } else { present.forward };
         self.source.clear(forward);

@@ -176,3 +176,20 @@ fn a_wait_of_any_length_is_an_interval() {
         assert_eq!(groups.len(), 3);
     }
 }
+
+/// Steps that are asked for far below the minimum interval come at it, and those behind them catch up.
+#[test]
+fn what_is_far_too_fast_is_made_up_for() {
+    for bound in [1, 8, BOUND, 400, 1_024] {
+        let runs = [Run::steady(125, 300), Run::steady(2_000, 300)];
+        let (groups, ideal) = play(&runs, bound);
+        let made = times(&groups);
+        assert_eq!(made.len(), ideal.len());
+        assert!(groups.iter().all(|group| group.interval >= LEAST), "bound {bound}");
+        for (made, ideal) in made.iter().zip(&ideal) {
+            assert!(made - ideal >= -f64::from(bound), "bound {bound}: {made} for {ideal}");
+        }
+        let off = made.last().unwrap() - ideal.last().unwrap();
+        assert!(off.abs() <= f64::from(bound), "bound {bound}: {off} ticks off");
+    }
+}

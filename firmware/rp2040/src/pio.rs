@@ -52,10 +52,10 @@ const SET_PINDIR: u32 = 0xE081;
 /// Four axes on the first PIO.
 pub struct PioPlayer {
     program: Program,
-    /// Cycles from edge to edge beside what is waited for.
+    /// Cycles from edge to edge beside what is waited for; and up to the first edge of the next group of
+    /// an axis, which is another number if that has not been given one since it was halted.
     fixed: u32,
-    /// Axes that have not been given a group since they were halted.
-    fresh: Axes,
+    first: [u32; MACHINES],
 }
 
 impl PioPlayer {
@@ -79,7 +79,7 @@ impl PioPlayer {
         let all = (1 << MACHINES) - 1;
         IRQ0_INTE.write(all << 8);
         let program = Program::of_pulse(0);
-        let mut player = PioPlayer { program, fixed: 0, fresh: all as Axes };
+        let mut player = PioPlayer { program, fixed: 0, first: [FIRST; MACHINES] };
         player.load(program);
         pio(CTRL).write(all << 8 | all << 4);
         for axis in 0..MACHINES as u8 {
@@ -142,12 +142,8 @@ impl Player for PioPlayer {
 
     #[inline(always)]
     fn put(&mut self, axis: u8, group: StepGroup) {
-        let bit = 1u8.wrapping_shl(axis.into());
-        let mut fixed = self.fixed;
-        if self.fresh & bit != 0 {
-            self.fresh &= !bit;
-            fixed = FIRST;
-        }
+        let Some(first) = self.first.get_mut(usize::from(axis)) else { return };
+        let fixed = core::mem::replace(first, self.fixed);
         let fifo = pio(0x010 + 4 * usize::from(axis));
         fifo.write(group.interval.saturating_sub(fixed));
         fifo.write(group.steps.wrapping_sub(1) << 1 | u32::from(group.forward));
@@ -204,7 +200,9 @@ impl Player for PioPlayer {
         }
         machine(axis, INSTR).write(JMP_0);
         IRQ.write(1u32.wrapping_shl(axis.into()));
-        self.fresh |= 1u8.wrapping_shl(axis.into());
+        if let Some(first) = self.first.get_mut(usize::from(axis)) {
+            *first = FIRST;
+        }
         Halted { waiting, left: self.program.left(line, y) }
     }
 }

@@ -21,6 +21,8 @@ pub fn run(ws: &Workspace) -> Result<()> {
             "stepwright-protocol",
             "stepwright-device",
             "stepwright-gcode",
+            "stepwright-sink",
+            "stepwright-tmc2209",
         ],
         "release",
     )?;

@@ -15,6 +15,8 @@ const BOARD: Board<AXES> = board();
 
 static SINK: SharedSink<PioPlayer, PioInterrupt, AXES, RUNS> = SharedSink::empty();
 
+// In RAM, as all that it calls.
+#[unsafe(link_section = ".data.stepwright")]
 #[unsafe(no_mangle)]
 extern "C" fn PIO0_IRQ_0() {
     // SAFETY: this is the player's interrupt.

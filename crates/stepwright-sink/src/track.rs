@@ -38,7 +38,7 @@ pub(crate) struct Track<'q, const Q: usize> {
     pub hungry: bool,
     /// The player rests for a turn, and so has run dry.
     rested: bool,
-    /// An entry has left the queue, or was looked for in vain, since the last [`fill`](Track::fill).
+    /// An entry has left the queue, or there was none for the first time, since the last [`fill`](Track::fill).
     news: bool,
     /// How many groups were put, modulo 256.
     put: u8,

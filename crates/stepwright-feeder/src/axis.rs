@@ -13,28 +13,52 @@ const CALM: u64 = fine(1_250);
 const HOLD: u64 = fine(40);
 
 /// An axis of a run.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct AxisFeed {
+    /// What happens, and the time of the step that it was asked for with. The first `made` are in
+    /// records, and are kept in case the board is to forget these.
     moments: VecDeque<Moment>,
+    asked: VecDeque<u64>,
+    made: usize,
+    /// Moments that are kept no more.
+    gone: u64,
     fitter: EntryFitter,
     forward: bool,
     shortest: u64,
     /// It comes this much later than the others.
     shift: u64,
-    /// When its last step was to come.
-    asked: u64,
+    /// A step and the same step back that were left out: when both were asked for.
+    pairs: VecDeque<[u64; 2]>,
     over: bool,
+}
+
+/// Where the records of an axis have come to.
+#[derive(Clone, Debug)]
+pub(crate) struct AxisMark {
+    fitter: EntryFitter,
+    /// The moment that is due.
+    moment: u64,
+}
+
+impl AxisMark {
+    /// When the next record starts there.
+    pub(crate) fn start(&self) -> u64 {
+        self.fitter.played()
+    }
 }
 
 impl AxisFeed {
     pub(crate) fn new(terms: FitTerms, shift: u64) -> AxisFeed {
         AxisFeed {
             moments: VecDeque::from([Moment { at: 0, what: What::Nothing }]),
+            asked: VecDeque::from([0]),
+            made: 0,
+            gone: 0,
             fitter: EntryFitter::new(terms),
             forward: true,
             shortest: u64::from(terms.shortest) << 8,
             shift,
-            asked: 0,
+            pairs: VecDeque::new(),
             over: false,
         }
     }
@@ -48,69 +72,152 @@ impl AxisFeed {
         self.fitter.played()
     }
 
+    /// The last moment that is known. What its records wait already has passed.
     fn last(&self) -> Moment {
-        self.moments.back().copied().unwrap_or(Moment { at: self.start(), what: What::Nothing })
+        let start = self.start();
+        let last = self.moments.back().map(|last| Moment { at: last.at.max(start), ..*last });
+        last.unwrap_or(Moment { at: start, what: What::Nothing })
     }
 
-    /// A step comes at this time, or a little later where that is too soon. A step and the same step
-    /// back that are closer than a turn takes are none.
-    pub(crate) fn step(&mut self, at: u64, forward: bool) {
-        let at = at + self.shift;
+    /// Moments that are in no record, the one that is due among them.
+    fn left(&self) -> usize {
+        self.moments.len() - self.made
+    }
+
+    fn push(&mut self, at: u64, what: What, asked: u64) {
+        self.moments.push_back(Moment { at, what });
+        self.asked.push_back(asked);
+    }
+
+    fn pop(&mut self) -> u64 {
+        self.moments.pop_back();
+        self.asked.pop_back().unwrap_or(0)
+    }
+
+    /// A step is asked for at this time: it comes then, or a little later where that is too soon. A
+    /// step and the same step back that are closer than a turn takes are none.
+    pub(crate) fn step(&mut self, asked: u64, forward: bool) {
+        let at = asked + self.shift;
         let last = self.last();
         if forward != self.forward {
-            let close = at.saturating_sub(self.asked) < 2 * CALM;
-            if close && last.what == What::Step && self.moments.len() > 1 {
-                self.moments.pop_back();
-                if self.last().what == What::Turn && self.moments.len() > 1 {
-                    self.moments.pop_back();
+            let before = self.asked.back().copied().unwrap_or(0) + self.shift;
+            let close = at.saturating_sub(before) < 2 * CALM;
+            if close && last.what == What::Step && self.left() > 1 {
+                let first = self.pop();
+                if self.last().what == What::Turn && self.left() > 1 {
+                    self.pop();
                     self.forward = !self.forward;
                 }
-                self.asked = self.last().at;
+                self.pairs.push_back([first, asked]);
                 return;
             }
             // In the middle, so far as that leaves enough on both sides.
             let middle = last.at + at.saturating_sub(last.at) / 2;
             let turn = middle.min(at.saturating_sub(CALM)).max(last.at + HOLD);
             let turn = if last.what == What::Step { turn } else { turn.max(last.at + CALM) };
-            self.moments.push_back(Moment { at: turn, what: What::Turn });
+            self.push(turn, What::Turn, asked);
             self.forward = forward;
         }
         let last = self.last();
         let least = if last.what == What::Step { self.shortest } else { CALM };
-        self.moments.push_back(Moment { at: at.max(last.at + least), what: What::Step });
-        self.asked = at;
+        self.push(at.max(last.at + least), What::Step, asked);
     }
 
     /// No more steps come: it waits until this time, when all axes rest.
     pub(crate) fn end(&mut self, at: u64) {
         let last = self.last();
-        self.moments.push_back(Moment { at: at.max(last.at + 2 * CALM), what: What::End });
+        self.push(at.max(last.at + 2 * CALM), What::End, at);
         self.over = true;
     }
 
     /// Nothing comes before this time: it waits until a little before that, so that a step which comes
-    /// then is on time.
-    pub(crate) fn wait(&mut self, until: u64) {
-        let at = until.saturating_sub(CALM);
-        if !self.over && at > self.last().at + CALM {
-            self.moments.push_back(Moment { at, what: What::Nothing });
+    /// then is on time, but no longer than `most`.
+    pub(crate) fn wait(&mut self, until: u64, most: u64) {
+        let last = self.last();
+        let at = (until + self.shift).saturating_sub(CALM).min(last.at + most);
+        if !self.over && at > last.at + CALM {
+            self.push(at, What::Nothing, until.min(at));
         }
     }
 
     /// Whether all is known up to `longest` behind its next record.
     pub(crate) fn is_known(&self, longest: u64) -> bool {
-        self.over || self.moments.len() > 1 && self.last().at > self.start() + longest
+        self.over || self.left() > 1 && self.last().at > self.start() + longest
     }
 
     /// Whether all became records.
     pub(crate) fn is_over(&self) -> bool {
-        self.over && self.moments.len() <= 1
+        self.over && self.left() <= 1
     }
 
     /// The next record.
     pub(crate) fn record(&mut self) -> Option<Record> {
-        let (record, played) = self.fitter.next(self.moments.make_contiguous())?;
-        self.moments.drain(..played);
+        let due = self.moments.make_contiguous().get(self.made..)?;
+        let (record, played) = self.fitter.next(due)?;
+        self.made += played;
         Some(record)
+    }
+
+    /// Where its records have come to.
+    pub(crate) fn mark(&self) -> AxisMark {
+        AxisMark { fitter: self.fitter.clone(), moment: self.gone + self.made as u64 }
+    }
+
+    /// What is in records before this mark is needed no more.
+    pub(crate) fn forget(&mut self, mark: &AxisMark) {
+        let count = (mark.moment.saturating_sub(self.gone) as usize).min(self.made);
+        self.moments.drain(..count);
+        self.asked.drain(..count);
+        (self.made, self.gone) = (self.made - count, self.gone + count as u64);
+        let begin = mark.fitter.played();
+        while self.pairs.front().is_some_and(|pair| pair[1] + CALM < begin) {
+            self.pairs.pop_front();
+        }
+    }
+
+    /// The soonest time from which on it can be told something else, if its records end at this
+    /// mark: behind what is due there. An axis that `brakes` and is not due before `patience` is not
+    /// waited for: with a brake its next step comes no sooner.
+    pub(crate) fn free_from(&self, mark: &AxisMark, patience: u64, brakes: bool) -> u64 {
+        let due = mark.moment.saturating_sub(self.gone) as usize;
+        let end = mark.fitter.played().saturating_sub(self.shift);
+        let far = end > patience && brakes;
+        // What is in records is made.
+        let made = due.checked_sub(1).and_then(|last| self.asked.get(last));
+        let made = made.map_or(0, |asked| asked + 1);
+        let free = match self.moments.get(due) {
+            Some(moment) if moment.what == What::Step && !mark.fitter.waits() && !far => {
+                self.asked.get(due).map_or(end, |asked| end.max(asked + 1))
+            }
+            _ if brakes => 0,
+            _ => end,
+        };
+        free.max(made)
+    }
+
+    /// A time from `from` on between whose two sides no step is left out with the same step back.
+    pub(crate) fn between_pairs(&self, from: u64) -> u64 {
+        let split = self.pairs.iter().find(|pair| pair[0] < from && from <= pair[1]);
+        split.map_or(from, |pair| self.between_pairs(pair[1] + 1))
+    }
+
+    /// Back to this mark, with the steps that were asked for before `end` alone.
+    pub(crate) fn rewind(&mut self, mark: &AxisMark, end: u64) {
+        self.fitter = mark.fitter.clone();
+        self.made = mark.moment.saturating_sub(self.gone) as usize;
+        let kept = self.asked.partition_point(|asked| *asked < end);
+        // What has happened already has.
+        let kept = kept.max(self.made + usize::from(self.fitter.waits()));
+        while self.moments.len() > kept {
+            self.forward ^= self.last().what == What::Turn;
+            self.over &= self.last().what != What::End;
+            self.pop();
+        }
+        if self.left() == 0 {
+            self.push(self.start(), What::Nothing, end);
+        }
+        while self.pairs.back().is_some_and(|pair| pair[0] >= end) {
+            self.pairs.pop_back();
+        }
     }
 }

@@ -10,18 +10,26 @@
 //! A [`StreamFeeder`] takes steps of all axes in the order of their times while it
 //! [wants](StreamFeeder::wants) some, hands out bytes, and takes those of the board. Times are µs
 //! from any beginning.
+//!
+//! **Changes.** What was sent ahead can be taken back: [`cut`](StreamFeeder::cut) tells from when on
+//! other steps can come, some 35 ms later.
 
 mod axis;
+mod clock;
+mod cut;
 
 use std::collections::VecDeque;
 
-use axis::AxisFeed;
+use axis::{AxisFeed, AxisMark};
+use clock::BoardClock;
+pub use cut::Cut;
+use cut::Cutting;
 use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::credit::{Answered, Credit, CreditReader};
 use stepwright_stream::fit::FitTerms;
 use stepwright_stream::frame::{Kind, MOST};
 use stepwright_stream::pack::{DataBytes, FramePacker};
-use stepwright_stream::record::AXES;
+use stepwright_stream::record::{AXES, Trail};
 use stepwright_stream::send::{FrameSender, LinkTimes};
 
 /// Ticks in 2⁻⁸ ticks.
@@ -83,6 +91,8 @@ const LEAD: u64 = 32_000;
 const SPAN: u64 = 8_000;
 /// An axis without steps for this long is told to wait, in µs.
 const PATIENCE: u64 = 40_000;
+/// Of what comes after a cut this much goes before all else is planned, in µs.
+const FIRST: u64 = 100_000;
 /// With less than this ahead, in µs, steps keep to their times less closely: by this many ns.
 const SHORT: [(u64, u32); 2] = [(60_000, 25_000), (130_000, 10_000)];
 /// Without progress for this long, in µs, the board is lost.
@@ -114,6 +124,16 @@ impl FeedState {
     }
 }
 
+/// The beginning of a frame: what led there.
+#[derive(Clone, Debug)]
+struct Mark {
+    start: u64,
+    /// Bytes of the FIFO that the frame takes, once it is whole.
+    cost: u32,
+    axes: [Option<AxisMark>; AXES],
+    trails: [Trail; AXES],
+}
+
 /// Feeds a board.
 #[derive(Debug)]
 pub struct StreamFeeder {
@@ -124,13 +144,24 @@ pub struct StreamFeeder {
     reader: CreditReader,
     /// Frames that were not offered yet.
     frames: VecDeque<DataBytes>,
-    /// The starts of those that the board has not opened, from frame number `gone` on.
-    starts: VecDeque<u64>,
+    /// Of all frames that the board has not opened, from frame number `gone` on: the last one may have
+    /// been begun alone. Those before number `offered` are the sender's.
+    marks: VecDeque<Mark>,
     gone: u64,
+    offered: u64,
     /// When what the board opened last began.
     played: u64,
     /// All steps before this time are known.
     known: u64,
+    /// When steps were asked for, from number `dropped` on.
+    steps: VecDeque<u64>,
+    dropped: u64,
+    clock: BoardClock,
+    /// A cut that the board has not taken yet.
+    cutting: Option<Box<Cutting>>,
+    /// The last cut came too late; and how long before a frame is opened it is to come, in µs.
+    late: bool,
+    margin: u64,
     over: bool,
     state: FeedState,
     /// Bytes of the FIFO that are left before the start, once that is known.
@@ -143,7 +174,6 @@ pub struct StreamFeeder {
 impl StreamFeeder {
     /// Begins a run now.
     pub fn new(terms: FeedTerms, now: u64) -> StreamFeeder {
-        let fit = fit_terms(&terms, terms.tolerance);
         let mut sender = FrameSender::new(terms.times);
         let brakes: Vec<u8> = terms.brakes.iter().flat_map(|law| law.bytes()).collect();
         sender.offer(Kind::Setup, &brakes, now);
@@ -151,7 +181,12 @@ impl StreamFeeder {
         let axes = [(); AXES].map(|()| {
             n += 1;
             let takes_part = terms.axes >> (n - 1) & 1 != 0;
-            takes_part.then(|| AxisFeed::new(fit, fine(u64::from(terms.stagger) * (n - 1))))
+            takes_part.then(|| {
+                AxisFeed::new(
+                    fit_terms(&terms, terms.tolerance, n - 1),
+                    fine(u64::from(terms.stagger) * (n - 1)),
+                )
+            })
         });
         StreamFeeder {
             axes,
@@ -159,10 +194,17 @@ impl StreamFeeder {
             sender,
             reader: CreditReader::new(),
             frames: VecDeque::new(),
-            starts: VecDeque::new(),
+            marks: VecDeque::new(),
             gone: 0,
+            offered: 0,
             played: 0,
             known: 0,
+            steps: VecDeque::new(),
+            dropped: 0,
+            clock: BoardClock::new(terms.hz),
+            cutting: None,
+            late: false,
+            margin: cut::MARGIN,
             over: false,
             state: FeedState::Filling,
             room: None,
@@ -186,13 +228,31 @@ impl StreamFeeder {
     /// Seconds of the path that the board has opened.
     pub fn time(&self) -> f64 {
         let lead = fine(LEAD);
-        self.played.saturating_sub(lead) as f64 / (256.0 * f64::from(self.terms.hz))
+        self.played.saturating_sub(lead) as f64 / self.units()
     }
 
     /// Whether it wants more steps.
     pub fn wants(&self) -> bool {
+        // Of what follows a cut the first part goes before all else is planned.
+        if let Some(end) = self.cutting.as_ref().and_then(|cutting| cutting.waits())
+            && self.known >= end + fine(self.terms.ticks(FIRST))
+        {
+            return false;
+        }
         let ahead = u64::from(self.terms.ahead) + 2 * SPAN + PATIENCE;
         !self.over && self.known < self.played + fine(self.terms.ticks(ahead))
+    }
+
+    /// Where on the path the board is, in s: by what it has told, so that it may be some 8 ms farther.
+    /// Before it begins, 0 and less.
+    pub fn now(&self, now: u64) -> f64 {
+        let at = self.clock.at(now).unwrap_or(0).saturating_sub(clock::SPAN);
+        (at as f64 - fine(LEAD) as f64) / self.units()
+    }
+
+    /// 2⁻⁸ ticks a second.
+    fn units(&self) -> f64 {
+        256.0 * f64::from(self.terms.hz)
     }
 
     /// The next step: of an axis, in s after the start of the path, forward or backward.
@@ -200,6 +260,7 @@ impl StreamFeeder {
     pub fn step(&mut self, axis: usize, time: f64, forward: bool) {
         self.know(time);
         let at = self.known;
+        self.steps.push_back(at);
         if let Some(Some(axis)) = self.axes.get_mut(axis) {
             axis.step(at, forward);
         }
@@ -207,7 +268,7 @@ impl StreamFeeder {
 
     /// No step comes before this time, in s.
     pub fn know(&mut self, time: f64) {
-        let at = (time * 256.0 * f64::from(self.terms.hz)).round() as u64 + fine(LEAD);
+        let at = (time * self.units()).round() as u64 + fine(LEAD);
         self.known = self.known.max(at);
     }
 
@@ -239,17 +300,26 @@ impl StreamFeeder {
         }
         for credit in credits {
             self.sender.hear(credit, now);
-            self.learn(credit);
+            self.learn(credit, now);
         }
         std::mem::take(&mut self.text)
     }
 
-    fn learn(&mut self, credit: Credit) {
+    fn learn(&mut self, credit: Credit, now: u64) {
+        let before = self.gone;
         while self.gone < self.sender.opened()
-            && let Some(start) = self.starts.pop_front()
+            && let Some(mark) = self.marks.pop_front()
         {
-            (self.gone, self.played) = (self.gone + 1, start);
+            (self.gone, self.played) = (self.gone + 1, mark.start);
         }
+        if self.gone != before {
+            // The first ones wait in the queues for the start.
+            if credit.is(Credit::STARTED) {
+                self.clock.opened(self.played, now);
+            }
+            self.forget();
+        }
+        self.learn_of_cut(credit, now);
         // Of another run, until the setup was heard.
         let open = !self.sender.is_empty() && !credit.is(Credit::OFF);
         if self.state != FeedState::Running || open {
@@ -263,6 +333,22 @@ impl StreamFeeder {
             _ if self.ended && started && !credit.is(Credit::MOVES) => FeedState::Over,
             state => state,
         };
+    }
+
+    /// What is kept for a cut is kept no longer than frames can be cut.
+    fn forget(&mut self) {
+        if let Some(mark) = self.marks.front().filter(|_| self.cutting.is_none()) {
+            for (axis, mark) in self.axes.iter_mut().zip(&mark.axes) {
+                if let (Some(axis), Some(mark)) = (axis, mark) {
+                    axis.forget(mark);
+                }
+            }
+            let old = mark.start.saturating_sub(fine(self.terms.ticks(2 * SPAN)));
+            while self.steps.front().is_some_and(|asked| *asked < old) {
+                self.steps.pop_front();
+                self.dropped += 1;
+            }
+        }
     }
 
     /// Bytes for the line, as many as it should have now. To be asked whenever bytes came, and each
@@ -311,19 +397,47 @@ impl StreamFeeder {
             }
             self.relax(start);
             let Some(axis) = &mut self.axes[n] else { return false };
-            if self.known > start + patience && !axis.is_known(2 * longest) {
-                axis.wait(self.known + fine(u64::from(self.terms.stagger) * n as u64));
+            if self.known > start + patience {
+                // Short ones, so that there is soon a place for a cut.
+                for _ in 0..3 {
+                    if !axis.is_known(2 * longest) {
+                        axis.wait(self.known, longest);
+                    }
+                }
             }
             if !axis.is_known(2 * longest) {
                 return false;
             }
-            let Some(record) = axis.record() else { return false };
+            let mark = self.mark(start);
+            let Some(record) = self.axes[n].as_mut().and_then(AxisFeed::record) else {
+                return false;
+            };
+            let first = self.packer.is_empty();
             match self.packer.add(n as u8, &record, start) {
-                Ok(frame) => self.frames.extend(frame),
+                Ok(frame) => {
+                    if first || frame.is_some() {
+                        self.marks.push_back(mark);
+                    }
+                    self.frames.extend(frame);
+                }
                 // The fitter makes none.
                 Err(_) => self.state = FeedState::Wrong,
             }
         }
+    }
+
+    /// Where all has come to, if the next frame starts then.
+    fn mark(&self, start: u64) -> Mark {
+        let axes = self.axes.each_ref().map(|axis| axis.as_ref().map(AxisFeed::mark));
+        Mark { start, cost: 0, axes, trails: self.packer.trails() }
+    }
+
+    /// A frame is the sender's now, and takes this much of the FIFO.
+    fn offered(&mut self, cost: u32) {
+        if let Some(mark) = self.marks.get_mut((self.offered - self.gone) as usize) {
+            mark.cost = cost;
+        }
+        self.offered += 1;
     }
 
     /// With little ahead of the board, records keep to their steps less closely, and are fewer.
@@ -333,8 +447,11 @@ impl StreamFeeder {
             self.state == FeedState::Running && ahead < fine(self.terms.ticks(*most))
         });
         let tolerance = short.map_or(self.terms.tolerance, |(_, ns)| self.terms.tolerance.max(*ns));
-        let terms = fit_terms(&self.terms, tolerance);
-        self.axes.iter_mut().flatten().for_each(|axis| axis.set_terms(terms));
+        for (n, axis) in (0..).zip(&mut self.axes) {
+            if let Some(axis) = axis {
+                axis.set_terms(fit_terms(&self.terms, tolerance, n));
+            }
+        }
     }
 
     /// Hands frames to the sender. All axes begin when the FIFO is full, or has all that is to be
@@ -345,23 +462,24 @@ impl StreamFeeder {
             if self.room.is_none() && self.sender.is_empty() {
                 self.room = Some(self.sender.free());
             }
-            let Some(room) = &mut self.room else { return };
+            let Some(mut room) = self.room else { return };
             let mut full = packed;
             while self.sender.has_room()
                 && let Some(frame) = self.frames.front()
             {
                 let cost = frame.as_bytes().len() as u32 + 1;
-                full |= cost > *room;
-                if full && cost > *room {
+                full |= cost > room;
+                if full && cost > room {
                     break;
                 }
-                *room -= cost;
+                room -= cost;
+                self.room = Some(room);
                 self.sender.offer(Kind::Data, frame.as_bytes(), now);
-                self.starts.push_back(frame.start);
                 self.frames.pop_front();
+                self.offered(cost);
             }
             let waits =
-                self.frames.front().is_some_and(|frame| frame.as_bytes().len() as u32 >= *room);
+                self.frames.front().is_some_and(|frame| frame.as_bytes().len() as u32 >= room);
             if full && (self.frames.is_empty() || waits) && self.sender.has_room() {
                 let lease = (self.terms.lease / 8).min(255) as u8;
                 let axes = self.terms.axes & ((1 << AXES) - 1);
@@ -370,11 +488,14 @@ impl StreamFeeder {
             }
             return;
         }
+        if !self.offer_cut(packed, now) {
+            return;
+        }
         while self.sender.has_room()
             && let Some(frame) = self.frames.pop_front()
         {
             self.sender.offer(Kind::Data, frame.as_bytes(), now);
-            self.starts.push_back(frame.start);
+            self.offered(frame.as_bytes().len() as u32 + 1);
         }
         let all = self.frames.is_empty() && self.axes.iter().flatten().all(AxisFeed::is_over);
         if all && packed && !self.ended && self.sender.has_room() {
@@ -383,9 +504,12 @@ impl StreamFeeder {
     }
 }
 
-fn fit_terms(terms: &FeedTerms, tolerance: u32) -> FitTerms {
+fn fit_terms(terms: &FeedTerms, tolerance: u32, axis: u64) -> FitTerms {
     let hz = u64::from(terms.hz);
+    // From there on an axis may rest at once.
+    let slowest = terms.brakes.get(axis as usize).map_or(0, |brake| brake.slowest());
     FitTerms {
+        patience: slowest.max(fine(terms.ticks(2 * SPAN)) as u32),
         tolerance: (u64::from(tolerance) * hz * 256 / 1_000_000_000) as u32,
         longest: fine(terms.ticks(SPAN)) as u32,
         shortest: terms.shortest,

@@ -48,6 +48,7 @@ mod course;
 mod curve;
 mod joint;
 mod law;
+mod lead;
 mod legs;
 mod lens;
 mod moves;
@@ -73,6 +74,7 @@ use stepwright_cycle as cycle;
 
 pub use curve::{Arc, Line, Mark, Marks};
 pub use law::{Law, SCALES};
+pub use lead::{Lead, Planned};
 pub use legs::legs;
 pub use moves::{millimetres, mm};
 pub use pace::{PACES, Pace, Unplannable};

@@ -41,6 +41,9 @@ pub struct FitTerms {
     pub longest: u32,
     /// No wait is shorter than this many ticks.
     pub shortest: Ticks,
+    /// A record waits no longer than this many 2⁻⁸ ticks for a next step, or else than for
+    /// [`longest`](FitTerms::longest): what is rest can soon be told to be something else.
+    pub patience: u32,
 }
 
 /// The longest part of a wait, and the most that a record waits.
@@ -74,6 +77,11 @@ impl EntryFitter {
         self.played
     }
 
+    /// Whether what is due has happened, and a rest of its wait is left.
+    pub const fn waits(&self) -> bool {
+        self.waits
+    }
+
     /// The next record, and how many moments are played with it. `moments` begins with the one that is
     /// due, and has all up to twice [`longest`](FitTerms::longest) behind it and one more, or to the end.
     /// `None` at the end, and while there is no second one.
@@ -88,7 +96,10 @@ impl EntryFitter {
         let steps = moments.iter().take_while(|moment| moment.what == What::Step).count();
         let steps = steps.saturating_sub(1);
         if self.waits || steps == 0 || wait >= PART {
-            return Some(self.single(first.what, second.what, wait, round_up(shortest)));
+            let steps = first.what == What::Step && !self.waits;
+            let most = if steps { self.terms.patience } else { self.terms.longest };
+            let most = MOST.min(most.into()).max(shortest);
+            return Some(self.single([first.what, second.what], wait, most, round_up(shortest)));
         }
         let record = self.best(moments, steps).unwrap_or(Record {
             // A single step, whatever it costs.
@@ -106,9 +117,10 @@ impl EntryFitter {
     }
 
     /// One event, and a wait of any length.
-    fn single(&mut self, what: What, next: What, wait: u64, least: u32) -> (Record, usize) {
-        let whole = wait < MOST;
-        let (mut part, mut halvings) = (wait.min(MOST), 0u8);
+    fn single(&mut self, events: [What; 2], wait: u64, most: u64, least: u32) -> (Record, usize) {
+        let ([what, next], whole) = (events, wait <= most);
+        // Two parts of a length, where there are two.
+        let (mut part, mut halvings) = (if whole { wait } else { most.min(wait >> 1) }, 0u8);
         while part >= PART && halvings < 7 {
             part >>= 1;
             halvings = halvings.wrapping_add(1);

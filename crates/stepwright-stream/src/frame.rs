@@ -24,6 +24,9 @@ pub const AROUND: usize = 5;
 /// The most bytes of a frame.
 pub const MOST: usize = LONGEST + AROUND;
 
+/// The most bytes of data that a cut brings with it.
+pub const CUT: usize = 16;
+
 /// What a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -37,7 +40,9 @@ pub enum Kind {
     /// All axes begin: which ones; the lease in 8 ms, 0 for none; inputs that stop, as bits: 0 to 2
     /// the axes' switches, 6 the drivers' fault, 7 the emergency stop.
     Start = 0x83,
-    /// What has not been opened is forgotten.
+    /// Frames of data from this number on are forgotten, and the end: modulo 256, counted from the setup. Then, if
+    /// any, a gate and records of at most [`CUT`] bytes, which come in their place. A board that has
+    /// opened such a frame, or has come to its end, does not take the cut.
     Cut = 0x84,
     /// No more will come: the last record's end is the end.
     End = 0x85,

@@ -99,6 +99,11 @@ impl<const LEN: usize> FrameLink<LEN> {
         &self.small
     }
 
+    /// Bytes of that payload, at most [`SMALL`].
+    pub fn small_len(&self) -> u8 {
+        self.have.min(SMALL as u8)
+    }
+
     /// Puts the frame of data that has just come behind those in the FIFO; false if there was no room.
     pub fn data(&mut self) -> bool {
         self.fifo.commit()

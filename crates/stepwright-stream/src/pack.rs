@@ -28,18 +28,48 @@ impl DataBytes {
     }
 }
 
+/// Bytes of a frame at most.
+const WHOLE: u8 = LONGEST as u8 - 1;
+
 /// Collects records, which are handed over in the order of their starts.
 #[derive(Clone, Debug)]
 pub struct FramePacker {
     frame: DataBytes,
     span: u64,
+    /// Bytes of frames at most, and how many are so short.
+    most: u8,
+    short: u8,
     trails: [Trail; AXES],
 }
 
 impl FramePacker {
     /// The starts of a frame's records lie within `span`, in 2⁻⁸ ticks.
     pub const fn new(span: u64) -> FramePacker {
-        FramePacker { frame: DataBytes::NONE, span, trails: [Trail::NONE; AXES] }
+        // One byte is left for what may have to end the frame.
+        FramePacker {
+            frame: DataBytes::NONE,
+            span,
+            most: WHOLE,
+            short: 0,
+            trails: [Trail::NONE; AXES],
+        }
+    }
+
+    /// Whether the next record is the first of a frame.
+    pub const fn is_empty(&self) -> bool {
+        self.frame.len == 0
+    }
+
+    /// Where the last record of each axis leads.
+    pub const fn trails(&self) -> [Trail; AXES] {
+        self.trails
+    }
+
+    /// Goes on as if the last record of each axis led there. The frame that has not been handed out is
+    /// forgotten; the next `short` ones have at most `most` bytes.
+    pub fn rewind(&mut self, trails: [Trail; AXES], short: u8, most: u8) {
+        (self.trails, self.frame) = (trails, DataBytes::NONE);
+        (self.short, self.most) = (short, most);
     }
 
     /// Adds a record of an axis, and hands out the frame that had no room for it. The error is a
@@ -57,8 +87,8 @@ impl FramePacker {
         let bytes = RecordBytes::new(axis, record, trail).ok_or(Unsent)?;
         trail.pass(record);
         let bytes = bytes.as_bytes();
-        // One byte is left for what may have to end the frame.
-        let full = usize::from(self.frame.len) + bytes.len() > LONGEST - 1
+        let most = if self.short == 0 { WHOLE } else { self.most };
+        let full = usize::from(self.frame.len) + bytes.len() > usize::from(most)
             || start.saturating_sub(self.frame.start) > self.span;
         let done = if full { self.flush() } else { None };
         if self.frame.len == 0 {
@@ -74,6 +104,7 @@ impl FramePacker {
         if self.frame.len == 0 {
             return None;
         }
+        self.short = self.short.saturating_sub(1);
         Some(core::mem::replace(&mut self.frame, DataBytes::NONE))
     }
 }

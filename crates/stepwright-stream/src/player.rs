@@ -209,12 +209,44 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             }
             Kind::Start => self.start(),
             Kind::Cut => {
-                let keep = u16::from(self.left);
-                self.link.fifo().cut(keep);
+                if !self.cut() {
+                    return;
+                }
             }
             Kind::End => self.ended = true,
         }
         self.expected = self.expected.wrapping_add(1);
+    }
+
+    /// Forgets frames of data from one on, and puts what came with the cut in their place. False if that
+    /// one was opened, if nothing plays any more, or without room: the frame is not taken then.
+    #[inline(never)]
+    fn cut(&mut self) -> bool {
+        let len = self.link.small_len();
+        let mut bytes = *self.link.small();
+        let frames = bytes[0].wrapping_sub(self.opened);
+        if frames >= 0x80 || self.closed && self.flags & Credit::STARTED != 0 {
+            return false;
+        }
+        let fifo = self.link.fifo();
+        let mut keep = u16::from(self.left);
+        for _ in 0..frames {
+            if keep >= fifo.used() {
+                break;
+            }
+            keep = keep.wrapping_add(1).wrapping_add(fifo.peek(keep).into());
+        }
+        fifo.cut(keep);
+        self.ended = false;
+        if len <= 1 {
+            return true;
+        }
+        // A frame of data begins with its length.
+        bytes[0] = len.wrapping_sub(1);
+        for byte in bytes.iter().take(len.into()) {
+            fifo.write(*byte);
+        }
+        fifo.commit()
     }
 
     const fn is_off(&self) -> bool {

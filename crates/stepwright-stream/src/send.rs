@@ -6,7 +6,7 @@
 //! forward for some time, four [`FILL`] call it, and all frames that it has not taken are sent again.
 
 use crate::credit::Credit;
-use crate::frame::{FILL, FrameBytes, Kind, LONGEST, MOST};
+use crate::frame::{CUT, FILL, FrameBytes, Kind, LONGEST, MOST};
 use crate::record::NOTHING;
 
 /// Frames under way.
@@ -20,14 +20,26 @@ struct Held {
     kind: Kind,
     bytes: [u8; LONGEST],
     len: u8,
+    /// Bytes of the FIFO that it frees.
+    frees: u32,
 }
 
 impl Held {
-    const NONE: Held = Held { kind: Kind::Ping, bytes: [0; LONGEST], len: 0 };
+    const NONE: Held = Held { kind: Kind::Ping, bytes: [0; LONGEST], len: 0, frees: 0 };
 
     /// Bytes of the FIFO that it takes.
     fn cost(&self) -> u32 {
-        if self.kind == Kind::Data { u32::from(self.len).wrapping_add(1) } else { 0 }
+        match self.kind {
+            Kind::Data => u32::from(self.len).wrapping_add(1),
+            // The number of the frame is none of it, and the length is.
+            Kind::Cut if self.len > 1 => self.len.into(),
+            _ => 0,
+        }
+    }
+
+    /// Bytes of the FIFO that are taken behind it, with those before it.
+    fn behind(&self, taken: i32) -> i32 {
+        taken.saturating_sub_unsigned(self.frees).saturating_add_unsigned(self.cost())
     }
 
     fn frame(&self, number: u8) -> FrameBytes {
@@ -167,6 +179,62 @@ impl FrameSender {
         true
     }
 
+    /// Hands over a [cut](Kind::Cut) as the next frame: frames of data before number `keep` are kept, and
+    /// at most [`CUT`](crate::frame::CUT) bytes of data come in place of the others, which have `frees`
+    /// bytes of the FIFO. False if there is no room.
+    pub fn offer_cut(&mut self, keep: u64, data: &[u8], frees: u32, now: u64) -> bool {
+        let mut payload = [keep as u8; CUT + 1];
+        let len = data.len().wrapping_add(1);
+        let (Some(to), Some(_)) = (payload.get_mut(1..len), self.held.get(usize::from(self.have)))
+        else {
+            return false;
+        };
+        to.copy_from_slice(data);
+        let offered = self.offer(Kind::Cut, payload.get(..len).unwrap_or(&[]), now);
+        let last = self.held.get_mut(usize::from(self.have.wrapping_sub(1)));
+        if offered && let Some(held) = last {
+            held.frees = frees;
+        }
+        offered
+    }
+
+    /// Drops frames that were never sent, from the last one on: how many of data, and whether the end
+    /// was one of them.
+    pub fn retract(&mut self) -> (u64, bool) {
+        let of = |kind: Kind| {
+            let unsent = self.held.iter().take(self.have.into()).skip(self.high.into());
+            unsent.filter(|held| held.kind == kind).count() as u64
+        };
+        let dropped = (of(Kind::Data), of(Kind::End) != 0);
+        self.have = self.have.min(self.high);
+        dropped
+    }
+
+    /// Whether the board has opened a frame that the first one that is held was to cut: it never takes
+    /// that one.
+    pub fn is_cut_late(&self) -> bool {
+        let late = |held: &&Held| {
+            let by = (self.opened as u8).wrapping_sub(held.bytes[0]);
+            by != 0 && by < 0x80
+        };
+        self.is_next(Kind::Cut) && self.held.first().filter(late).is_some()
+    }
+
+    /// Whether one of this kind is held.
+    pub fn holds(&self, kind: Kind) -> bool {
+        self.held.iter().take(self.have.into()).any(|held| held.kind == kind)
+    }
+
+    /// Whether the first that is held is of this kind.
+    pub fn is_next(&self, kind: Kind) -> bool {
+        self.have != 0 && self.held.first().is_some_and(|held| held.kind == kind)
+    }
+
+    /// Drops all that is held: the first is a cut that the board never takes, and so nothing behind it.
+    pub fn withdraw(&mut self, now: u64) {
+        (self.have, self.sent, self.high, self.forward) = (0, 0, 0, now);
+    }
+
     /// The board told how it stands.
     pub fn hear(&mut self, credit: Credit, now: u64) {
         let taken = credit.next.wrapping_sub(self.base);
@@ -234,12 +302,11 @@ impl FrameSender {
             return None;
         }
         let held = self.held.get(usize::from(self.sent))?;
-        let under_way = self.held.iter().take(self.sent.into()).map(Held::cost).sum::<u32>();
+        let before = self.held.iter().take(self.sent.into());
+        let taken = before.fold(0, |taken, before| before.behind(taken));
         // All begin when all before is there; and the first tells what is free.
-        let alone = matches!(held.kind, Kind::Start | Kind::Setup | Kind::Cut);
-        if alone && self.sent != 0
-            || held.cost() != 0 && under_way.saturating_add(held.cost()) > self.free
-        {
+        let alone = matches!(held.kind, Kind::Start | Kind::Setup);
+        if alone && self.sent != 0 || held.cost() != 0 && held.behind(taken) > self.free as i32 {
             return None;
         }
         let frame = held.frame(self.base.wrapping_add(self.sent));

@@ -5,7 +5,12 @@ use stepwright::entry::Wiring;
 use stepwright_stream::fit::{EntryFitter, FitTerms, Moment, What};
 
 fn terms(micros: u32) -> FitTerms {
-    FitTerms { tolerance: micros * 16 * 256, longest: 128_000 * 256, shortest: 72 }
+    FitTerms {
+        tolerance: micros * 16 * 256,
+        longest: 128_000 * 256,
+        shortest: 72,
+        patience: 256_000 * 256,
+    }
 }
 
 /// Edges of what the fitter makes: when, and whether a step; and how many records.

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_host::Session;
-use stepwright_path::AxisPace;
+use stepwright_path::{AxisPace, Lead, Planned, RouteStep};
 use stepwright_plan::gcode::{GcodeJob, JobPlan};
 use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::frame::FILL;
@@ -73,7 +73,8 @@ pub fn stream(
     // A computer that does other things as well may keep this one waiting for some 0.4 s.
     let terms = FeedTerms { hz, times, axes: moving, ahead: AHEAD, ..FeedTerms::avr(brakes) };
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
-    let mut job = GcodeJob::new(job, axes).map_err(|why| wrong(&why))?;
+    let job = GcodeJob::new(job, axes).map_err(|why| wrong(&why))?;
+    let mut job = Lead::new(Plan(job));
     let (feeder, braked) = feed(&mut session, &name, terms, &mut job, plan)?;
     match feeder.state() {
         FeedState::Over => {}
@@ -87,7 +88,28 @@ pub fn stream(
     let position = positions(&mut session)?;
     let about = ask(&mut session, b"?")?;
     let late = word(&about, "late=").unwrap_or(0);
-    Ok(Streamed { position, late, seconds: job.time(), braked, again: feeder.again() })
+    Ok(Streamed { position, late, seconds: job.ahead().0.time(), braked, again: feeder.again() })
+}
+
+/// The job, whose order is to brake from a time on.
+#[derive(Clone)]
+struct Plan(GcodeJob<std::vec::IntoIter<u8>>);
+
+impl Planned for Plan {
+    type Order = f64;
+
+    fn step(&mut self) -> Option<RouteStep> {
+        // What can't be read was said when it was planned.
+        self.0.step().ok().flatten()
+    }
+
+    fn obey(&mut self, at: &f64) {
+        self.0.cancel_at(*at);
+    }
+
+    fn stays(_: &f64) -> bool {
+        false
+    }
 }
 
 /// Feeds the board until the job is over, or it is off the path.
@@ -95,13 +117,13 @@ fn feed(
     session: &mut Session,
     name: &str,
     terms: FeedTerms,
-    job: &mut GcodeJob<std::vec::IntoIter<u8>>,
+    job: &mut Lead<Plan>,
     plan: &JobPlan,
 ) -> Result<(StreamFeeder, bool), Failure> {
     let link = session.link();
     let begun = link.now();
     let mut feeder = StreamFeeder::new(terms, 0);
-    let (mut line, mut shown, mut braked) = (Line::new(), None, false);
+    let (mut line, mut shown, mut braked, mut told) = (Line::new(), None, false, false);
     let mut buffer = [0; 256];
     let gone = |error: std::io::Error| {
         Failure::new(format!("{name}: {error}"))
@@ -113,25 +135,38 @@ fn feed(
             line.end();
             return Err(Failure::interrupted("killed: the positions of axes that moved are lost"));
         }
-        if !braked && interrupt::asked() {
-            braked = true;
-            job.cancel();
+        let micros = |now: Duration| now.saturating_sub(begun).as_micros() as u64;
+        if !told && interrupt::asked() {
+            told = true;
             line.note(interrupt::braking());
         }
+        if told
+            && !braked
+            && let Some(cut) = feeder.cut(micros(link.now()), true)
+        {
+            braked = true;
+            job.cut(cut.steps, &[cut.time]);
+        }
         while feeder.wants() {
-            match job.step() {
-                Ok(Some(step)) => feeder.step(step.axis, step.time, step.forward),
-                // What can't be read was said when it was planned.
-                Ok(None) | Err(_) => feeder.end(job.time()),
+            match job.plan() {
+                Some(step) => feeder.step(step.axis, step.time, step.forward),
+                None => feeder.end(job.ahead().0.time()),
             }
         }
-        let micros = |now: Duration| now.saturating_sub(begun).as_micros() as u64;
         let bytes = feeder.bytes(micros(link.now()));
         if !bytes.is_empty() {
             link.write(&bytes).map_err(gone)?;
         }
         let count = link.read(&mut buffer, LOOK).map_err(gone)?;
-        feeder.hear(buffer.get(..count).unwrap_or_default(), micros(link.now()));
+        let now = micros(link.now());
+        feeder.hear(buffer.get(..count).unwrap_or_default(), now);
+        if feeder.was_late() {
+            job.undo_cut();
+            braked = false;
+        } else if !feeder.is_cutting() {
+            job.keep_cut();
+        }
+        while job.pass(feeder.now(now)).is_some() {}
         if shown.is_none_or(|shown: Instant| shown.elapsed() > Duration::from_millis(100)) {
             shown = Some(Instant::now());
             tell(&mut line, feeder.time(), plan.time, braked);

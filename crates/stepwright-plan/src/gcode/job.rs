@@ -128,9 +128,14 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
 
     /// Brakes as soon as it can, along its way; what is left of it is not made.
     pub fn cancel(&mut self) {
+        self.cancel_at(0.0);
+    }
+
+    /// Likewise, but not before this time, in s.
+    pub fn cancel_at(&mut self, at: f64) {
         (self.read, self.error) = (true, None);
         self.todo.clear();
-        self.route.cancel(0.0);
+        self.route.cancel(at);
     }
 
     /// Seconds from the start to the end of what has been made, dwells included.

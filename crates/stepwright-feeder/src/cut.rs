@@ -1,0 +1,235 @@
+//! What was sent ahead is taken back.
+//!
+//! ```text
+//!            kept                        taken back
+//!   ───────────────────────┬──────────────────────────────────►  frames that the board has not opened
+//!   now        opening ─►  │ a frame's beginning: how all axes and the records stood is known
+//!                          └─ cut, and the first records of what comes instead
+//! ```
+//!
+//! The cut names the first frame that is to be forgotten, and brings the beginning of what comes
+//! in its place: so the board has one or the other, whatever befalls the line in between. A board
+//! that has opened that frame does not take the cut; then all is as it was, and another place is
+//! to be asked for.
+
+use stepwright_stream::credit::Credit;
+use stepwright_stream::frame::{CUT, Kind};
+
+use crate::axis::AxisFeed;
+use crate::clock::opening;
+use crate::{FeedState, LEAD, Mark, SPAN, StreamFeeder, fine};
+
+/// A cut comes this long before the frame that it names is opened, in µs, and longer after one that
+/// came too late: for a line of 1 ms, with 3 ms of bytes before the wire.
+pub(crate) const MARGIN: u64 = 8_000;
+/// … up to this.
+const MOST: u64 = 60_000;
+/// By this much longer; and by this much less again after one that was in time.
+const MORE: u64 = 4_000;
+const LESS: u64 = 1_000;
+/// Frames behind a cut that are short.
+const SHORT: u8 = 4;
+/// From the computer to the board, in µs, with bytes that wait before the wire.
+const WAY: u64 = 7_000;
+
+/// From where on other steps can come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// Seconds of the path.
+    pub time: f64,
+    /// Steps so far, of all axes, that are made all the same: those after them are forgotten.
+    pub steps: u64,
+}
+
+/// A cut that the board has not taken.
+#[derive(Debug)]
+pub(crate) struct Cutting {
+    /// The first frame that is forgotten, and the bytes that those have.
+    keep: u64,
+    frees: u32,
+    end: u64,
+    /// When it is to be sent, by the gates, at the latest.
+    until: u64,
+    sent: bool,
+    before: Before,
+}
+
+/// All as it is without the cut.
+#[derive(Debug)]
+struct Before {
+    axes: [Option<AxisFeed>; stepwright_stream::record::AXES],
+    marks: std::collections::VecDeque<Mark>,
+    trails: [stepwright_stream::record::Trail; stepwright_stream::record::AXES],
+    steps: std::collections::VecDeque<u64>,
+    /// The number of the first mark.
+    first: u64,
+    offered: u64,
+    known: u64,
+    over: bool,
+    ended: bool,
+}
+
+impl Cutting {
+    /// Until it is sent: from when on steps are others.
+    pub(crate) fn waits(&self) -> Option<u64> {
+        (!self.sent).then_some(self.end)
+    }
+}
+
+impl StreamFeeder {
+    /// Takes back what the board has not begun: from the time on that is told other steps are to
+    /// come, or [the end](StreamFeeder::end). `brakes` says that from there on no axis
+    /// makes a step sooner than it would have: that is possible sooner.
+    ///
+    /// `None` while nothing plays, and while the board has not taken the last cut: ask again later.
+    pub fn cut(&mut self, now: u64, brakes: bool) -> Option<Cut> {
+        if self.state != FeedState::Running || self.cutting.is_some() {
+            return None;
+        }
+        let here = self.clock.at(now)?;
+        let (frames, end) = self.sender.retract();
+        self.offered -= frames;
+        self.ended &= !end;
+        self.late = false;
+        // Back to what the board has or will have.
+        self.go_back(self.offered, u64::MAX);
+        if !self.sender.has_room() {
+            return None;
+        }
+        let before = Before {
+            axes: self.axes.clone(),
+            marks: self.marks.clone(),
+            trails: self.packer.trails(),
+            steps: self.steps.clone(),
+            first: self.gone,
+            offered: self.offered,
+            known: self.known,
+            over: self.over,
+            ended: self.ended,
+        };
+        let soonest = here + self.clock.ticks(self.margin);
+        let keep = (self.gone..)
+            .zip(&self.marks)
+            .find(|(_, mark)| opening(mark.start) >= soonest)
+            .map_or(self.offered, |(number, _)| number);
+        let first = self.marks.get((keep - self.gone) as usize);
+        let until = first
+            .map_or(u64::MAX, |mark| opening(mark.start).saturating_sub(self.clock.ticks(WAY)));
+        let end = self.free_from(keep, brakes);
+        let cut = self.marks.iter().skip((keep - self.gone) as usize);
+        let frees = cut.map(|mark| mark.cost).sum();
+        self.go_back(keep, end);
+        self.offered = keep;
+        let kept = self.steps.partition_point(|asked| *asked < end);
+        self.steps.truncate(kept);
+        (self.known, self.over, self.ended) = (end, false, false);
+        self.cutting = Some(Box::new(Cutting { keep, frees, end, until, sent: false, before }));
+        let time = (end as f64 - fine(LEAD) as f64) / self.units();
+        Some(Cut { time, steps: self.dropped + kept as u64 })
+    }
+
+    /// Whether the last cut came too late, once: all is as it was before it, and the steps that were
+    /// handed over since are forgotten. It is to be asked for again.
+    pub fn was_late(&mut self) -> bool {
+        std::mem::take(&mut self.late)
+    }
+
+    /// Whether the board has not taken the last cut yet.
+    pub fn is_cutting(&self) -> bool {
+        self.cutting.is_some()
+    }
+
+    /// The soonest time from which on all axes can be told something else.
+    fn free_from(&self, keep: u64, brakes: bool) -> u64 {
+        let now = self.mark(0);
+        let mark = self.marks.get((keep - self.gone) as usize).unwrap_or(&now);
+        let axes = || {
+            let axes = self.axes.iter().zip(&mark.axes);
+            axes.filter_map(|(axis, mark)| Some((axis.as_ref()?, mark.as_ref()?)))
+        };
+        let start = axes().map(|(_, mark)| mark.start()).min().unwrap_or(0);
+        // No record of several steps that begins before is longer.
+        let patience = start + fine(self.terms.ticks(2 * SPAN + 1_000));
+        let soonest = axes().map(|(axis, mark)| axis.free_from(mark, patience, brakes));
+        let mut end = soonest.fold(start, u64::max);
+        // No pair on any axis is divided.
+        loop {
+            let apart = axes().fold(end, |end, (axis, _)| axis.between_pairs(end));
+            if apart == end {
+                return end;
+            }
+            end = apart;
+        }
+    }
+
+    /// To where frame `number` begins, with the steps that were asked for before `end`.
+    fn go_back(&mut self, number: u64, end: u64) {
+        self.frames.clear();
+        let at = (number - self.gone) as usize;
+        let mark = self.marks.get(at).cloned().unwrap_or_else(|| self.mark(0));
+        for (axis, mark) in self.axes.iter_mut().zip(&mark.axes) {
+            if let (Some(axis), Some(mark)) = (axis, mark) {
+                axis.rewind(mark, end);
+            }
+        }
+        self.marks.truncate(at);
+        // What comes next has room beside the cut; and each axis has the next of it soon.
+        let short = if end == u64::MAX { 0 } else { SHORT };
+        self.packer.rewind(mark.trails, short, CUT as u8);
+    }
+
+    /// Hands the cut to the sender, with what comes behind it. Whether other frames may follow.
+    pub(crate) fn offer_cut(&mut self, packed: bool, now: u64) -> bool {
+        let Some(cutting) = self.cutting.as_mut().filter(|cutting| !cutting.sent) else {
+            return true;
+        };
+        if self.frames.is_empty() && !packed || !self.sender.has_room() {
+            return false;
+        }
+        if self.clock.at(now).is_some_and(|here| here > cutting.until) {
+            self.uncut();
+            return false;
+        }
+        let frame = self.frames.pop_front().or_else(|| self.packer.flush());
+        let data = frame.as_ref().map_or(&[][..], |frame| frame.as_bytes());
+        cutting.sent = true;
+        self.sender.offer_cut(cutting.keep, data, cutting.frees, now);
+        if frame.is_some() {
+            self.offered(data.len() as u32 + 1);
+        }
+        true
+    }
+
+    /// What the board tells about a cut.
+    pub(crate) fn learn_of_cut(&mut self, credit: Credit, now: u64) {
+        if !self.cutting.as_ref().is_some_and(|cutting| cutting.sent) {
+            return;
+        }
+        if !self.sender.holds(Kind::Cut) {
+            self.cutting = None;
+            self.margin = self.margin.saturating_sub(LESS).max(MARGIN);
+            return;
+        }
+        // It has come to its end meanwhile, or opened what was to be forgotten.
+        let stands = credit.is(Credit::STARTED) && !credit.is(Credit::MOVES);
+        if !(self.sender.is_cut_late() || self.sender.is_next(Kind::Cut) && stands) {
+            return;
+        }
+        self.sender.withdraw(now);
+        self.uncut();
+    }
+
+    /// All is as it was before the last cut, which the sender does not hold.
+    fn uncut(&mut self) {
+        let Some(cutting) = self.cutting.take() else { return };
+        let Before { axes, marks, trails, steps, first, offered, known, over, ended } =
+            cutting.before;
+        self.frames.clear();
+        (self.axes, self.marks, self.steps) = (axes, marks, steps);
+        self.packer.rewind(trails, 0, 0);
+        (self.offered, self.known, self.over, self.ended) = (offered, known, over, ended);
+        self.marks.drain(..((self.gone - first) as usize).min(self.marks.len()));
+        self.margin = (self.margin + MORE).min(MOST);
+        self.late = true;
+    }
+}

@@ -306,18 +306,26 @@ fn live() -> Axes {
     }
 }
 
-/// Ticks of the laps that an axis still waits for, and a part in 64 more; of 255 laps at most,
-/// which are longer than anybody plans ahead.
+/// The laps that an axis still waits for, and a part in 64 more, in 256 ticks; of 255 laps at most,
+/// which are longer than anybody plans ahead. [`u16::MAX`] if it steps: nobody knows.
+///
+/// A wait may begin with a step, in its first lap: `then`, of the laps behind it, tells it from
+/// steps. What is held ready is of the next entry once that has been taken, and so are its laps.
 #[inline(never)]
-fn laps(axis: u8) -> Ticks {
+fn laps(axis: u8) -> u16 {
     let at = pointed(place(axis));
     // SAFETY: no interrupt comes, and none refills.
-    let (left, lap, groups, then) = interrupt::free(|_| unsafe {
-        ((*at).now.left, (*at).now.interval[2], (*at).groups, (*at).then)
+    let (left, lap, groups, steps, last) = interrupt::free(|_| unsafe {
+        let AxisState { now, groups, then, queue, .. } = &*at;
+        let last = queue.plays_last_taken();
+        (now.left, now.interval[2], *groups, if last { now.pins & *then } else { now.pins }, last)
     });
-    let more = if then == 0 { groups } else { 0 };
+    if steps != 0 {
+        return u16::MAX;
+    }
+    let more = if last { groups } else { 0 };
     let laps = events(left).saturating_add(more.into()).min(255) as u16;
-    Ticks::from(laps.wrapping_mul(u16::from(lap).wrapping_add(1))) << 8
+    laps.wrapping_mul(u16::from(lap).wrapping_add(1))
 }
 
 impl AvrEngine {
@@ -492,9 +500,10 @@ impl Control for AvrEngine {
     /// Of waits alone.
     #[inline(always)]
     fn playing(&mut self, axis: u8) -> Playing {
-        // SAFETY: a read of a byte.
-        let pins = unsafe { (&raw const (*place(axis)).now.pins).read_volatile() };
-        if pins != 0 || self.is_idle(axis) { Playing::Unknown } else { Playing::Left(laps(axis)) }
+        match if self.is_idle(axis) { u16::MAX } else { laps(axis) } {
+            u16::MAX => Playing::Unknown,
+            left => Playing::Left(Ticks::from(left) << 8),
+        }
     }
 
     #[inline(always)]

@@ -119,6 +119,13 @@ impl<const LEN: usize> Queue<LEN> {
         self.backward.set((!forward).into());
     }
 
+    /// Whether the entry that is played is the last that was taken out: none is held ready
+    /// behind it.
+    #[inline(always)]
+    pub fn plays_last_taken(&self) -> bool {
+        self.taken.get().wrapping_sub(self.played.get()) == 1
+    }
+
     /// The oldest entry, taken out.
     pub fn take(&self) -> Option<Entry> {
         let at = self.taken.get();

@@ -9,7 +9,8 @@ use anyhow::Result;
 use clap::ValueEnum;
 
 use crate::firmware::Board;
-use crate::qemu::{self, SmallBoard};
+use crate::qemu;
+use crate::small::SmallBoard;
 use crate::workspace::{Workspace, run};
 use crate::{rig, setup};
 
@@ -44,7 +45,7 @@ impl Bench {
             }
             What::CortexM => {
                 setup::ensure(qemu::BUILD_NEEDS)?;
-                SmallBoard::Nrf51.build(ws)?;
+                SmallBoard::named(ws, "nrf51")?.build(ws)?;
                 qemu::plugin(ws)?;
                 cortex_m(ws, self.check)
             }

@@ -4,13 +4,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 
 use crate::program::{CONTROLLER, Program};
-use crate::qemu::{self, SmallBoard};
+use crate::qemu;
+use crate::small::SmallBoard;
 use crate::toolchain::{ATMEGA328P, ATMEGA2560, Chip, Cross};
 use crate::workspace::{Workspace, output, run};
 use crate::{check, setup, shrink};
@@ -18,7 +18,8 @@ use crate::{check, setup, shrink};
 /// Build the firmware of a board, as .elf and .hex.
 #[derive(clap::Args)]
 pub struct Firmware {
-    board: Named,
+    /// uno, nano or mega; or a folder of `firmware` with a chip of 32 bits, whose options are none.
+    board: String,
     /// The step timer of the Mega: 1, 3, 4 or 5.
     #[arg(long, default_value = "1", value_parser = ["1", "3", "4", "5"])]
     timer: String,
@@ -37,9 +38,10 @@ pub struct Firmware {
 impl Firmware {
     /// Builds, and says what came of it.
     pub fn run(self, ws: &Workspace) -> Result<()> {
-        let board = match self.board {
-            Named::Avr(board) => board,
-            Named::Small(board) => return small(ws, board),
+        let avr = Board::value_variants().iter().find(|board| board.name() == self.board);
+        let board = match avr.copied() {
+            Some(board) => board,
+            None => return small(ws, &self.board),
         };
         let timer = self.timer.parse()?;
         let build = Build { board, timer, bench: self.bench };
@@ -65,33 +67,16 @@ impl Firmware {
     }
 }
 
-/// A board by its name.
-#[derive(Clone, Copy, Debug)]
-enum Named {
-    Avr(Board),
-    /// Of 32 bits, whose options are none.
-    Small(SmallBoard),
-}
-
-impl FromStr for Named {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Named, String> {
-        let avr = Board::value_variants().iter().find(|board| board.name() == name);
-        let small = SmallBoard::ALL.into_iter().find(|board| board.name() == name);
-        avr.copied().map(Named::Avr).or(small.map(Named::Small)).ok_or_else(|| {
-            let avr = Board::value_variants().iter().map(|board| board.name());
-            let all: Vec<_> = avr.chain(SmallBoard::ALL.map(SmallBoard::name)).collect();
-            format!("boards are {}", all.join(", "))
-        })
-    }
-}
-
 /// Builds all programs of a board of 32 bits.
-fn small(ws: &Workspace, board: SmallBoard) -> Result<()> {
+fn small(ws: &Workspace, name: &str) -> Result<()> {
+    let board = SmallBoard::named(ws, name).with_context(|| {
+        let avr: Vec<_> = Board::value_variants().iter().map(|board| board.name()).collect();
+        format!("boards with an AVR are {}", avr.join(", "))
+    })?;
     setup::ensure(qemu::BUILD_NEEDS)?;
     for elf in board.build(ws)? {
         println!("{}", elf.display());
+        board.tell_size(&elf)?;
     }
     Ok(())
 }

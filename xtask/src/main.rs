@@ -38,6 +38,7 @@ mod senders;
 mod setup;
 mod shrink;
 mod sim;
+mod small;
 mod stress;
 mod test;
 mod toolchain;

@@ -6,6 +6,7 @@
 
 mod api;
 mod book;
+mod chips;
 mod code;
 mod cross;
 mod examples;
@@ -111,6 +112,12 @@ const STEPS: &[Step] = &[
         what: "the firmwares do what they should on a simulated chip",
         needs: crate::rig::TESTS_NEED,
         run: rig::run_tests,
+    },
+    Step {
+        name: "chips",
+        what: "the firmware for every chip of 32 bits builds and keeps within its bounds",
+        needs: crate::qemu::BUILD_NEEDS,
+        run: chips::run,
     },
     Step {
         name: "qemu",

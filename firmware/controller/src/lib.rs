@@ -12,6 +12,7 @@
 //! [`Panel`]; its program gives them to [`run`]. The lines, the settings and the duties are
 //! those of the AVR's controller, from the same code: `stepwright-device`.
 
+mod compare;
 mod engine;
 mod io;
 mod kept;
@@ -20,6 +21,7 @@ mod ring;
 mod trial;
 mod turned;
 
+pub use compare::{CompareRegister, CompareTimer};
 pub use engine::{ControllerEngine, run};
 pub use io::{Panel, PortIo};
 pub use register::Register;

@@ -7,8 +7,8 @@ use anyhow::Result;
 
 use crate::node::RP2040JS;
 use crate::python::PIO;
-use crate::qemu::SmallBoard;
 use crate::setup::{self, Need};
+use crate::small::SmallBoard;
 use crate::workspace::{Workspace, run as carry_out};
 
 /// What it takes.
@@ -21,7 +21,7 @@ const WORDS: &str = "10000";
 pub fn run(ws: &Workspace) -> Result<()> {
     RP2040JS.prepare(ws)?;
     PIO.prepare(ws)?;
-    SmallBoard::Rp2040.build(ws)?;
+    SmallBoard::named(ws, "rp2040")?.build(ws)?;
     let folder = ws.root.join("firmware/rp2040");
     let (programs, words) = (ws.target.join("firmware"), ws.target.join("pico-words.json"));
     for script in ["controller.cjs", "pico.cjs"] {

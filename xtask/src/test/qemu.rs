@@ -4,16 +4,17 @@ use anyhow::Result;
 
 use super::programs;
 use crate::bench;
-use crate::qemu::{self, EXAMPLES, SmallBoard};
+use crate::qemu;
+use crate::small::SmallBoard;
 use crate::workspace::{Workspace, run};
 
 /// The controller answers and steps as the virtual board, and the step timers keep their contract;
 /// no figure is worse than the stored one.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     let root = qemu::prepare(ws)?;
-    SmallBoard::Nrf51.build(ws)?;
-    SmallBoard::Virt.build(ws)?;
-    qemu::build(ws, EXAMPLES)?;
+    for board in SmallBoard::all(ws)?.iter().filter(|board| board.in_qemu) {
+        board.build(ws)?;
+    }
     qemu::plugin(ws)?;
     let built = programs::build(qemu::cargo(ws, "test", root.as_deref()).arg("--release"))?;
     let commands = built.iter().map(|program| {
@@ -26,8 +27,8 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     let mut controller = ws.cargo(["test", "--target-dir"]);
     controller.arg(ws.target.join("qemu")).current_dir(ws.root.join("firmware/controller"));
     run(controller.args(["--release", "--lib"]))?;
-    // Workspaces of their own: nothing else looks at their style.
-    for folder in ["qemu", "controller", "nrf51", "virt", "microbit"] {
+    // Workspaces of their own: nothing else looks at their style. The boards' is the step `chips`.
+    for folder in ["qemu", "controller"] {
         let folder = ws.root.join("firmware").join(folder);
         run(ws.cargo(["fmt", "--all", "--check"]).current_dir(&folder))?;
     }

@@ -1,0 +1,140 @@
+//! STEP and DIR, and the pins around the motors: all of them of port C.
+
+use stepwright::drive::{Axes, Drive};
+use stepwright_controller::{AXES, Panel, Register, Turned};
+use stepwright_device::Reset;
+
+use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, STEP, SWITCHES};
+use crate::chip::register;
+use crate::timer;
+
+/// A register of port C.
+const fn port(offset: usize) -> Register {
+    register(0x400E_1200 + offset)
+}
+
+/// Gives pins to the program, not to a peripheral.
+const PROGRAM: Register = port(0x00);
+const OUTPUTS: Register = port(0x10);
+const INPUTS: Register = port(0x14);
+const SET: Register = port(0x30);
+const CLEAR: Register = port(0x34);
+const LEVELS: Register = port(0x3C);
+const PULL_UP: Register = port(0x64);
+
+static TURNED: Turned = Turned::new();
+
+/// Bits of all axes.
+const ALL: u32 = (1 << AXES) - 1;
+
+/// Raises pins by their bits, or lowers them.
+#[inline(always)]
+fn set(bits: u32, high: bool) {
+    if high { SET.write(bits) } else { CLEAR.write(bits) }
+}
+
+/// STEP and DIR of all axes.
+pub struct StepPins(());
+
+impl StepPins {
+    /// Makes them outputs, low.
+    ///
+    /// # Safety
+    /// Called once.
+    pub unsafe fn new() -> StepPins {
+        const PINS: u32 = ALL << STEP | ALL << DIR;
+        CLEAR.write(PINS);
+        OUTPUTS.write(PINS);
+        PROGRAM.write(PINS);
+        StepPins(())
+    }
+}
+
+impl Drive for StepPins {
+    #[inline(always)]
+    fn begin(&mut self, axes: Axes) {
+        set(u32::from(axes) << STEP, true);
+    }
+
+    #[inline(always)]
+    fn end(&mut self, axes: Axes) {
+        set(u32::from(axes) << STEP, false);
+    }
+
+    fn direction(&mut self, axis: u8, forward: bool) {
+        let high = TURNED.direction(axis, forward);
+        if u32::from(axis) < AXES as u32 {
+            set(1 << (DIR + u32::from(axis)), high);
+        }
+    }
+}
+
+/// The pins around the motors, why the board has begun, and its watchdog.
+pub struct BoardPins(());
+
+/// The watchdog's: a key, and what it is to do.
+const WATCHDOG: Register = register(0x400E_1A50);
+const WATCHDOG_MODE: Register = register(0x400E_1A54);
+/// The reset controller's: why.
+const REASON: Register = register(0x400E_1A04);
+
+impl BoardPins {
+    /// Pulls the inputs up, leaves the drivers off, and has the watchdog reset all after 250 ms.
+    ///
+    /// # Safety
+    /// Called once.
+    pub unsafe fn new() -> BoardPins {
+        const PINS: u32 = ALL << SWITCHES | 1 << EMERGENCY | 1 << FAULT;
+        PULL_UP.write(PINS);
+        INPUTS.write(PINS);
+        PROGRAM.write(PINS | 1 << ENABLE);
+        SET.write(1 << ENABLE);
+        OUTPUTS.write(1 << ENABLE);
+        // Of 256 a second; it can be set once, and runs from power-up on.
+        WATCHDOG_MODE.write(64 << 16 | 1 << 13 | 64);
+        BoardPins(())
+    }
+}
+
+impl Panel for BoardPins {
+    #[inline(always)]
+    fn count(&mut self) -> u32 {
+        timer::count()
+    }
+
+    #[inline(always)]
+    fn feed(&mut self) {
+        WATCHDOG.write(0xA5 << 24 | 1);
+    }
+
+    fn switches(&self) -> Axes {
+        (LEVELS.read() >> SWITCHES & ALL) as Axes
+    }
+
+    fn emergency(&self) -> bool {
+        LEVELS.read() >> EMERGENCY & 1 != 0
+    }
+
+    fn driver_fault(&self) -> bool {
+        LEVELS.read() >> FAULT & 1 != 0
+    }
+
+    fn set_enable(&mut self, high: bool) {
+        set(1 << ENABLE, high);
+    }
+
+    fn reset(&mut self) -> Reset {
+        match REASON.read() >> 8 & 7 {
+            0 => Reset::Power,
+            2 => Reset::Watchdog,
+            _ => Reset::Other,
+        }
+    }
+
+    fn set_reverse(&mut self, axes: Axes) {
+        let levels = TURNED.reverse(axes);
+        for axis in 0..AXES as u32 {
+            set(1 << (DIR + axis), levels >> axis & 1 != 0);
+        }
+    }
+}

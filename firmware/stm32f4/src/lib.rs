@@ -1,0 +1,29 @@
+#![cfg_attr(target_os = "none", no_std)]
+//! No hardware was seen: this was built, and never run on a chip. See `README.md` for what to check.
+//!
+//! Stepwright on an STM32F411 (Cortex-M4, 96 MHz): ST's Nucleo-F411RE, whose line is the debugger's USB.
+//!
+//! | file | what |
+//! | --- | --- |
+//! | `board.rs` | the board as data |
+//! | `chip.rs` | clocks, what pins are for, priorities |
+//! | `timer.rs` | TIM2 as the step timer, and its interrupt held off |
+//! | `pins.rs` | STEP and DIR, and the pins around the motors |
+//! | `uart.rs` | the serial line |
+//! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/port_test.rs` | does the timer keep the contract? |
+//!
+//! `cargo xtask firmware stm32f4` builds it.
+
+pub mod board;
+
+#[cfg(target_os = "none")]
+pub mod chip;
+#[cfg(target_os = "none")]
+mod panic;
+#[cfg(target_os = "none")]
+pub mod pins;
+#[cfg(target_os = "none")]
+pub mod timer;
+#[cfg(target_os = "none")]
+pub mod uart;

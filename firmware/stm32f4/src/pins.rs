@@ -1,0 +1,136 @@
+//! STEP and DIR, and the pins around the motors: all of them of port C.
+
+use stepwright::drive::{Axes, Drive};
+use stepwright_controller::{AXES, Panel, Turned};
+use stepwright_device::Reset;
+use stm32f4xx_hal::pac::{GPIOC, IWDG};
+
+use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, STEP, SWITCHES};
+use crate::timer;
+
+static TURNED: Turned = Turned::new();
+
+/// Bits of all axes.
+const ALL: u32 = (1 << AXES) - 1;
+
+/// Raises pins by their bits, or lowers them.
+#[inline(always)]
+fn set(bits: u32, high: bool) {
+    // SAFETY: one store that changes the levels of these pins alone.
+    unsafe { (*GPIOC::ptr()).bsrr().write(|w| w.bits(if high { bits } else { bits << 16 })) };
+}
+
+/// Two bits for each pin of `bits`.
+const fn pairs(bits: u32, value: u32) -> u32 {
+    let (mut pairs, mut pin) = (0, 0);
+    while pin < 16 {
+        if bits >> pin & 1 != 0 {
+            pairs |= value << (2 * pin);
+        }
+        pin += 1;
+    }
+    pairs
+}
+
+/// Makes the port's pins what they are: all of them inputs, but STEP, DIR and the enable pin.
+pub fn start(port: GPIOC, watchdog: IWDG, reasons: u32) -> (StepPins, BoardPins) {
+    const OUTPUTS: u32 = ALL << STEP | ALL << DIR | 1 << ENABLE;
+    const INPUTS: u32 = ALL << SWITCHES | 1 << EMERGENCY | 1 << FAULT;
+    set(ALL << STEP | ALL << DIR, false);
+    set(1 << ENABLE, true);
+    // SAFETY: bits that the reference manual has.
+    unsafe {
+        port.moder().write(|w| w.bits(const { pairs(OUTPUTS, 1) }));
+        port.ospeedr().write(|w| w.bits(const { pairs(OUTPUTS, 1) }));
+        port.pupdr().write(|w| w.bits(const { pairs(INPUTS, 1) }));
+    }
+    // 32 kHz / 4, 250 ms. It runs on its own clock, and is never off again.
+    // SAFETY: keys and values that the reference manual has.
+    unsafe {
+        watchdog.kr().write(|w| w.bits(0x5555));
+        watchdog.pr().write(|w| w.bits(0));
+        watchdog.rlr().write(|w| w.bits(2_000));
+        watchdog.kr().write(|w| w.bits(0xCCCC));
+    }
+    (StepPins(()), BoardPins { port, watchdog, reasons })
+}
+
+/// STEP and DIR of all axes.
+pub struct StepPins(());
+
+impl Drive for StepPins {
+    #[inline(always)]
+    fn begin(&mut self, axes: Axes) {
+        set(u32::from(axes) << STEP, true);
+    }
+
+    #[inline(always)]
+    fn end(&mut self, axes: Axes) {
+        set(u32::from(axes) << STEP, false);
+    }
+
+    fn direction(&mut self, axis: u8, forward: bool) {
+        let high = TURNED.direction(axis, forward);
+        if u32::from(axis) < AXES as u32 {
+            set(1 << (DIR + u32::from(axis)), high);
+        }
+    }
+}
+
+/// The pins around the motors, why the board has begun, and its watchdog.
+pub struct BoardPins {
+    port: GPIOC,
+    watchdog: IWDG,
+    reasons: u32,
+}
+
+impl BoardPins {
+    fn level(&self, pin: u32) -> bool {
+        self.port.idr().read().bits() >> pin & 1 != 0
+    }
+}
+
+impl Panel for BoardPins {
+    #[inline(always)]
+    fn count(&mut self) -> u32 {
+        timer::count()
+    }
+
+    #[inline(always)]
+    fn feed(&mut self) {
+        // SAFETY: the key that reloads it.
+        self.watchdog.kr().write(|w| unsafe { w.bits(0xAAAA) });
+    }
+
+    fn switches(&self) -> Axes {
+        (self.port.idr().read().bits() >> SWITCHES & ALL) as Axes
+    }
+
+    fn emergency(&self) -> bool {
+        self.level(EMERGENCY)
+    }
+
+    fn driver_fault(&self) -> bool {
+        self.level(FAULT)
+    }
+
+    fn set_enable(&mut self, high: bool) {
+        set(1 << ENABLE, high);
+    }
+
+    fn reset(&mut self) -> Reset {
+        // IWDGRSTF; PORRSTF and BORRSTF.
+        match self.reasons {
+            reasons if reasons >> 29 & 1 != 0 => Reset::Watchdog,
+            reasons if reasons >> 27 & 1 != 0 || reasons >> 25 & 1 != 0 => Reset::Power,
+            _ => Reset::Other,
+        }
+    }
+
+    fn set_reverse(&mut self, axes: Axes) {
+        let levels = TURNED.reverse(axes);
+        for axis in 0..AXES as u32 {
+            set(1 << (DIR + axis), levels >> axis & 1 != 0);
+        }
+    }
+}

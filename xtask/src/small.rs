@@ -1,0 +1,208 @@
+//! Boards of 32 bits: the folders of `firmware` whose manifests say so. A new one is its folder.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value;
+
+use crate::toolchain::{Chip, Cross};
+use crate::workspace::{Workspace, cargo_path, output, run};
+
+/// A board: `[package.metadata.board]` of its manifest, and its programs.
+pub struct SmallBoard {
+    /// Its folder.
+    pub name: String,
+    folder: PathBuf,
+    triple: String,
+    /// What the linker is told besides its scripts.
+    flags: String,
+    /// Whether QEMU has it.
+    pub in_qemu: bool,
+    /// Bytes of flash and of RAM that the chip has.
+    room: [u64; 2],
+    /// What the controller may take of both; all, if nothing is said.
+    most: [u64; 2],
+    programs: Vec<String>,
+}
+
+impl SmallBoard {
+    /// All of them, by name.
+    pub fn all(ws: &Workspace) -> Result<Vec<SmallBoard>> {
+        let mut all = Vec::new();
+        for entry in fs::read_dir(ws.root.join("firmware"))? {
+            let folder = entry?.path();
+            let manifest = folder.join("Cargo.toml");
+            // `cargo metadata` takes a tenth of a second, and not all folders have a board.
+            if fs::read_to_string(&manifest)
+                .is_ok_and(|text| text.contains("\n[package.metadata.board]"))
+            {
+                all.push(SmallBoard::of(folder)?);
+            }
+        }
+        all.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(all)
+    }
+
+    /// The one with this name.
+    pub fn named(ws: &Workspace, name: &str) -> Result<SmallBoard> {
+        let mut all = SmallBoard::all(ws)?;
+        match all.iter().position(|board| board.name == name) {
+            Some(at) => Ok(all.swap_remove(at)),
+            None => {
+                let names: Vec<_> = all.iter().map(|board| &*board.name).collect();
+                bail!("no board {name} of 32 bits; there are {}", names.join(", "))
+            }
+        }
+    }
+
+    fn of(folder: PathBuf) -> Result<SmallBoard> {
+        let mut cargo = Command::new(cargo_path());
+        cargo.args(["metadata", "--no-deps", "--format-version=1", "--manifest-path"]);
+        let metadata: Value = serde_json::from_str(&output(cargo.arg(folder.join("Cargo.toml")))?)?;
+        let package = &metadata["packages"][0];
+        let board = &package["metadata"]["board"];
+        let name = folder.file_name().context("a folder")?.to_string_lossy().into_owned();
+        let bytes = |value: &Value, key: &str| value[key].as_u64();
+        let room =
+            ["flash", "ram"].map(|key| bytes(board, key).with_context(|| format!("{name}: {key}")));
+        let [flash, ram] = room;
+        let room = [flash?, ram?];
+        let most = [("flash", room[0]), ("ram", room[1])]
+            .map(|(key, room)| bytes(&board["most"], key).unwrap_or(room));
+        let targets = package["targets"].as_array().into_iter().flatten();
+        let programs = targets.filter(|target| target["kind"][0] == "bin");
+        let programs = programs.filter_map(|target| Some(target["name"].as_str()?.to_owned()));
+        Ok(SmallBoard {
+            triple: board["triple"].as_str().with_context(|| format!("{name}: triple"))?.to_owned(),
+            flags: board["flags"].as_str().unwrap_or("").to_owned(),
+            in_qemu: board["qemu"].is_array(),
+            programs: programs.collect(),
+            name,
+            folder,
+            room,
+            most,
+        })
+    }
+
+    /// Its folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Builds its programs: one `.elf` each in `target/firmware`.
+    pub fn build(&self, ws: &Workspace) -> Result<Vec<PathBuf>> {
+        let cross =
+            Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
+        let triple: &'static str = self.triple.clone().leak();
+        let flags: &'static str = self.flags.clone().leak();
+        let built = ws.target.join("chips");
+        let mut cargo = cross.cargo_in(ws, "build", &[&Chip { triple, flags }], &built);
+        if let Some(linker) = linker() {
+            let name = triple.to_uppercase().replace('-', "_");
+            cargo.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
+        }
+        run(cargo.current_dir(&self.folder).args(["--release", "--bins"]))?;
+        let to = ws.target.join("firmware");
+        fs::create_dir_all(&to)?;
+        let mut elves = Vec::new();
+        for program in &self.programs {
+            let elf = to.join(format!("{}-{}.elf", self.name, program.replace('_', "-")));
+            fs::copy(built.join(triple).join("release").join(program), &elf)?;
+            elves.push(elf);
+        }
+        Ok(elves)
+    }
+
+    /// Says what a program of it takes, in a line. An error if the controller takes more than it may.
+    pub fn tell_size(&self, elf: &Path) -> Result<()> {
+        let program = elf.file_stem().unwrap_or_default().to_string_lossy();
+        let data = fs::read(elf)?;
+        let sizes = sizes(&data).with_context(|| format!("{} is no ELF", elf.display()))?;
+        println!("{program:<20}{:>7} bytes of flash {:>6} of RAM", sizes[0], sizes[1]);
+        if program.ends_with("-controller") {
+            for (what, (size, most)) in ["flash", "RAM"].iter().zip(sizes.iter().zip(&self.most)) {
+                ensure!(
+                    size <= most,
+                    "{program} takes {size} bytes of {what}; {most} are its bound"
+                );
+            }
+        }
+        for (what, (size, room)) in ["flash", "RAM"].iter().zip(sizes.iter().zip(&self.room)) {
+            ensure!(size <= room, "{program} takes {size} bytes of {what}; the chip has {room}");
+        }
+        Ok(())
+    }
+}
+
+/// Bytes of flash, and of RAM without the stack, of a little-endian ELF of 32 bits: the sections that are
+/// loaded, and those that are written to, of which the ones with contents take both.
+fn sizes(elf: &[u8]) -> Option<[u64; 2]> {
+    let half = |at: usize| Some(u16::from_le_bytes(elf.get(at..at + 2)?.try_into().ok()?));
+    let word = |at: usize| Some(u32::from_le_bytes(elf.get(at..at + 4)?.try_into().ok()?));
+    let (table, size, count) = (word(0x20)?, half(0x2E)?, half(0x30)?);
+    let names = table as usize + usize::from(size) * usize::from(half(0x32)?);
+    let names = word(names + 0x10)? as usize;
+    let (mut flash, mut ram) = (0, 0);
+    for n in 0..usize::from(count) {
+        let at = table as usize + n * usize::from(size);
+        let (name, kind, flags) = (word(at)?, word(at + 4)?, word(at + 8)?);
+        let bytes = u64::from(word(at + 0x14)?);
+        let (empty, written, kept) = (kind == 8, flags & 1 != 0, flags & 2 != 0);
+        // A linker's script may give the stack and the heap sections.
+        let name = elf.get(names + name as usize..)?;
+        let reserved = name.starts_with(b".stack") || name.starts_with(b".heap");
+        if kept && !reserved {
+            flash += if empty { 0 } else { bytes };
+            ram += if written { bytes } else { 0 };
+        }
+    }
+    Some([flash, ram])
+}
+
+/// LLVM's linker: the compiler's own, else that of any toolchain that rustup has. `None` if the
+/// compiler is to look for it.
+fn linker() -> Option<PathBuf> {
+    let active = output(Command::new("rustc").args(["--print", "sysroot"])).ok()?;
+    let host = output(Command::new("rustc").arg("-vV")).ok()?;
+    let host = host.lines().find_map(|line| line.strip_prefix("host: "))?.to_owned();
+    let own = Path::new(active.trim()).join("lib/rustlib").join(host).join("bin/rust-lld");
+    own.is_file().then_some(own)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A header, a table of four sections (none, code, variables, a stack), and their names.
+    #[test]
+    fn sections_are_flash_and_ram() {
+        let names = b"\0.text\0.data\0.stack\0";
+        let sections: [[u32; 10]; 5] = [
+            [0; 10],
+            [1, 1, 2 | 4, 0, 0, 100, 0, 0, 0, 0],
+            [7, 1, 2 | 1, 0, 0, 20, 0, 0, 0, 0],
+            [13, 8, 2 | 1, 0, 0, 4_000, 0, 0, 0, 0],
+            [0, 3, 0, 0, 52 + 200, names.len() as u32, 0, 0, 0, 0],
+        ];
+        let mut elf = vec![0u8; 52];
+        elf[0x20..0x24].copy_from_slice(&52u32.to_le_bytes());
+        for (at, value) in [(0x2E, 40u16), (0x30, 5), (0x32, 4)] {
+            elf[at..at + 2].copy_from_slice(&value.to_le_bytes());
+        }
+        elf.extend(sections.iter().flatten().flat_map(|word| word.to_le_bytes()));
+        elf.extend(names);
+        assert_eq!(sizes(&elf), Some([120, 20]));
+        assert_eq!(sizes(b"no"), None);
+    }
+
+    /// Whoever adds a folder need not list it anywhere.
+    #[test]
+    fn boards_are_found_by_their_manifests() {
+        let ws = Workspace::load().unwrap();
+        let names: Vec<_> = SmallBoard::all(&ws).unwrap().into_iter().map(|one| one.name).collect();
+        assert!(["nrf51", "rp2040", "virt"].iter().all(|name| names.iter().any(|one| one == name)));
+        assert!(SmallBoard::named(&ws, "pdp11").is_err());
+    }
+}

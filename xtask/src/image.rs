@@ -12,9 +12,12 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use crate::digest::Digest;
+use crate::elf;
 use crate::firmware::{self, Board, Build};
 use crate::program::Program;
+use crate::qemu;
 use crate::setup;
+use crate::small::SmallBoard;
 use crate::workspace::{Workspace, run};
 
 /// Build the firmwares that `stepwright flash` carries, and put them beside its code.
@@ -23,6 +26,9 @@ pub struct Image {
     /// Change nothing, and fail if those that are there were built from other code.
     #[arg(long)]
     check: bool,
+    /// Build the Pico's alone.
+    #[arg(long)]
+    pico: bool,
 }
 
 const BOARDS: [Board; 2] = [Board::Uno, Board::Mega];
@@ -55,21 +61,71 @@ const SOURCES: [&str; 24] = [
     "xtask/src/shrink.rs",
 ];
 
+/// All that the Pico's controller is built from.
+const PICO_SOURCES: [&str; 20] = [
+    "crates/stepwright/Cargo.toml",
+    "crates/stepwright/src",
+    "crates/stepwright-device/Cargo.toml",
+    "crates/stepwright-device/src",
+    "crates/stepwright-protocol/Cargo.toml",
+    "crates/stepwright-protocol/src",
+    "crates/stepwright-sink/Cargo.toml",
+    "crates/stepwright-sink/src",
+    "crates/stepwright-stream/Cargo.toml",
+    "crates/stepwright-stream/src",
+    "firmware/controller/Cargo.toml",
+    "firmware/controller/src",
+    "firmware/rp2040/Cargo.lock",
+    "firmware/rp2040/Cargo.toml",
+    "firmware/rp2040/build.rs",
+    "firmware/rp2040/device.x",
+    "firmware/rp2040/memory.x",
+    "firmware/rp2040/src",
+    "xtask/src/elf.rs",
+    "xtask/src/small.rs",
+];
+
+/// Its name.
+const PICO: &str = "pico";
+
 impl Image {
     /// Builds and writes, or compares.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         if self.check {
             return check(ws);
         }
-        setup::ensure(firmware::NEEDS)?;
         fs::create_dir_all(folder(ws))?;
-        for (board, program) in all(ws)? {
-            let (built, place) = (build(ws, board, &program)?, place(ws, board, &program));
-            fs::write(&place, &built)?;
-            println!("{}  {} bytes", place.display(), built.len());
+        let digests = folder(ws).join(DIGESTS);
+        let mut lines = fs::read_to_string(&digests).unwrap_or_default();
+        if self.pico {
+            let others = lines.lines().filter(|line| !line.starts_with(PICO));
+            lines = others.map(|line| format!("{line}\n")).collect();
+        } else {
+            setup::ensure(firmware::NEEDS)?;
+            for (board, program) in all(ws)? {
+                let (built, place) = (build(ws, board, &program)?, place(ws, board, &program));
+                fs::write(&place, &built)?;
+                println!("{}  {} bytes", place.display(), built.len());
+            }
+            lines = avr_digests(ws)?;
         }
-        Ok(fs::write(folder(ws).join(DIGESTS), digests(ws)?)?)
+        setup::ensure(qemu::BUILD_NEEDS)?;
+        let elves = SmallBoard::named(ws, "rp2040")?.build(ws)?;
+        let controller = elves.iter().find(|elf| elf.ends_with("rp2040-controller.elf"));
+        let elf = fs::read(controller.context("the Pico's controller was not built")?)?;
+        let built = elf::flat(&elf, PICO_FLASH)?;
+        fs::write(pico(ws), &built)?;
+        println!("{}  {} bytes", pico(ws).display(), built.len());
+        Ok(fs::write(digests, lines + &pico_digests(ws)?)?)
     }
+}
+
+/// Where a Pico has its flash.
+const PICO_FLASH: u32 = 0x1000_0000;
+
+/// The Pico's image.
+fn pico(ws: &Workspace) -> PathBuf {
+    folder(ws).join(PICO).with_extension("bin")
 }
 
 /// Those that are carried.
@@ -118,13 +174,29 @@ fn build(ws: &Workspace, board: Board, program: &Program) -> Result<Vec<u8>> {
     fs::read(&bin).with_context(|| format!("reading {}", bin.display()))
 }
 
-/// A line for the sources, and one for each image.
+/// A line for the sources, and one for each image; of the AVRs, and of the Pico.
 fn digests(ws: &Workspace) -> Result<String> {
-    let mut sources = Digest::NEW;
-    for source in SOURCES {
-        sources.add_all(&ws.root, &ws.root.join(source))?;
+    Ok(avr_digests(ws)? + &pico_digests(ws)?)
+}
+
+fn pico_digests(ws: &Workspace) -> Result<String> {
+    let mut image = Digest::NEW;
+    image.add(&fs::read(pico(ws)).unwrap_or_default());
+    let sources = digest(ws, &PICO_SOURCES)?;
+    Ok(format!("{PICO}-sources {sources:016x}\n{PICO} {:016x}\n", image.value()))
+}
+
+/// Of all these files.
+fn digest(ws: &Workspace, sources: &[&str]) -> Result<u64> {
+    let mut digest = Digest::NEW;
+    for source in sources {
+        digest.add_all(&ws.root, &ws.root.join(source))?;
     }
-    let mut text = format!("sources {:016x}\n", sources.value());
+    Ok(digest.value())
+}
+
+fn avr_digests(ws: &Workspace) -> Result<String> {
+    let mut text = format!("sources {:016x}\n", digest(ws, &SOURCES)?);
     for (board, program) in all(ws)? {
         let mut image = Digest::NEW;
         image.add(&fs::read(place(ws, board, &program)).unwrap_or_default());

@@ -22,6 +22,7 @@ mod bench;
 mod book;
 mod check;
 mod digest;
+mod elf;
 mod firmware;
 mod flash;
 mod image;

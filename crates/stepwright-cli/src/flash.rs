@@ -1,5 +1,7 @@
 //! `stepwright flash`: writes a firmware to a board, without a compiler.
 
+mod pico;
+
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -14,28 +16,35 @@ use crate::order::progress::Line;
 use crate::order::target::Format;
 use crate::say;
 
-/// Write a firmware to an Uno, a Nano or a Mega
+/// Write a firmware to an Uno, a Nano, a Mega or a Pico
 ///
 /// The firmware comes with this command, and needs no compiler. It replaces the program that
 /// is on the board; settings that the board keeps stay.
 #[derive(clap::Args)]
 #[command(after_help = "\
-avrdude writes the firmware if it is installed. Otherwise this command writes it, reads it
-back and compares.
+avrdude writes an Arduino's firmware if it is installed. Otherwise this command writes it, reads
+it back and compares. The board needs a boot loader. Every Arduino, and every copy of one, is sold
+with one.
 
-The board needs a boot loader. Every Arduino, and every copy of one, is sold with one.
+A Raspberry Pi Pico is a drive, RPI-RP2, if it is plugged in with BOOTSEL held. The firmware
+is copied there, and the board restarts with it.
 
 Examples:
   stepwright flash uno --port /dev/ttyACM0
   stepwright flash nano --old-boot-loader --port /dev/ttyUSB0
   stepwright flash mega --program cycles --port /dev/ttyACM0
-  stepwright flash uno --port /dev/ttyACM0 --dry-run")]
+  stepwright flash uno --port /dev/ttyACM0 --dry-run
+  stepwright flash pico
+  stepwright flash pico --drive /media/me/RPI-RP2")]
 pub struct Args {
     /// Which board it is
-    board: FlashBoard,
+    board: Board,
     /// Serial port of the board
+    #[arg(long, value_name = "PATH", conflicts_with = "drive", required_if_eq_any([("board", "uno"), ("board", "nano"), ("board", "mega")]))]
+    port: Option<PathBuf>,
+    /// Drive of a Pico, if there are several
     #[arg(long, value_name = "PATH")]
-    port: PathBuf,
+    drive: Option<PathBuf>,
     /// Which firmware
     #[arg(long, value_name = "NAME", value_enum, default_value_t = FlashProgram::Slave)]
     program: FlashProgram,
@@ -54,6 +63,39 @@ pub struct Args {
     format: Format,
 }
 
+/// A board that there is a firmware for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Board {
+    /// Arduino Uno, or a copy of it with an ATmega328P
+    Uno,
+    /// Arduino Nano, likewise
+    Nano,
+    /// Arduino Mega 2560
+    Mega,
+    /// Raspberry Pi Pico
+    Pico,
+}
+
+impl Board {
+    /// As the boot loaders on a serial line have it; `None` for a drive.
+    fn on_a_line(self) -> Option<FlashBoard> {
+        match self {
+            Board::Uno => Some(FlashBoard::Uno),
+            Board::Nano => Some(FlashBoard::Nano),
+            Board::Mega => Some(FlashBoard::Mega),
+            Board::Pico => None,
+        }
+    }
+}
+
+/// What is written where, on a serial line.
+struct Order {
+    board: FlashBoard,
+    port: PathBuf,
+    program: FlashProgram,
+    image: Firmware,
+}
+
 /// What avrdude calls a board's chip and its boot loader.
 fn programmer(board: FlashBoard) -> [&'static str; 4] {
     match board {
@@ -64,41 +106,46 @@ fn programmer(board: FlashBoard) -> [&'static str; 4] {
 
 /// Writes the firmware, and says what was written.
 pub fn run(args: Args) -> Result<(), Failure> {
-    if args.old_boot_loader && args.board != FlashBoard::Nano {
+    if args.old_boot_loader && args.board != Board::Nano {
         return Err(Failure::usage("--old-boot-loader is for a Nano"));
     }
-    let image = Firmware::of(args.board, args.old_boot_loader, args.program)?;
+    let Some(board) = args.board.on_a_line() else { return pico::run(&args) };
+    let Some(port) = args.port else {
+        return Err(Failure::usage("--port PATH is missing: `stepwright ports` lists them"));
+    };
+    let image = Firmware::of(board, args.old_boot_loader, args.program)?;
     let avrdude = !args.own && has_avrdude();
     if args.format == Format::Text {
-        let (name, size, hash) = (args.board.name(), image.bytes().len(), image.hash());
+        let (name, size, hash) = (board.name(), image.bytes().len(), image.hash());
         let program = args.program.name();
         say::result(format_args!("image       {name} {program}, {size} bytes, SHA-256 {hash}"));
     }
     let by = if avrdude { "avrdude" } else { "stepwright" };
+    let order = Order { board, port, program: args.program, image };
     if !args.dry_run {
         match avrdude {
-            true => by_avrdude(&args, &image)?,
-            false => by_ourselves(&args, &image)?,
+            true => by_avrdude(&order)?,
+            false => by_ourselves(&order)?,
         }
     }
     let state = if args.dry_run { "dry-run" } else { "written" };
+    let port = order.port.display();
     match args.format {
         Format::Json => say::json(json!({
-            "board": args.board.name(),
-            "program": args.program.name(),
+            "board": board.name(),
+            "program": order.program.name(),
             "bytes": image.bytes().len(),
             "sha256": image.hash(),
             "by": by,
             "state": state,
         })),
         Format::Text if args.dry_run => {
-            let (port, baud) = (args.port.display(), image.baud());
+            let baud = image.baud();
             say::result(format_args!("dry run     {by} would write it to {port} at {baud} bits/s"));
         }
         Format::Text => {
             say::result(format_args!("written     by {by}, and compared"));
-            let port = args.port.display();
-            say::note(format_args!("try it with: {}", seen_with(args.program, &port.to_string())));
+            say::note(format_args!("try it with: {}", seen_with(order.program, &port.to_string())));
         }
     }
     Ok(())
@@ -111,7 +158,8 @@ fn has_avrdude() -> bool {
 }
 
 /// Has avrdude write and compare.
-fn by_avrdude(args: &Args, image: &Firmware) -> Result<(), Failure> {
+fn by_avrdude(order: &Order) -> Result<(), Failure> {
+    let Order { board, port, image, .. } = order;
     let mut file = tempfile::Builder::new()
         .prefix("stepwright-")
         .suffix(".bin")
@@ -122,8 +170,8 @@ fn by_avrdude(args: &Args, image: &Firmware) -> Result<(), Failure> {
         .map_err(|error| Failure::file("write", file.path(), &error))?;
     let flash = format!("flash:w:{}:r", file.path().display());
     let mut avrdude = Command::new("avrdude");
-    avrdude.args(programmer(args.board)).args(["-b", &image.baud().to_string(), "-D"]);
-    avrdude.arg("-P").arg(&args.port).args(["-U", &flash]).stdout(Stdio::null());
+    avrdude.args(programmer(*board)).args(["-b", &image.baud().to_string(), "-D"]);
+    avrdude.arg("-P").arg(port).args(["-U", &flash]).stdout(Stdio::null());
     match avrdude.status() {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(Failure::new(format!("avrdude has not written it ({status})")).hint(
@@ -137,15 +185,16 @@ fn by_avrdude(args: &Args, image: &Firmware) -> Result<(), Failure> {
 }
 
 /// Speaks with the boot loader.
-fn by_ourselves(args: &Args, image: &Firmware) -> Result<(), Failure> {
-    let link = crate::order::target::serial(&args.port, image.baud(), Share::Alone)?;
+fn by_ourselves(order: &Order) -> Result<(), Failure> {
+    let Order { board, port, image, .. } = order;
+    let link = crate::order::target::serial(port, image.baud(), Share::Alone)?;
     let mut line = Line::new();
     let written = image.write(link, |stage, done| {
         let text = format!("{stage} {} %", 100 * done / image.bytes().len());
         line.show(&[&text], &text, false);
     });
     line.end();
-    written.map_err(|trouble| explain(&args.port.display().to_string(), args.board, trouble))
+    written.map_err(|trouble| explain(&port.display().to_string(), *board, trouble))
 }
 
 /// What is wrong with a boot loader, and what to do.

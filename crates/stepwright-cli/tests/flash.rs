@@ -125,3 +125,54 @@ fn avrdude_is_told_all_of_it_and_believed() {
     assert!(stderr.contains(" hint: what it says is above"), "{stderr}");
     fs::remove_dir_all(&folder.0).unwrap();
 }
+
+/// A folder that is a Pico's drive until it has a whole file.
+#[test]
+fn a_pico_is_written_through_its_drive() {
+    let folder = Scratch::new("drive");
+    fs::create_dir_all(&folder.0).unwrap();
+    let (path, info) = (folder.path(), folder.0.join("INFO_UF2.TXT"));
+    fs::write(&info, "UF2 Bootloader v3.0\r\nBoard-ID: RPI-RP2\r\n").unwrap();
+    let flash = |words: &[&str]| stepwright(&[&["flash", "pico"], words].concat());
+
+    let ended = flash(&["--dry-run", "--drive", path]);
+    assert_eq!(ended.code(), Some(0), "{ended:?}");
+    assert!(ended.stdout.starts_with("image       pico slave, "), "{ended:?}");
+    assert!(ended.stdout.ends_with(&format!("would copy it to {path}\n")), "{ended:?}");
+    assert!(!folder.0.join("STEPWRIGHT.UF2").exists());
+
+    // The board restarts with the last block.
+    let (file, there) = (folder.0.join("STEPWRIGHT.UF2"), info.clone());
+    let board = std::thread::spawn(move || {
+        loop {
+            let bytes = fs::read(&file).unwrap_or_default();
+            let all = bytes.get(24..28).map(|count| u32::from_le_bytes(count.try_into().unwrap()));
+            if all.is_some_and(|all| bytes.len() == 512 * all as usize) {
+                return fs::remove_file(&there).unwrap();
+            }
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+    });
+    let ended = flash(&["--drive", path]);
+    board.join().unwrap();
+    assert_eq!(ended.code(), Some(0), "{ended:?}");
+    assert!(
+        ended.stdout.ends_with(&format!("written     to {path}, and the board has restarted\n"))
+    );
+
+    let ended = flash(&["--drive", path]);
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    ended.assert_error(&format!("{path} is no boot loader's drive: there is no INFO_UF2.TXT"));
+    assert!(ended.stderr.contains("hold BOOTSEL while you plug the Pico in"), "{ended:?}");
+    fs::write(&info, "UF2 Bootloader v1.0\nBoard-ID: SAMD21G18A\n").unwrap();
+    let ended = flash(&["--drive", path]);
+    ended.assert_error(&format!("{path} is no Pico's drive: Board-ID: SAMD21G18A"));
+    fs::remove_dir_all(&folder.0).unwrap();
+
+    let ended = flash(&["--program", "timed"]);
+    assert_eq!(ended.code(), Some(2), "{ended:?}");
+    ended.assert_error("there is no program timed for a pico");
+    let ended = flash(&["--port", "/dev/x"]);
+    assert_eq!(ended.code(), Some(2), "{ended:?}");
+    ended.assert_error("a Pico is written through its drive");
+}

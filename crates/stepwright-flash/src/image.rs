@@ -1,10 +1,12 @@
 //! The firmwares that this crate carries, as `cargo xtask image` has built them.
 
 use std::fmt::Write;
+use std::time::Duration;
 
 use sha2::{Digest, Sha256};
 
-use crate::NoProgram;
+use crate::drive::{BootDrive, DriveError};
+use crate::{NoProgram, uf2};
 
 /// A board that there is a firmware for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,10 +170,56 @@ impl Firmware {
 
     /// Its SHA-256, in hexadecimal digits.
     pub fn hash(&self) -> String {
-        Sha256::digest(self.bytes).iter().fold(String::new(), |mut text, byte| {
-            let _ = write!(text, "{byte:02x}");
-            text
-        })
+        hash(self.bytes)
+    }
+}
+
+/// The SHA-256 of these bytes, in hexadecimal digits.
+fn hash(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// The controller for a Raspberry Pi Pico, whose boot loader is a drive.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PicoFirmware;
+
+/// As it lies in the flash, from [`PicoFirmware::ADDRESS`] on.
+const PICO: &[u8] = include_bytes!("../images/pico.bin");
+
+/// What its flash holds.
+const PICO_ROOM: usize = 2 << 20;
+
+const _: () = assert!(PICO.len() <= PICO_ROOM, "a Pico's flash is smaller");
+
+impl PicoFirmware {
+    /// Where an RP2040 has its flash.
+    pub const ADDRESS: u32 = 0x1000_0000;
+
+    /// Its bytes.
+    pub fn bytes(self) -> &'static [u8] {
+        PICO
+    }
+
+    /// Their SHA-256, in hexadecimal digits.
+    pub fn hash(self) -> String {
+        hash(PICO)
+    }
+
+    /// The UF2 file of it.
+    pub fn uf2(self) -> Vec<u8> {
+        uf2::blocks(PICO, Self::ADDRESS, uf2::RP2040)
+    }
+
+    /// Copies it to a drive, and waits until the board has taken it. `done` gets the bytes of the file that
+    /// were written.
+    ///
+    /// # Errors
+    /// [`DriveError`]: see [`BootDrive::write`].
+    pub fn write(self, drive: &BootDrive, done: impl FnMut(usize)) -> Result<(), DriveError> {
+        drive.write(&self.uf2(), Duration::from_secs(10), done)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Write a firmware to an Uno, a Nano or a Mega through its boot loader, without a compiler.
+//! Write a firmware to an Uno, a Nano, a Mega or a Pico through its boot loader, without a compiler.
 //!
 //! ```no_run
 //! # use std::time::Duration;
@@ -13,20 +13,33 @@
 //! # }
 //! ```
 //!
+//! A Pico's boot loader is a drive:
+//!
+//! ```no_run
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use stepwright_flash::{PicoFirmware, drive::BootDrive};
+//! PicoFirmware.write(&BootDrive::find()?, |_| ())?;
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! | module | what |
 //! | --- | --- |
 //! | `image` | the firmwares that this crate carries |
 //! | [`loader`] | what the boot loaders have in common |
 //! | [`stk500`] | the boot loader of an Uno and a Nano |
 //! | [`stk500v2`] | the boot loader of a Mega |
+//! | [`drive`], [`uf2`] | the boot loader of a Pico, and the file that it takes |
 
 #![warn(missing_docs)]
 #![forbid(unsafe_code)]
 
+pub mod drive;
 mod image;
 pub mod loader;
 pub mod stk500;
 pub mod stk500v2;
+pub mod uf2;
 
 use std::fmt;
 use std::thread;
@@ -34,7 +47,7 @@ use std::time::Duration;
 
 use stepwright_host::link::serial::SerialLink;
 
-pub use image::{Firmware, FlashBoard, FlashProgram, OLD_ROOM};
+pub use image::{Firmware, FlashBoard, FlashProgram, OLD_ROOM, PicoFirmware};
 use loader::{Loader, LoaderError};
 use stk500::Stk500;
 use stk500v2::Stk500v2;

@@ -1,0 +1,96 @@
+//! A Raspberry Pi Pico, whose boot loader is a drive.
+
+use serde_json::json;
+use stepwright_flash::drive::{BootDrive, DriveError};
+use stepwright_flash::{FlashProgram, PicoFirmware};
+
+use super::Args;
+use crate::failure::Failure;
+use crate::order::progress::Line;
+use crate::order::target::Format;
+use crate::say;
+
+/// How to have the drive.
+const BOOTSEL: &str = "hold BOOTSEL while you plug the Pico in: it is a drive RPI-RP2 then";
+
+/// Copies the firmware, and says what was copied.
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    if args.program != FlashProgram::Slave {
+        let program = args.program.name();
+        return Err(Failure::usage(format!("there is no program {program} for a pico"))
+            .hint("--program is one of slave"));
+    }
+    if args.port.is_some() {
+        return Err(Failure::usage(
+            "a Pico is written through its drive, and --port is a serial port's",
+        )
+        .hint("leave --port out; --drive PATH says which drive, if there are several"));
+    }
+    let (bytes, hash) = (PicoFirmware.bytes().len(), PicoFirmware.hash());
+    if args.format == Format::Text {
+        say::result(format_args!("image       pico slave, {bytes} bytes, SHA-256 {hash}"));
+    }
+    let found = match &args.drive {
+        Some(path) => BootDrive::at(path),
+        None => BootDrive::find(),
+    };
+    let found = found.map_err(explain);
+    // What is only shown needs no board.
+    let drive = if args.dry_run { found.ok() } else { Some(found?) };
+    if let Some(drive) = drive.as_ref().filter(|_| !args.dry_run) {
+        let mut line = Line::new();
+        let all = PicoFirmware.uf2().len();
+        let written = PicoFirmware.write(drive, |done| {
+            let text = format!("writing {} %", 100 * done / all);
+            line.show(&[&text], &text, false);
+        });
+        line.end();
+        written.map_err(explain)?;
+    }
+    let path = drive.map(|drive| drive.path().display().to_string());
+    match args.format {
+        Format::Json => say::json(json!({
+            "board": "pico",
+            "program": "slave",
+            "bytes": bytes,
+            "sha256": hash,
+            "drive": path,
+            "by": "stepwright",
+            "state": if args.dry_run { "dry-run" } else { "written" },
+        })),
+        Format::Text if args.dry_run => match path {
+            Some(path) => say::result(format_args!("dry run     would copy it to {path}")),
+            None => say::result(format_args!(
+                "dry run     would copy it to a drive; none is there: {BOOTSEL}"
+            )),
+        },
+        Format::Text => {
+            let path = path.unwrap_or_default();
+            say::result(format_args!("written     to {path}, and the board has restarted"));
+            say::note("try it with: stepwright ports, then stepwright status --port PATH");
+        }
+    }
+    Ok(())
+}
+
+/// What is wrong with a drive, and what to do.
+fn explain(error: DriveError) -> Failure {
+    let hint = match &error {
+        DriveError::None | DriveError::NoBootLoader(_) => {
+            format!("{BOOTSEL}; --drive PATH says where, if it is mounted elsewhere")
+        }
+        DriveError::Several(_) => "--drive PATH says which".into(),
+        DriveError::Other(..) => "nothing was written. The firmware is for an RP2040 alone".into(),
+        DriveError::File(..) | DriveError::Differs(..) => {
+            format!("{BOOTSEL}, and write it again")
+        }
+        DriveError::NotTaken(_) => {
+            format!("is it a Pico's own drive, or a copy of one? {BOOTSEL}, and write it again")
+        }
+    };
+    let failure = match &error {
+        DriveError::Several(_) => Failure::usage(error.to_string()),
+        _ => Failure::new(error.to_string()),
+    };
+    failure.hint(hint)
+}

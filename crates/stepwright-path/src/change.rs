@@ -245,8 +245,7 @@ impl<const N: usize> Route<N> {
         self.passes.w = VecDeque::from([0.0]);
         self.passes.sure = 0;
         if let Some(smooth) = &mut self.smooth {
-            smooth.course.clear();
-            smooth.here.s = self.length;
+            smooth.end(self.length);
         }
     }
 }

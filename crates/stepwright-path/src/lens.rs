@@ -38,6 +38,9 @@ const PLANNED: f64 = 0.982;
 /// Rounding, of a limit.
 const ROUNDED: f64 = 1e-9;
 
+/// The same, of a distance, where the jump and the acceleration are 1.
+const NEAR: f64 = 1e-6;
+
 /// A moment is at most this part of √(S/J). Within it u may come near to a bound and back: at a
 /// jerk of J, and an axis of as much the other way, by J·T²/4, which is 0.008·S.
 const SHORT: f64 = 0.18;
@@ -87,116 +90,150 @@ impl Polygon {
         self.corners.get(..self.count).unwrap_or(&[])
     }
 
-    /// After a time: it drifts, and is moved along ±reach.
-    fn later(&self, time: f64, jerk: f64) -> Polygon {
+    /// Writes what it is after a time: it drifts, and is moved along ±reach.
+    fn later(&self, time: f64, jerk: f64, later: &mut Polygon) {
         let reach = [jerk * time * time / 2.0, jerk * time];
-        let mut moved = *self;
-        for corner in &mut moved.corners[..self.count] {
-            corner[0] += corner[1] * time;
+        let mut moved = [[0.0; 2]; ROOM];
+        let mut sides = [0.0; ROOM];
+        later.count = 0;
+        let Some(mut next) = self.known().first().copied() else { return };
+        next[0] += next[1] * time;
+        for n in (0..self.count).rev() {
+            let [u, a] = self.corners[n];
+            moved[n] = [u + a * time, a];
+            sides[n] = cross(reach, less(next, moved[n]));
+            next = moved[n];
         }
-        let corners = moved.known();
-        let count = corners.len();
-        let side = |n: usize| {
-            let edge = less(corners[(n + 1) % count], corners[n % count]);
-            cross(reach, edge)
-        };
-        let mut later = Polygon::NONE;
+        let (moved, sides) = (&moved[..self.count], &mut sides[..self.count]);
         // An edge along the reach belongs to the side before it.
-        let Some(mut before) = (0..count).rev().map(side).find(|side| *side != 0.0) else {
+        let Some(mut before) = sides.iter().copied().rev().find(|side| *side != 0.0) else {
             // All in a line along it, or a single corner.
             let along = |corner: &Corner| corner[0] * reach[0] + corner[1] * reach[1];
-            let ends = corners.iter().copied();
+            let ends = moved.iter().copied();
             let low = ends.clone().min_by(|a, b| along(a).total_cmp(&along(b)));
             let high = ends.max_by(|a, b| along(a).total_cmp(&along(b)));
             if let (Some(low), Some(high)) = (low, high) {
                 later.push(less(low, reach));
                 later.push([high[0] + reach[0], high[1] + reach[1]]);
             }
-            return later;
+            return;
         };
-        for (n, corner) in corners.iter().enumerate() {
-            let next = match side(n) {
-                0.0 => before,
-                side => side,
-            };
+        for (corner, side) in moved.iter().zip(sides) {
+            let next = if *side == 0.0 { before } else { *side };
             // Outwards is where the reach leads on the side that looks that way.
             let ahead = [corner[0] + reach[0], corner[1] + reach[1]];
             let back = less(*corner, reach);
-            match (before > 0.0, next > 0.0) {
-                (true, true) => later.push(ahead),
-                (false, false) => later.push(back),
-                (true, false) => {
-                    later.push(ahead);
-                    later.push(back);
-                }
-                (false, true) => {
-                    later.push(back);
-                    later.push(ahead);
-                }
+            later.push(if before > 0.0 { ahead } else { back });
+            if (before > 0.0) != (next > 0.0) {
+                later.push(if next > 0.0 { ahead } else { back });
             }
             before = next;
         }
-        later
     }
 
-    /// What is left where `sign`·corner[`part`] ≤ `most`.
-    fn clip(&mut self, part: usize, sign: f64, most: f64) {
-        let mut over = [0.0; ROOM];
-        let mut beyond = false;
-        for (over, corner) in over.iter_mut().zip(self.known()) {
-            *over = sign * corner[part] - most;
-            beyond |= *over > 0.0;
-        }
-        if !beyond {
-            return;
-        }
-        let before = *self;
-        self.count = 0;
-        let corners = before.known();
-        for (n, corner) in corners.iter().enumerate() {
-            let next = if n + 1 < corners.len() { n + 1 } else { 0 };
-            let (here, there) = (over[n], over[next]);
-            if here <= 0.0 {
-                self.push(*corner);
+    /// Writes what is left of it where low ≤ corner\[`part`\] ≤ high.
+    fn clip(&self, part: usize, low: f64, high: f64, left: &mut Polygon) {
+        left.count = 0;
+        let corners = self.known();
+        let Some(mut before) = corners.last() else { return };
+        for corner in corners {
+            let (from, to) = (before[part], corner[part]);
+            let rises = from < to;
+            for bound in if rises { [low, high] } else { [high, low] } {
+                if (from < bound && to > bound) || (from > bound && to < bound) {
+                    let share = (bound - from) / (to - from);
+                    let way = less(*corner, *before);
+                    let mut cut = [before[0] + way[0] * share, before[1] + way[1] * share];
+                    cut[part] = bound;
+                    left.push(cut);
+                }
             }
-            if (here < 0.0 && there > 0.0) || (here > 0.0 && there < 0.0) {
-                let share = here / (here - there);
-                let way = less(corners[next], *corner);
-                self.push([corner[0] + way[0] * share, corner[1] + way[1] * share]);
+            if (low..=high).contains(&to) {
+                left.push(*corner);
             }
+            before = corner;
         }
+    }
+
+    /// Whether it is within bounds already.
+    fn within(&self, part: usize, low: f64, high: f64) -> bool {
+        self.known().iter().all(|corner| corner[part] >= low && corner[part] <= high)
     }
 
     /// What is left where the speed is within `near` of v; false if nothing is.
     fn see(&mut self, v: f64, near: f64, accel: f64) -> bool {
-        self.clip(0, 1.0, v + near);
-        self.clip(0, -1.0, near - v);
-        self.clip(1, 1.0, accel);
-        self.clip(1, -1.0, accel);
-        while self.count > CORNERS {
-            self.simplify();
+        for (part, low, high) in [(0, v - near, v + near), (1, -accel, accel)] {
+            if !self.within(part, low, high) {
+                let before = *self;
+                before.clip(part, low, high, self);
+            }
         }
+        self.simplify();
         self.count > 0
     }
 
-    /// Leaves out the corner that takes least with it.
-    fn simplify(&mut self) {
-        let corners = self.known();
-        let (mut least, mut area) = (0, f64::INFINITY);
-        let [Some(mut a), Some(mut b)] = [self.count - 2, self.count - 1].map(|n| corners.get(n))
-        else {
-            return;
-        };
-        // The area beside the corner b, which is the one before c.
-        for (n, c) in corners.iter().enumerate() {
-            let beside = cross([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]).abs();
-            if beside < area {
-                (least, area) = (if n > 0 { n - 1 } else { self.count - 1 }, beside);
-            }
-            (a, b) = (b, c);
+    /// After a time, what is left where the speed is within `near` of v; false if nothing is.
+    fn step(&mut self, time: f64, v: f64, limits: &Limits) -> bool {
+        let Limits { near, accel, jerk } = *limits;
+        let mut later = Polygon::NONE;
+        self.later(time, jerk, &mut later);
+        later.clip(0, v - near, v + near, self);
+        if !self.within(1, -accel, accel) {
+            later = *self;
+            later.clip(1, -accel, accel, self);
         }
-        self.corners.copy_within(least + 1..self.count, least);
-        self.count -= 1;
+        self.simplify();
+        self.count > 0
+    }
+
+    /// Whether all corners of another one are within it, but for rounding; false as well if it has
+    /// no area.
+    fn contains(&self, other: &Polygon, limits: &Limits) -> bool {
+        let scale = |corner: Corner| [corner[0] / limits.near, corner[1] / limits.accel];
+        let corners = self.known();
+        let Some(mut before) = corners.last() else { return false };
+        self.count > 2
+            && other.count > 0
+            && corners.iter().all(|corner| {
+                let edge = scale(less(*corner, *before));
+                let least = -NEAR * edge[0].hypot(edge[1]);
+                let from = std::mem::replace(&mut before, corner);
+                other.known().iter().all(|other| cross(edge, scale(less(*other, *from))) >= least)
+            })
+    }
+
+    /// Leaves out corners too many, each the one that takes least with it.
+    fn simplify(&mut self) {
+        if self.count <= CORNERS {
+            return;
+        }
+        let mut areas = [0.0; ROOM];
+        for (n, area) in areas.iter_mut().enumerate().take(self.count) {
+            *area = self.beside(n);
+        }
+        while self.count > CORNERS {
+            let (mut least, mut area) = (0, f64::INFINITY);
+            for (n, known) in areas[..self.count].iter().enumerate() {
+                if *known < area {
+                    (least, area) = (n, *known);
+                }
+            }
+            for n in least + 1..self.count {
+                self.corners[n - 1] = self.corners[n];
+                areas[n - 1] = areas[n];
+            }
+            self.count -= 1;
+            for beside in [least.checked_sub(1).unwrap_or(self.count - 1), least % self.count] {
+                areas[beside] = self.beside(beside);
+            }
+        }
+    }
+
+    /// The area between a corner and the line past it.
+    fn beside(&self, n: usize) -> f64 {
+        let a = self.corners[n.checked_sub(1).unwrap_or(self.count - 1)];
+        let c = self.corners[if n + 1 < self.count { n + 1 } else { 0 }];
+        cross(less(self.corners[n], a), less(c, a)).abs()
     }
 }
 
@@ -231,10 +268,25 @@ impl<const N: usize> Lens<N> {
     }
 
     /// For a plan from here on.
-    pub fn closer(&self) -> Lens<N> {
+    pub fn planned(&self) -> Lens<N> {
+        self.using(PLANNED / USED)
+    }
+
+    /// What a plan left, for what is made from there on.
+    pub fn made(&self) -> Lens<N> {
+        self.using(USED / PLANNED)
+    }
+
+    fn using(&self, part: f64) -> Lens<N> {
         let mut lens = self.clone();
-        lens.limits.iter_mut().for_each(|limits| limits.near *= PLANNED / USED);
+        lens.limits.iter_mut().for_each(|limits| limits.near *= part);
         lens
+    }
+
+    /// Whether all that another one leaves is left here, but for rounding.
+    pub fn contains(&self, other: &Lens<N>) -> bool {
+        let each = self.axes.iter().zip(&other.axes).zip(&self.limits);
+        each.into_iter().all(|((this, other), limits)| this.contains(other, limits))
     }
 
     /// After a long time at this speed.
@@ -271,10 +323,13 @@ impl<const N: usize> Lens<N> {
         left
     }
 
-    fn later(&mut self, time: f64) {
-        for (polygon, limits) in self.axes.iter_mut().zip(&self.limits) {
-            *polygon = polygon.later(time, limits.jerk);
+    /// The same after a time.
+    fn step(&mut self, time: f64, v: &[f64; N]) -> bool {
+        let mut left = true;
+        for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
+            left &= polygon.step(time, *v, limits);
         }
+        left
     }
 
     /// Constant speeds for a time.
@@ -286,8 +341,7 @@ impl<const N: usize> Lens<N> {
             (moments as u32, time / moments.max(1.0))
         };
         for n in 0..count {
-            self.later(each);
-            if !self.see(v) {
+            if !self.step(each, v) {
                 return Err(f64::from(n + 1) * each);
             }
         }
@@ -320,8 +374,7 @@ impl<const N: usize> Lens<N> {
             if shape.is_round() {
                 direction = shape.direction(here.s);
             }
-            self.later(each);
-            if !self.see(&direction.map(|part| part * here.v)) {
+            if !self.step(each, &direction.map(|part| part * here.v)) {
                 return Err(here.s);
             }
         }
@@ -359,8 +412,7 @@ mod tests {
             // u may have begun before.
             let mut left = lens.steady(0.1, &[0.0]).is_ok();
             for n in 1..=100 {
-                lens.later(0.001);
-                left &= lens.see(&[accel * 0.001 * f64::from(n)]);
+                left &= lens.step(0.001, &[accel * 0.001 * f64::from(n)]);
             }
             assert_eq!(left, kept, "{accel}");
         }

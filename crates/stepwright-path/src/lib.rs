@@ -64,6 +64,7 @@ mod shape;
 mod smooth;
 mod stream;
 mod stretch;
+mod trial;
 mod turning;
 mod watch;
 

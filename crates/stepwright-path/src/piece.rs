@@ -83,6 +83,9 @@ impl Piece {
     }
 }
 
+/// Of a time: a change by less is rounding. As large as the last digit of 1.
+const ROUNDED: f64 = f64::EPSILON;
+
 /// How long it takes over `sigma`, at most `most`.
 fn tau(sigma: f64, v: f64, a: f64, j: f64, most: f64) -> f64 {
     if sigma <= 0.0 {
@@ -112,12 +115,11 @@ fn tau(sigma: f64, v: f64, a: f64, j: f64, most: f64) -> f64 {
         }
         let speed = v + (a + j * x / 2.0) * x;
         let next = x - off / speed;
-        // Outside of what is known it is halved.
-        let next = if next > low && next < high { next } else { low + (high - low) / 2.0 };
-        if (next - x).abs() <= x * 1e-16 {
+        if (next - x).abs() <= x * ROUNDED {
             break;
         }
-        x = next;
+        // Outside of what is known it is halved.
+        x = if next > low && next < high { next } else { low + (high - low) / 2.0 };
     }
     x
 }

@@ -465,8 +465,11 @@ impl<const N: usize> Route<N> {
 
     /// Plans as far as is known; `None` if nothing of that is final.
     fn replan(&mut self) -> Option<()> {
-        let full = self.cells.len() >= if self.smooth.is_some() { MOST_SMOOTH } else { MOST };
-        let enough = self.fresh >= FRESH.max(self.cells.len() / 2);
+        let count = self.cells.len();
+        // A plan with limited jerk takes longer.
+        let (most, part) =
+            if self.smooth.is_some() { (MOST_SMOOTH, count / 4 * 3) } else { (MOST, count / 2) };
+        let (full, enough) = (count >= most, self.fresh >= FRESH.max(part));
         if self.cells.is_empty() || !(enough || self.closed || full) {
             return None;
         }
@@ -501,7 +504,7 @@ impl<const N: usize> Route<N> {
     pub(crate) fn stand_for(&mut self, wait: f64) {
         self.time += wait;
         match &mut self.smooth {
-            Some(smooth) => smooth.lens.wait(wait),
+            Some(smooth) => smooth.wait(wait),
             None => self.bucket.wait(wait, &self.axes),
         }
     }

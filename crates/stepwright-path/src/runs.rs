@@ -70,7 +70,7 @@ impl<const N: usize> Ground<'_, N> {
         })
     }
 
-    fn place(&self, node: usize) -> f64 {
+    pub fn place(&self, node: usize) -> f64 {
         match self.cells.get(node) {
             Some(cell) => cell.begin,
             None => self.cells.back().map_or(0.0, |cell| cell.end),

@@ -13,6 +13,7 @@ use crate::piece::{Moment, Piece};
 use crate::ramp::Limits;
 use crate::route::{AxisPace, Route, SLIVER, SOONEST};
 use crate::runs::Ground;
+use crate::trial::{Past, Tried, clip, walk};
 use crate::turning::{self, TURN};
 
 /// Of the limits: what is left is for rounding, and for what is between two looks at the law.
@@ -34,10 +35,11 @@ const BY: f64 = 0.85;
 pub(crate) struct Smooth<const N: usize> {
     jerk: [f64; N],
     /// What the law leaves where the first cell begins, and the moment there.
-    pub lens: Lens<N>,
+    past: Past<N>,
     pub here: Moment,
-    /// From there on.
+    /// From there on, as it was tried.
     pub course: VecDeque<Piece>,
+    tried: Tried<N>,
 }
 
 impl<const N: usize> Smooth<N> {
@@ -45,9 +47,23 @@ impl<const N: usize> Smooth<N> {
     pub fn new(axes: &[AxisPace; N]) -> Option<Smooth<N>> {
         let limited = axes.iter().any(|axis| axis.jerk < f64::INFINITY);
         let jerk = axes.map(|axis| axis.jerk.min(axis.accel / SOONEST));
-        let lens = Lens::new(axes, &jerk);
+        let past = Past::new(Lens::new(axes, &jerk));
         let here = Moment::at_rest(0.0, 0.0);
-        limited.then(|| Smooth { jerk, lens, here, course: VecDeque::new() })
+        let tried = Tried::default();
+        limited.then(|| Smooth { jerk, past, here, course: VecDeque::new(), tried })
+    }
+
+    /// At rest for this long.
+    pub fn wait(&mut self, time: f64) {
+        self.past.wait(time);
+        self.tried = Tried::default();
+    }
+
+    /// It ends here, at rest.
+    pub fn end(&mut self, s: f64) {
+        self.here.s = s;
+        self.course.clear();
+        self.tried = Tried::default();
     }
 
     /// The moment at the end of its first cell, and its part of the first piece. That ends where
@@ -60,46 +76,13 @@ impl<const N: usize> Smooth<N> {
     }
 }
 
-/// The part of a piece from a moment of it to a place.
-fn clip(piece: &Piece, from: Moment, end: f64) -> Piece {
-    let mut to = if end >= piece.to.s { piece.to } else { piece.at(piece.time(end)) };
-    to.s = end;
-    to.t = to.t.max(from.t);
-    Piece { from, to, jerk: piece.jerk }
-}
-
-/// Calls for each cell and each part of a course in it.
-fn walk<const N: usize>(
-    cells: &VecDeque<Cell<N>>,
-    course: impl IntoIterator<Item = Piece>,
-    mut here: Moment,
-    mut with: impl FnMut(usize, &Piece),
-) {
-    let mut course = course.into_iter().peekable();
-    for (n, cell) in cells.iter().enumerate() {
-        let least = cell.shape.length() * SLIVER;
-        while let Some(piece) = course.peek() {
-            let last = piece.to.s >= cell.end - least;
-            let end = if last { cell.end } else { piece.to.s };
-            let part = clip(piece, here, end);
-            with(n, &part);
-            here = part.to;
-            if piece.to.s <= cell.end + least {
-                course.next();
-                if let Some(next) = course.peek() {
-                    here = Moment { s: here.s, ..next.from };
-                }
-            }
-            if last {
-                break;
-            }
-        }
-    }
-}
-
 impl<const N: usize> Route<N> {
     /// What is known of the cells.
-    fn ground<'a>(&self, cells: &'a VecDeque<Cell<N>>, jerk: &[f64; N]) -> Ground<'a, N> {
+    pub(crate) fn ground<'a>(
+        &self,
+        cells: &'a VecDeque<Cell<N>>,
+        jerk: &[f64; N],
+    ) -> Ground<'a, N> {
         let count = cells.len();
         let top = |cell: &Cell<N>| cell.top.min(CURVE * cell.turning());
         let mut tops: Vec<f64> = cells.iter().map(top).collect();
@@ -128,11 +111,13 @@ impl<const N: usize> Route<N> {
         }
         let Some(mut smooth) = self.smooth.take() else { return false };
         smooth.here.t = self.time;
-        let planned = self.planned(&smooth);
+        let lens = smooth.past.here();
+        let planned = self.planned(&smooth, &lens);
         let done = planned.is_some();
         match planned {
-            Some((course, sure)) => {
+            Some((course, tried, sure)) => {
                 smooth.course = course.into();
+                smooth.tried = tried;
                 self.passes.sure = sure;
             }
             None => self.keep(&mut smooth),
@@ -142,17 +127,18 @@ impl<const N: usize> Route<N> {
         done
     }
 
-    fn planned(&self, smooth: &Smooth<N>) -> Option<(Vec<Piece>, usize)> {
+    fn planned(&self, smooth: &Smooth<N>, lens: &Lens<N>) -> Option<(Vec<Piece>, Tried<N>, usize)> {
         let mut ground = self.ground(&self.cells, &smooth.jerk);
-        let asked = ground.caps.clone();
-        let strict = self.deviation.is_none();
+        let mut tried: Option<Tried<N>> = None;
         for round in 0..SLOWER + AT_REST {
             let course = ground.courses(smooth.here)?;
-            let broken = if strict { self.broken(smooth, &course) } else { Vec::new() };
+            let before = tried.as_ref().unwrap_or(&smooth.tried);
+            let (now, broken) = self.tried(smooth, before, lens, &course);
             if broken.is_empty() {
-                let sure = self.sure(smooth, &course, &ground, &asked);
-                return Some((course, sure));
+                let sure = self.sure(smooth, &course, &ground);
+                return Some((course, now, sure));
             }
+            tried = Some(now);
             let mut slower = false;
             let by = if round < SLOWER { BY } else { 0.0 };
             let mut done = 0;
@@ -180,25 +166,20 @@ impl<const N: usize> Route<N> {
         None
     }
 
-    /// Nodes from which and to which the law is broken.
-    fn broken(&self, smooth: &Smooth<N>, course: &[Piece]) -> Vec<(usize, usize)> {
-        let mut lens = smooth.lens.closer();
-        let mut broken: Vec<(usize, usize)> = Vec::new();
-        let mut begun = vec![0.0; self.cells.len() + 1];
-        let mut known = 0;
-        walk(&self.cells, course.iter().copied(), smooth.here, |n, part| {
-            if n + 1 > known {
-                begun[n] = part.from.t;
-                known = n + 1;
-            }
-            if lens.follow(&self.cells[n].shape, part).is_err() {
-                let hidden = self.hidden(&smooth.jerk);
-                let since = begun[..=n].iter().rposition(|t| *t < part.from.t - hidden);
-                broken.push((since.map_or(0, |n| n + 1).min(n), n + 1));
-                lens.forget(&self.cells[n].shape.direction(part.to.s).map(|d| d * part.to.v));
-            }
-        });
-        broken
+    /// Tries a course, as far as it differs from the one before; nodes from which and to which the
+    /// law is broken.
+    fn tried(
+        &self,
+        smooth: &Smooth<N>,
+        before: &Tried<N>,
+        lens: &Lens<N>,
+        course: &[Piece],
+    ) -> (Tried<N>, Vec<(usize, usize)>) {
+        if self.deviation.is_some() {
+            return Default::default();
+        }
+        let hidden = self.hidden(&smooth.jerk);
+        before.again(lens.clone(), &self.cells, (course, smooth.here), hidden)
     }
 
     /// Seconds in which a jump may be hidden.
@@ -212,18 +193,13 @@ impl<const N: usize> Route<N> {
     ///
     /// What follows changes how fast a curve may be passed that is not over yet, so a stop must be
     /// possible before that.
-    fn sure(
-        &self,
-        smooth: &Smooth<N>,
-        course: &[Piece],
-        ground: &Ground<N>,
-        caps: &[f64],
-    ) -> usize {
+    fn sure(&self, smooth: &Smooth<N>, course: &[Piece], ground: &Ground<N>) -> usize {
         let count = self.cells.len();
         let firm = turning::firm(&self.cells);
         let firm = self.cells.get(firm).map_or(f64::INFINITY, |cell| cell.begin);
         let hidden = self.hidden(&smooth.jerk);
-        let mut back = caps.to_vec();
+        let caps = &ground.caps;
+        let mut back = caps.clone();
         let mut free = 0;
         for n in (1..count).rev() {
             let rise = self.cells[n].rise(back[n + 1]);
@@ -233,6 +209,10 @@ impl<const N: usize> Route<N> {
                 free = free.max(n);
             }
         }
+        // Behind that something brakes for the end, and what is passed slower for the law's sake may
+        // be so because of that: as far again before it.
+        let end = ground.place(count);
+        let far = end - 2.0 * (end - ground.place(free));
         let mut sure = 0;
         walk(&self.cells, course.iter().copied(), smooth.here, |n, part| {
             let end = part.to;
@@ -240,7 +220,8 @@ impl<const N: usize> Route<N> {
             let level = end.a.abs() <= STILL * self.cells[n].slope(0.0);
             if there && level && end.v * end.v >= caps[n + 1] * NEAR {
                 let limits = ground.limits(n + 1, count);
-                if end.s + limits.way(end.v, 0.0) + end.v * hidden <= firm {
+                let stop = end.s + limits.way(end.v, 0.0) + end.v * hidden;
+                if stop <= firm && end.s <= far {
                     sure = n + 1;
                 }
             }
@@ -273,6 +254,7 @@ impl<const N: usize> Route<N> {
         let ground = self.ground(&self.cells, &smooth.jerk);
         let mut here = smooth.here;
         smooth.course.clear();
+        smooth.tried = Tried::default();
         for (n, cell) in self.cells.iter().enumerate() {
             let w = ground.tops[n];
             // What turning leaves at the highest speed.
@@ -310,9 +292,8 @@ impl<const N: usize> Route<N> {
     /// Leaves the first cell behind, or a part of it that ends now.
     pub(crate) fn leave_smooth(&mut self, part: &Piece, cell: &Cell<N>) {
         let Some(smooth) = &mut self.smooth else { return };
-        // It was tried before.
-        if smooth.lens.follow(&cell.shape, part).is_err() {
-            smooth.lens.forget(&cell.shape.direction(part.to.s).map(|d| d * part.to.v));
+        if self.deviation.is_none() {
+            smooth.past.pass(&cell.shape, part, &mut smooth.tried);
         }
         smooth.here = part.to;
         let least = cell.shape.length() * SLIVER;
@@ -327,6 +308,7 @@ impl<const N: usize> Route<N> {
     /// The fastest stop from here, and the cells to its end; `None` if the law does not allow it.
     /// The cell in which it ends is divided.
     pub(crate) fn brake_smooth(&mut self) -> Option<usize> {
+        let lens = self.smooth.as_mut()?.past.here();
         let smooth = self.smooth.as_ref()?;
         let ground = self.ground(&self.cells, &smooth.jerk);
         let here = Moment { t: self.time, ..smooth.here };
@@ -337,8 +319,8 @@ impl<const N: usize> Route<N> {
             return Some(self.cells.iter().position(beyond).unwrap_or(self.cells.len()));
         };
         let end = course.last().map_or(here, |piece| piece.to);
-        let strict = self.deviation.is_none();
-        if strict && !self.broken(smooth, &course).is_empty() {
+        let (tried, broken) = self.tried(smooth, &smooth.tried, &lens, &course);
+        if !broken.is_empty() {
             return None;
         }
         let known = self.cells.get(cell)?;
@@ -352,7 +334,8 @@ impl<const N: usize> Route<N> {
             (known.end, known.last) = (behind.begin, behind.first);
             self.cells.insert(cell + 1, behind);
         }
-        self.smooth.as_mut()?.course = course.into();
+        let smooth = self.smooth.as_mut()?;
+        (smooth.course, smooth.tried) = (course.into(), tried);
         Some(count)
     }
 }

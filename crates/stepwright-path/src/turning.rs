@@ -30,6 +30,10 @@ fn bends<const N: usize>(cells: &VecDeque<Cell<N>>, n: usize) -> Bends<N> {
     let before = n.checked_sub(1).and_then(|n| cells.get(n));
     let (Some(before), Some(after)) = (before, cells.get(n)) else {
         let cell = cells.get(n).or(cells.back())?;
+        if n == 0 && cell.zone > 0.0 {
+            // Within a curve of chords: what it turned by is gone, but the law knows.
+            return None;
+        }
         return Some([cell.shape.curvature(if n == 0 { cell.begin } else { cell.end }); 2]);
     };
     let both = [before.shape.curvature(before.end), after.shape.curvature(after.begin)];

@@ -416,7 +416,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
                     return Err(Refusal::NeedsDeadlines { motor });
                 }
                 let floor = period.saturating_mul(3);
-                let next = smallest.div_ceil(period).saturating_mul(period);
+                let next = smallest.div_ceil(period.max(1)).saturating_mul(period);
                 if smallest < floor {
                     return Err(Refusal::PeriodTooLong { motor, needs: floor });
                 }

@@ -13,17 +13,25 @@
 //! those of the AVR's controller, from the same code: `stepwright-device`.
 
 mod compare;
+#[cfg(feature = "cycles")]
+mod cycles;
 mod engine;
 mod io;
 mod kept;
+#[cfg(feature = "laws")]
+mod laws;
 mod register;
 mod ring;
 mod trial;
 mod turned;
 
 pub use compare::{CompareRegister, CompareTimer};
+#[cfg(feature = "cycles")]
+pub use cycles::{ControllerCycle, CyclePins};
 pub use engine::{ControllerEngine, run};
 pub use io::{Panel, PortIo};
+#[cfg(feature = "laws")]
+pub use laws::{LawEngine, run_laws};
 pub use register::Register;
 pub use ring::Ring;
 pub use trial::TimerTrial;

@@ -1,7 +1,7 @@
 //! The board as data.
 
 use stepwright::{Board, Cost, Rate};
-use stepwright_controller::{AXES, board};
+use stepwright_controller::{AXES, CyclePins, board};
 
 /// TIMER0 without a prescaler.
 pub const RATE: Rate = Rate::of::<16_000_000>();
@@ -24,3 +24,16 @@ pub const SWITCHES: [u32; AXES] = [18, 20, 0];
 pub const EMERGENCY: u32 = 17;
 /// The fault outputs of the drivers: P20.
 pub const FAULT: u32 = 30;
+
+/// The pins of motor cycles.
+pub const CYCLE_PINS: [CyclePins; AXES] = {
+    let mut pins = [CyclePins { step: 0, direction: 0, enable: ENABLE as u8, switch: 0 }; AXES];
+    let mut axis = 0;
+    while axis < AXES {
+        pins[axis].step = STEP as u8 + axis as u8;
+        pins[axis].direction = DIR as u8 + axis as u8;
+        pins[axis].switch = SWITCHES[axis] as u8;
+        axis += 1;
+    }
+    pins
+};

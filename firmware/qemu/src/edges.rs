@@ -55,6 +55,13 @@ pub enum View {
 }
 
 impl View {
+    /// The bits of STEP and of DIR of the first axis.
+    pub fn pins(self) -> (u32, u32) {
+        match self {
+            View::Traced { step, dir } | View::Stored { step, dir, .. } => (step, dir),
+        }
+    }
+
     /// The words for the plugin, and for QEMU.
     pub(crate) fn words(self) -> (String, &'static [&'static str]) {
         match self {

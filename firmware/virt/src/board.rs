@@ -1,7 +1,7 @@
 //! The board as data.
 
 use stepwright::{Board, Cost, Rate};
-use stepwright_controller::{AXES, board};
+use stepwright_controller::{AXES, CyclePins, board};
 
 /// `mtime`.
 pub const RATE: Rate = Rate::of::<10_000_000>();
@@ -26,3 +26,15 @@ pub const STEP: u32 = 0;
 pub const DIR: u32 = 3;
 /// The pin that enables the drivers.
 pub const ENABLE: u32 = 6;
+
+/// The pins of motor cycles. There are no switches.
+pub const CYCLE_PINS: [CyclePins; AXES] = {
+    let mut pins = [CyclePins { step: 0, direction: 0, enable: ENABLE as u8, switch: 255 }; AXES];
+    let mut axis = 0;
+    while axis < AXES {
+        pins[axis].step = STEP as u8 + axis as u8;
+        pins[axis].direction = DIR as u8 + axis as u8;
+        axis += 1;
+    }
+    pins
+};

@@ -10,6 +10,8 @@
 //! | `pins.rs` | a port of memory: STEP, DIR, and the enable pin |
 //! | `uart.rs` | the serial line |
 //! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/laws.rs`, `cycles.rs` | Austin's laws and motor cycles over the line |
+//! | `src/bin/planned.rs` | planned motors in a program of one's own |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |
 //!
 //! `cargo xtask firmware virt` builds it, `cargo xtask test --only qemu` runs it.

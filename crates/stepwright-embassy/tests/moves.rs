@@ -261,6 +261,33 @@ fn it_wakes_no_more_than_twice_beside_the_entries() {
     }
 }
 
+/// Likewise of three axes at once, and of one move behind another: at most an entry each, and two a move.
+#[test]
+fn several_axes_wake_no_more_than_their_entries_and_two_a_move() {
+    with(|bench, motors| {
+        let orders = [(800, 3_000, 1_600), (1_200, 4_000, 2_400), (500, 2_000, -700)];
+        let moves = std::cell::Cell::new(0);
+        let moves = &moves;
+        let walk = |axis, (speed, accel, target): (u32, u32, i64)| async move {
+            let limits = AxisLimits::new(
+                Speed::from_steps(speed).unwrap(),
+                Accel::from_steps(accel).unwrap(),
+            );
+            motors.axis(axis).set_limits(limits);
+            for to in [target, target / 3, -target, 0] {
+                motors.axis(axis).move_to(to).await.expect("a move");
+                moves.set(moves.get() + 1);
+            }
+        };
+        let tasks = Axis::all().zip(orders).map(|(axis, order)| Box::pin(walk(axis, order)) as _);
+        bench.run(motors, tasks);
+        let (wakings, entries) = (bench.wakings.get(), bench.entries.get());
+        println!("{} moves: {wakings} wakings, {entries} entries", moves.get());
+        assert_eq!((moves.get(), motors.late()), (12, 0));
+        assert!(entries > 100 && wakings <= entries + 2 * moves.get(), "{wakings}, {entries}");
+    });
+}
+
 /// Stopping all of them is stopping each.
 #[test]
 fn all_are_stopped() {

@@ -17,6 +17,7 @@ const RESETS: usize = 0x4000_C000;
 const CLOCKS: usize = 0x4000_8000;
 const XOSC: usize = 0x4002_4000;
 const PLL: usize = 0x4002_8000;
+const PLL_USB: usize = 0x4002_C000;
 const WATCHDOG: usize = 0x4005_8000;
 const TIMER: usize = 0x4005_4000;
 const PINS: usize = 0x4001_4000;
@@ -63,6 +64,25 @@ pub unsafe fn start() {
     until(register(RESETS + 8), AFTER_CLOCKS);
     // The timer counts microseconds.
     register(WATCHDOG + 0x2C).write(1 << 9 | 12);
+}
+
+/// Gives the USB controller its 48 MHz, and takes it out of its reset.
+///
+/// # Safety
+/// Called once, behind [`start`].
+pub unsafe fn start_usb() {
+    register(RESETS + CLEAR).write(1 << 13);
+    until(register(RESETS + 8), 1 << 13);
+    // 12 MHz · 120 / 6 / 5.
+    register(PLL_USB).write(1);
+    register(PLL_USB + 8).write(120);
+    register(PLL_USB + 4 + CLEAR).write(1 << 0 | 1 << 5);
+    until(register(PLL_USB), 1 << 31);
+    register(PLL_USB + 0xC).write(6 << 16 | 5 << 12);
+    register(PLL_USB + 4 + CLEAR).write(1 << 3);
+    register(CLOCKS + 0x54).write(1 << 11);
+    register(RESETS + CLEAR).write(1 << 24);
+    until(register(RESETS + 8), 1 << 24);
 }
 
 /// Microseconds since the start.

@@ -11,7 +11,8 @@
 //! | `pio.rs` | the player over four state machines, and its interrupt held off |
 //! | `chip.rs` | clocks, resets, the time, functions of pins |
 //! | `pins.rs` | the pins around the motors, the watchdog |
-//! | `uart.rs` | the serial line |
+//! | `lines.rs` | the serial line: over USB while that is open, over the UART else |
+//! | `uart.rs`, `usb.rs` | the two; `usb_answers.rs`, for a host too, has what a USB device says of itself |
 //! | `src/bin/controller.rs` | the serial controller |
 //! | `src/bin/trial.rs` | four axes, ordered about by a test |
 //!
@@ -19,9 +20,12 @@
 
 pub mod board;
 pub mod program;
+pub mod usb_answers;
 
 #[cfg(target_os = "none")]
 pub mod chip;
+#[cfg(target_os = "none")]
+pub mod lines;
 #[cfg(target_os = "none")]
 mod panic;
 #[cfg(target_os = "none")]
@@ -30,5 +34,7 @@ pub mod pins;
 pub mod pio;
 #[cfg(target_os = "none")]
 pub mod uart;
+#[cfg(target_os = "none")]
+pub mod usb;
 #[cfg(target_os = "none")]
 mod vectors;

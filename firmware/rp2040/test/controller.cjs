@@ -2,26 +2,44 @@
 'use strict';
 const assert = require('assert');
 const path = require('path');
+const { USBCDC } = require('rp2040js');
 const { Machine } = require('./machine.cjs');
 
 const BYTE = Math.round(125e6 / 11_520);
 
 class Controller extends Machine {
-  constructor(folder) {
+  constructor(folder, overUsb) {
     super(path.join(folder, 'rp2040-controller.elf'));
     this.heard = '';
+    if (overUsb) {
+      // A host that finds the device, and opens its port.
+      this.host = new USBCDC(this.chip.usbCtrl);
+      this.chip.usbCtrl.onEndpointRead = (endpoint, size) => {
+        if (endpoint !== 0 && endpoint === this.host.outEndpoint) this.waits = true;
+      };
+      this.host.onDeviceConnected = () => { this.open = true; };
+      this.host.onSerialData = (bytes) => { this.heard += String.fromCharCode(...bytes); };
+    }
     this.chip.uart[0].onByte = (byte) => { this.heard += String.fromCharCode(byte); };
     // Switches, emergency stop and fault outputs are pulled up.
     for (const pin of [11, 12, 13, 14, 15]) this.chip.gpio[pin].setInputValue(true);
+    this.run(200_000);
+    while (overUsb && !this.open) {
+      this.run(10_000);
+      assert(this.time < 50e6, 'the host sees no port');
+    }
     this.run(200_000);
   }
 
   /// Says a line; the answer.
   say(line) {
     this.heard = '';
-    for (const byte of `${line}\r`) {
-      this.chip.uart[0].feedByte(byte.charCodeAt(0));
-      this.run(BYTE);
+    if (this.host) this.hears(`${line}\r`);
+    else {
+      for (const byte of `${line}\r`) {
+        this.chip.uart[0].feedByte(byte.charCodeAt(0));
+        this.run(BYTE);
+      }
     }
     const end = this.time + 20e6;
     while (!this.heard.includes('\r')) {
@@ -29,6 +47,14 @@ class Controller extends Machine {
       assert(this.time < end, `no answer to ${line}`);
     }
     return this.heard.replace(/\r[^]*/, '');
+  }
+
+  /// Sends a packet over USB: rp2040js' host sends what it has when a buffer is made ready alone.
+  hears(text) {
+    const { host } = this;
+    for (let left = 1e6; !this.waits; left--) { this.step(); assert(left, 'the port takes nothing'); }
+    this.waits = false;
+    host.usb.endpointReadDone(host.outEndpoint, Uint8Array.from(text, (c) => c.charCodeAt(0)));
   }
 
   rest() {
@@ -159,15 +185,39 @@ const conversations = {
 };
 
 let failed = 0;
-for (const [name, [table, net]] of Object.entries(conversations)) {
-  try {
-    const board = new Controller(process.argv[2]);
-    const made = board.talk(table);
-    if (net) assert.deepEqual(made, net);
-    console.log(`ok ${name}`);
-  } catch (error) {
-    failed++;
-    console.log(`FAILED ${name}: ${error.message}`);
+for (const line of ['UART', 'USB']) {
+  for (const [name, [table, net]] of Object.entries(conversations)) {
+    try {
+      const board = new Controller(process.argv[2], line === 'USB');
+      const made = board.talk(table);
+      if (net) assert.deepEqual(made, net);
+      console.log(`ok ${name}, by ${line}`);
+    } catch (error) {
+      failed++;
+      console.log(`FAILED ${name}, by ${line}: ${error.message}`);
+    }
   }
+}
+try {
+  // A port that is closed leaves the line to the UART, and takes it again.
+  const board = new Controller(process.argv[2], true);
+  const { host } = board;
+  assert.equal(board.say('F'), 'R');
+  for (let n = 0; n < 3; n++) {
+    host.cdcSetControlLineState(0);
+    board.run(100_000);
+    board.host = undefined;
+    assert.match(board.say('?'), /^stepwright /);
+    host.cdcSetControlLineState(1);
+    board.run(100_000);
+    board.host = host;
+    assert.equal(board.say('F'), 'R');
+  }
+  // An answer as long as a packet or longer is whole.
+  assert.match(board.say('$'), /^max-speed=.* pulse-us=/);
+  console.log('ok the line is that of the port while it is open');
+} catch (error) {
+  failed++;
+  console.log(`FAILED the line is that of the port while it is open: ${error.message}`);
 }
 process.exit(failed ? 1 : 0);

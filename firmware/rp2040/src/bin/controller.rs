@@ -5,8 +5,10 @@
 use stepwright::{Board, OrderedMotors};
 use stepwright_controller::{AXES, RUNS};
 use stepwright_rp2040::board::{BOUND, RATE, board};
+use stepwright_rp2040::lines::Lines;
 use stepwright_rp2040::pins::BoardPins;
 use stepwright_rp2040::pio::{self, PioInterrupt, PioPlayer};
+use stepwright_rp2040::usb::Usb;
 use stepwright_rp2040::{chip, uart};
 use stepwright_sink::SharedSink;
 
@@ -34,7 +36,8 @@ fn main() -> ! {
     // SAFETY: first, and each of them once.
     let (player, panel, mut line) = unsafe {
         chip::start();
-        (PioPlayer::new(), BoardPins::new(), uart::Uart::start())
+        let line = Lines { uart: uart::Uart::start(), usb: Usb::start() };
+        (PioPlayer::new(), BoardPins::new(), line)
     };
     if let Some((engine, feeds)) = SINK.fill(player, &BOARD, BOUND) {
         let motors = OrderedMotors::new(engine, feeds, BOARD);

@@ -2,8 +2,9 @@
 //!
 //! Each takes hold at its time, from the speed there is then, and not before a step that was
 //! handed out. The cell is cut there, and what is ahead planned again. If that would break the
-//! law of speed the plan before stays, and the change is tried again a little later. While it
-//! brakes for a hold, all that is asked for takes hold once it stands.
+//! law of speed the plan before stays, and the change is tried again a little later. With limited jerk
+//! a hold is tried with gentler stops before that. While it brakes for a hold, all that is asked for
+//! takes hold once it stands.
 
 use std::collections::VecDeque;
 
@@ -246,6 +247,76 @@ impl<const N: usize> Route<N> {
         self.passes.sure = 0;
         if let Some(smooth) = &mut self.smooth {
             smooth.end(self.length);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{AxisPace, Route};
+
+    const AXIS: AxisPace =
+        AxisPace { step: 0.05, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: 10_000.0 };
+
+    /// Corners, a wave of chords, arcs, and corners close to each other.
+    fn route(jerk: f64) -> Route<2> {
+        let mut route = Route::new([AxisPace { jerk, ..AXIS }; 2]).unwrap();
+        for n in 1..=200 {
+            let x = 0.2 * f64::from(n);
+            route.line_to([x, 4.0 * (x / 3.0).sin()], 80.0).unwrap();
+        }
+        for n in 0..8 {
+            let [x, y] = route.end();
+            let sweep = if n % 2 == 0 { 3.1 } else { -3.1 };
+            route.arc([0, 1], [x + 3.0, y], sweep, [0.0; 2], 60.0).unwrap();
+            let [x, y] = route.end();
+            route.line_to([x + 4.0, y + 1.0], 100.0).unwrap();
+            route.line_to([x + 4.3, y - 0.2 * f64::from(n)], 100.0).unwrap();
+        }
+        route.close();
+        route
+    }
+
+    /// When it begins to brake for a hold, and when it stands.
+    fn braked(mut route: Route<2>, at: f64) -> Option<(f64, f64)> {
+        route.hold(at);
+        while route.halt.is_none() {
+            let due = route.enter()?;
+            if !route.disturb(due) {
+                route.pass();
+            }
+        }
+        let begun = route.time;
+        while route.pass_over().is_some() {}
+        Some((begun, route.time))
+    }
+
+    /// At any time: while it turns, speeds up, and before corners.
+    #[test]
+    fn a_hold_finds_a_stop() {
+        for (jerk, latest, mean, longest) in [
+            (3_000.0, 0.18, 0.005, 0.65),
+            (10_000.0, 0.08, 0.0025, 0.8),
+            (50_000.0, 0.03, 0.0012, 0.25),
+        ] {
+            let mut planned = route(jerk);
+            let mut all = planned.clone();
+            while all.pass_over().is_some() {}
+            let end = all.time();
+            // The first step is handed out.
+            let begin = planned.next().unwrap().time;
+            let (mut late, mut sum, mut count, mut stands) = (0.0f64, 0.0, 0, 0.0f64);
+            while begin + 0.013 * f64::from(count) < end - 0.001 {
+                let at = begin + 0.013 * f64::from(count);
+                let (begun, stood) = braked(planned.clone(), at).unwrap();
+                (late, sum, count) = (late.max(begun - at), sum + begun - at, count + 1);
+                stands = stands.max(stood - at);
+            }
+            let sum = sum / f64::from(count);
+            println!(
+                "{jerk}: {count} holds, {late} s at the latest, {sum} in the mean, {stands} to rest"
+            );
+            assert!(count > 300 && late <= latest && sum <= mean && stands <= longest);
         }
     }
 }

@@ -443,7 +443,7 @@ impl<const N: usize> Route<N> {
     }
 
     /// The first cell in time: when it ends.
-    fn enter(&mut self) -> Option<f64> {
+    pub(crate) fn enter(&mut self) -> Option<f64> {
         if self.front.is_none() {
             while self.halt == Some(0) {
                 self.stand()?;
@@ -529,7 +529,7 @@ impl<const N: usize> Route<N> {
     }
 
     /// Leaves the first cell behind without its steps.
-    fn pass(&mut self) {
+    pub(crate) fn pass(&mut self) {
         if let Some(cell) = self.cells.front() {
             for (axis, at) in self.at.iter_mut().enumerate() {
                 let place = cell.shape.place(axis, cell.end) / self.axes[axis].step;

@@ -26,6 +26,9 @@ const ROUNDED: f64 = 1e-9;
 /// Part of the acceleration there is on a straight line below which a node binds instead.
 const LEAST: f64 = 0.4;
 
+/// Rounds in which the limits on the way of a stop are looked for.
+const STOPS: usize = 16;
+
 /// What is known of each cell and of the nodes between them.
 pub(crate) struct Ground<'a, const N: usize> {
     pub cells: &'a VecDeque<Cell<N>>,
@@ -59,6 +62,16 @@ enum Beyond {
     /// The acceleration over a cell, by its part that is allowed.
     Accel(usize, f64),
     Top(f64),
+}
+
+/// What braking comes to.
+pub(crate) enum Stop {
+    /// A stop, and the cell in which it ends.
+    Found(Vec<Piece>, usize),
+    /// It is faster on the way than the axes can be.
+    TooFast,
+    /// It ends behind the last cell.
+    Beyond,
 }
 
 impl<const N: usize> Ground<'_, N> {
@@ -312,19 +325,64 @@ impl<const N: usize> Ground<'_, N> {
         Limits { accel: slopes.fold(all.accel, f64::min), ..all }.with(from.a)
     }
 
-    /// The fastest stop, and the cell in which it ends. `None` if that is beyond the last.
-    pub fn stop(&self, from: Moment) -> Option<(Vec<Piece>, usize)> {
+    /// From an acceleration to none, by the jerk of the cells that it leads over.
+    fn ease(&self, from: Moment) -> Option<Piece> {
         let mut last = 1;
         loop {
-            let limits = self.falling(from, last);
-            let pieces = divided(join(from, &reach(from, 0.0, &limits.pace()), 0.0));
-            let end = pieces.last().map_or(from, |piece| piece.to);
-            let cell = self.cells.iter().position(|cell| cell.end > end.s)?;
+            let jerk = self.limits(0, last).jerk;
+            let to = Moment { a: 0.0, ..from.after(-jerk, from.a / jerk) };
+            let cell = self.cells.iter().position(|cell| cell.end > to.s)?;
             if cell < last {
-                return self.allowed(&pieces, cell).then_some((pieces, cell));
+                return Some(Piece { from, to, jerk: -jerk });
             }
             last = cell + 1;
         }
+    }
+
+    /// A stop with a part of the limits, the fastest with all of them.
+    pub fn stop(&self, from: Moment, part: f64) -> Stop {
+        let mut first = None;
+        if from.a > 0.0 {
+            first = self.ease(from);
+            if first.is_none() {
+                return Stop::Beyond;
+            }
+        }
+        let begin = first.map_or(from, |piece| piece.to);
+        let mut pieces = Vec::new();
+        let mut known = f64::INFINITY;
+        for _ in 0..STOPS {
+            let limits = self.slowing(begin, &pieces);
+            pieces.clear();
+            pieces.extend(first);
+            let limits =
+                Limits { accel: part * limits.accel, jerk: part * limits.jerk }.with(begin.a);
+            pieces.extend(divided(join(begin, &reach(begin, 0.0, &limits.pace()), 0.0)));
+            let end = pieces.last().map_or(from, |piece| piece.to);
+            let Some(cell) = self.cells.iter().position(|cell| cell.end > end.s) else {
+                return Stop::Beyond;
+            };
+            // By the least of what there is on its own way.
+            if (end.s - known).abs() <= ROUNDED * (end.s - from.s) {
+                let allowed = self.allowed(&pieces, cell);
+                return if allowed { Stop::Found(pieces, cell) } else { Stop::TooFast };
+            }
+            known = end.s;
+        }
+        Stop::TooFast
+    }
+
+    /// What turning leaves to a stop, at the speeds of another one.
+    fn slowing(&self, from: Moment, pieces: &[Piece]) -> Limits {
+        let end = pieces.last().map_or(from.s, |piece| piece.to.s);
+        let cells = self.cells.iter().take_while(|cell| cell.begin <= end).count().max(1);
+        let all = self.limits(0, cells);
+        let slope = |cell: &Cell<N>| {
+            let v = if cell.begin > from.s { speed(pieces, cell.begin) } else { from.v };
+            cell.slope(v * v)
+        };
+        let each = self.cells.iter().take(cells).map(slope);
+        Limits { accel: each.fold(all.accel, f64::min), ..all }
     }
 
     /// From a speed that is beyond what is allowed now, or an acceleration: down to what is, and

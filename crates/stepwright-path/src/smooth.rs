@@ -12,7 +12,7 @@ use crate::lens::Lens;
 use crate::piece::{Moment, Piece};
 use crate::ramp::Limits;
 use crate::route::{AxisPace, Route, SLIVER, SOONEST};
-use crate::runs::Ground;
+use crate::runs::{Ground, Stop};
 use crate::trial::{Past, Tried, clip, walk};
 use crate::turning::{self, TURN};
 
@@ -22,6 +22,10 @@ const JERK: f64 = 0.99;
 
 /// Of the acceleration, for turning at a constant speed.
 const CURVE: f64 = 0.95;
+
+/// Parts of the limits that a stop is tried with: where turning, or a corner ahead, leaves too little
+/// for the fastest, a gentler one may do.
+const GENTLER: [f64; 5] = [1.0, 0.85, 0.7, 0.5, 0.35];
 
 /// Rounds in which what breaks the law is passed slower, and at rest.
 const SLOWER: usize = 40;
@@ -305,24 +309,36 @@ impl<const N: usize> Route<N> {
         }
     }
 
-    /// The fastest stop from here, and the cells to its end; `None` if the law does not allow it.
-    /// The cell in which it ends is divided.
+    /// The fastest stop from here that the law allows, and the cells to its end; `None` if it allows
+    /// none that begins now. The cell in which it ends is divided.
     pub(crate) fn brake_smooth(&mut self) -> Option<usize> {
         let lens = self.smooth.as_mut()?.past.here();
         let smooth = self.smooth.as_ref()?;
         let ground = self.ground(&self.cells, &smooth.jerk);
         let here = Moment { t: self.time, ..smooth.here };
-        let Some((course, cell)) = ground.stop(here) else {
-            // At the end of the plan it stands anyway.
-            let end = smooth.course.back()?.to.s;
-            let beyond = |cell: &Cell<N>| cell.end > end + cell.shape.length() * SLIVER;
-            return Some(self.cells.iter().position(beyond).unwrap_or(self.cells.len()));
-        };
-        let end = course.last().map_or(here, |piece| piece.to);
-        let (tried, broken) = self.tried(smooth, &smooth.tried, &lens, &course);
-        if !broken.is_empty() {
-            return None;
+        let mut found = None;
+        for part in GENTLER {
+            match ground.stop(here, part) {
+                Stop::Found(course, cell) => {
+                    let (tried, broken) = self.tried(smooth, &smooth.tried, &lens, &course);
+                    if broken.is_empty() {
+                        found = Some((course, cell, tried));
+                        break;
+                    }
+                }
+                Stop::TooFast => {}
+                Stop::Beyond if part < 1.0 => break,
+                Stop::Beyond => {
+                    // At the end of the plan it stands anyway.
+                    let end = smooth.course.back()?.to.s;
+                    let beyond = |cell: &Cell<N>| cell.end > end + cell.shape.length() * SLIVER;
+                    let last = self.cells.iter().position(beyond);
+                    return Some(last.unwrap_or(self.cells.len()));
+                }
+            }
         }
+        let (course, cell, tried) = found?;
+        let end = course.last().map_or(here, |piece| piece.to);
         let known = self.cells.get(cell)?;
         let least = known.shape.length() * SLIVER;
         let mut count = cell + 1;

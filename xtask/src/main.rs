@@ -42,6 +42,7 @@ mod sim;
 mod small;
 mod stress;
 mod test;
+mod ticks;
 mod toolchain;
 mod wasm;
 mod workspace;
@@ -73,6 +74,7 @@ enum Chore {
     Sim(sim::Sim),
     Stress(stress::Stress),
     Test(test::Test),
+    Ticks(ticks::Ticks),
     Wasm(wasm::Wasm),
 }
 
@@ -92,6 +94,7 @@ fn main() -> Result<()> {
         Chore::Sim(sim) => sim.run(&ws()?),
         Chore::Stress(stress) => stress.run(&ws()?),
         Chore::Test(test) => test.run(&ws()?),
+        Chore::Ticks(ticks) => ticks.run(&ws()?),
         Chore::Wasm(wasm) => wasm.run(&ws()?),
     }
 }

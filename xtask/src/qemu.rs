@@ -41,11 +41,15 @@ pub fn prepare(ws: &Workspace) -> Result<Option<PathBuf>> {
 
 /// Whether QEMU runs that was unpacked here.
 fn works(root: &Path) -> bool {
-    PROGRAMS.iter().all(|program| {
-        let mut command = Command::new(root.join("usr/bin").join(program));
-        command.env("LD_LIBRARY_PATH", libraries(root)).arg("--version");
-        output(&mut command).is_ok()
-    })
+    PROGRAMS.iter().all(|program| output(command(Some(root), program).arg("--version")).is_ok())
+}
+
+/// A program of QEMU, where [`prepare`] has found it.
+pub fn command(root: Option<&Path>, program: &str) -> Command {
+    let Some(root) = root else { return Command::new(program) };
+    let mut command = Command::new(root.join("usr/bin").join(program));
+    command.env("LD_LIBRARY_PATH", libraries(root));
+    command
 }
 
 /// Its libraries.

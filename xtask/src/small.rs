@@ -99,10 +99,7 @@ impl SmallBoard {
         let flags: &'static str = self.flags.clone().leak();
         let built = ws.target.join("chips");
         let mut cargo = cross.cargo_in(ws, "build", &[&Chip { triple, flags }], &built);
-        if let Some(linker) = linker() {
-            let name = triple.to_uppercase().replace('-', "_");
-            cargo.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
-        }
+        link(&mut cargo, triple);
         run(cargo.current_dir(&self.folder).args(["--release", "--bins"]))?;
         let to = ws.target.join("firmware");
         fs::create_dir_all(&to)?;
@@ -159,6 +156,14 @@ fn sizes(elf: &[u8]) -> Option<[u64; 2]> {
         }
     }
     Some([flash, ram])
+}
+
+/// Has cargo link for a chip by LLVM's linker.
+pub fn link(cargo: &mut Command, triple: &str) {
+    if let Some(linker) = linker() {
+        let name = triple.to_uppercase().replace('-', "_");
+        cargo.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
+    }
 }
 
 /// LLVM's linker: the compiler's own, else that of any toolchain that rustup has. `None` if the

@@ -126,6 +126,12 @@ const STEPS: &[Step] = &[
         run: qemu::run_tests,
     },
     Step {
+        name: "ticks",
+        what: "seeded travels of every law have the same ticks on the host and on every chip",
+        needs: crate::ticks::NEEDS,
+        run: crate::ticks::run_tests,
+    },
+    Step {
         name: "pico",
         what: "the firmware for a Pico in rp2040js, its PIO in a second emulator too",
         needs: pico::NEEDS,

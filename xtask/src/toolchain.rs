@@ -48,6 +48,9 @@ macro_rules! avr {
 pub const ATMEGA328P: Chip = Chip { triple: "avr-none", flags: avr!("atmega328p") };
 /// Arduino Mega: the same with 256 KiB flash, 8 KiB RAM, more timers.
 pub const ATMEGA2560: Chip = Chip { triple: "avr-none", flags: avr!("atmega2560") };
+/// An Uno's core with 128 KiB flash, 16 KiB RAM. No board of ours has it: it is simulated, for programs
+/// that fit no Uno.
+pub const ATMEGA1284P: Chip = Chip { triple: "avr-none", flags: avr!("atmega1284p") };
 /// RP2040 and its like: 32 bits, no division instruction, no atomic swaps.
 pub const CORTEX_M0: Chip = Chip { triple: "thumbv6m-none-eabi", flags: "" };
 

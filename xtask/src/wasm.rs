@@ -25,7 +25,7 @@ pub struct Wasm {
 }
 
 /// A browser. (A linker is the compiler's own.)
-const BROWSER: &str = "wasm32-unknown-unknown";
+pub const BROWSER: &str = "wasm32-unknown-unknown";
 
 /// The profile of the workspace that they are built by.
 const PROFILE: &str = "wasm";
@@ -214,7 +214,7 @@ fn sections(module: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// The linker of rustup's toolchain, or of the system.
-fn linker() -> Result<PathBuf> {
+pub fn linker() -> Result<PathBuf> {
     let root = output(Command::new("rustc").args(["--print", "sysroot"]))?;
     let about = output(Command::new("rustc").arg("-vV"))?;
     let host = about.lines().find_map(|line| line.strip_prefix("host: ")).unwrap_or_default();

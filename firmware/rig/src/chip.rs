@@ -51,7 +51,17 @@ struct Watch {
 impl Chip {
     /// Switches a board on, with `image` in its flash and an empty EEPROM.
     pub fn new(board: Board, image: &Image) -> Chip {
-        let silicon = Box::new(Silicon::new(board, image));
+        Chip::of(board, board.chip(), image)
+    }
+
+    /// Switches on an Uno's core with four times its flash and eight times its RAM, an ATmega1284P:
+    /// for programs that no Uno holds.
+    pub fn roomy(image: &Image) -> Chip {
+        Chip::of(Board::Uno, "atmega1284p", image)
+    }
+
+    fn of(board: Board, name: &str, image: &Image) -> Chip {
+        let silicon = Box::new(Silicon::new(name, image));
         let channels = board.channels_of(image);
         let probes = Taps::new(board, &channels, &silicon);
         Chip {

@@ -8,7 +8,7 @@ use std::ptr;
 
 use simavr_ffi as ffi;
 
-use crate::board::{Board, HZ, Pin};
+use crate::board::{HZ, Pin};
 use crate::elf::Image;
 
 /// RAM is full of this when the power comes: what still is has not been used.
@@ -46,11 +46,11 @@ pub(crate) struct Silicon {
 
 impl Silicon {
     /// A chip with `image` in its flash, at reset.
-    pub(crate) fn new(board: Board, image: &Image) -> Silicon {
-        let name = CString::new(board.chip()).expect("a name without zeros");
+    pub(crate) fn new(chip: &str, image: &Image) -> Silicon {
+        let name = CString::new(chip).expect("a name without zeros");
         // SAFETY: the name is a C string; simavr allocates, and Drop frees.
         let avr = unsafe { ffi::avr_make_mcu_by_name(name.as_ptr()) };
-        assert!(!avr.is_null(), "simavr has no {}", board.chip());
+        assert!(!avr.is_null(), "simavr has no {chip}");
         // SAFETY: `avr` is fresh from simavr. The code is copied, and simavr
         // aborts if it is too long, which is tested before.
         unsafe {

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import array
 import json
-import math
 import os
-import random
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -14,51 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import seeded
 from conftest import COMMAND
 
 import stepwright_motion as sw
-
-LAWS = {
-    "trapezoid": ("accel", "speed", "decel", "start_speed"),
-    "s-curve": ("accel", "speed", "decel", "start_speed", "jerk"),
-    "ramp": ("speed", "start_speed", "ramp"),
-    "austin": ("accel", "speed", "decel", "first"),
-    "linear-factor": ("accel", "speed", "decel", "first", "knee"),
-    "power": ("accel", "speed", "decel", "first", "power"),
-    "piecewise": ("accel", "speed", "decel", "first", "breaks"),
-    "austin-fixed": ("c0", "c_min"),
-}
 
 OPTIONS = {"speed": "--top-speed", "first": "--c0"}
 
 
 TRAVELS = int(os.environ.get("STEPWRIGHT_TRAVELS", "1000"))
-"""Travels of each law: the command is started for every one of them."""
-
-
-def travel(law: str, luck: random.Random) -> dict[str, Any]:
-    """Values for a law: a travel that is short enough for many of them."""
-
-    def some(low: float, high: float) -> int:
-        return round(math.exp(luck.uniform(math.log(low), math.log(high))))
-
-    speed = some(20, 20_000)
-    all_values: dict[str, Any] = {
-        "accel": some(50, 200_000),
-        "decel": some(50, 200_000),
-        "speed": speed,
-        "start_speed": luck.choice([0, speed // 20]) if law != "ramp" else max(speed // 20, 1),
-        "jerk": some(1_000, 10_000_000),
-        "ramp": some(1, 1_000),
-        "first": luck.choice(["exact", "0.676", "c1"]),
-        "knee": luck.choice([0, 0.5, 0.9]),
-        "power": luck.randint(2, 9),
-        "breaks": luck.randint(0, 16),
-        "c0": some(3_000, 100_000),
-        "c_min": some(100, 3_000),
-    }
-    values = {name: all_values[name] for name in LAWS[law]}
-    return {"steps": some(1, 600), "timer_hz": luck.choice([1_000_000, 16_000_000]), **values}
+"""Travels of each law, the same as on the chips: the command is started for every one of them."""
 
 
 def by_the_command(law: str, values: dict[str, Any]) -> tuple[int, str, str]:
@@ -71,10 +34,9 @@ def by_the_command(law: str, values: dict[str, Any]) -> tuple[int, str, str]:
     return ran.returncode, ran.stdout, ran.stderr
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", seeded.TAKES)
 def test_travels_are_those_of_the_command(law: str) -> None:
-    luck = random.Random(f"stepwright {law}")
-    travels = [travel(law, luck) for _ in range(TRAVELS)]
+    travels = [seeded.travel(law, number) for number in range(TRAVELS)]
     refused = 0
     with ThreadPoolExecutor(2) as pool:
         answers = pool.map(lambda values: by_the_command(law, values), travels)

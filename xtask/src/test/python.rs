@@ -1,6 +1,7 @@
 //! The Python package: its wheel is built, put into a clean environment, and tried there on virtual
 //! boards, in the process and behind a pseudo-terminal, and on a simulated Uno.
 
+use std::env;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -12,7 +13,7 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::firmware::{Board, Build};
 use crate::program::Program;
 use crate::workspace::{self, Guard, Workspace, run_within};
-use crate::{node, python, rig};
+use crate::{node, python, rig, ticks};
 
 /// An example is something to read and try: it has to be done soon, on a loaded machine, too.
 const EXAMPLE_LIMIT: Duration = Duration::from_secs(60);
@@ -24,6 +25,10 @@ const SHORT: usize = 15;
 /// The programs of a simulated Uno besides the controller that the tests try.
 const PROGRAMS: [&str; 4] = ["laws", "transitions", "power-term", "cycles"];
 
+/// Travels of each law that chips make for the tests: a Cortex-M3 as many as are compared with the
+/// command's, an AVR, whose simulator takes most of a second for one of each law, some.
+const TRAVELS: [(&str, u32); 2] = [("avr", 40), ("cortex-m3", 1_000)];
+
 /// Builds the wheel; runs every example on each kind of board without any other package, then the
 /// tests and the check of the types with numpy beside it.
 pub fn run(ws: &Workspace) -> Result<()> {
@@ -33,6 +38,8 @@ pub fn run(ws: &Workspace) -> Result<()> {
     let wheel = build(ws, &tools)?;
     let uno = Build { board: Board::Uno, timer: 1, bench: false };
     let firmware = uno.controller(ws)?.elf;
+    // It has S-curves.
+    Build { board: Board::Mega, ..uno }.controller(ws)?;
     for program in PROGRAMS {
         uno.make(ws, &Program::named(ws, program)?)?;
     }
@@ -55,6 +62,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     // From elsewhere: the package is the installed one, not the folder beside the tests.
     rig::with_firmware(ws, &mut tests);
     tests.env("STEPWRIGHT_COMMAND", &command).env("STEPWRIGHT_SIM", &sim);
+    tests.env("STEPWRIGHT_TICKS", env::join_paths(ticks::compare(ws, &TRAVELS)?)?);
     run_within(TESTS_LIMIT, tests.current_dir(&folder))?;
     let mut notebook = Command::new(&tools);
     notebook.arg(python.join("tests/notebook.py")).arg("--check");

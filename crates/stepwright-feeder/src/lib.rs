@@ -167,6 +167,8 @@ pub struct StreamFeeder {
     /// Bytes of the FIFO that are left before the start, once that is known.
     room: Option<u32>,
     ended: bool,
+    /// It begins with what is there.
+    begins: bool,
     said: Vec<u8>,
     text: Vec<u8>,
 }
@@ -209,6 +211,7 @@ impl StreamFeeder {
             state: FeedState::Filling,
             room: None,
             ended: false,
+            begins: false,
             said: Vec::new(),
             text: Vec::new(),
             terms,
@@ -270,6 +273,12 @@ impl StreamFeeder {
     pub fn know(&mut self, time: f64) {
         let at = (time * self.units()).round() as u64 + fine(LEAD);
         self.known = self.known.max(at);
+    }
+
+    /// The board begins with what is known by now, though it has room for more: nothing more is known
+    /// for a while.
+    pub fn begin(&mut self) {
+        self.begins = true;
     }
 
     /// There are no more steps: the path ends then, in s.
@@ -463,7 +472,7 @@ impl StreamFeeder {
                 self.room = Some(self.sender.free());
             }
             let Some(mut room) = self.room else { return };
-            let mut full = packed;
+            let mut full = packed || self.begins;
             while self.sender.has_room()
                 && let Some(frame) = self.frames.front()
             {

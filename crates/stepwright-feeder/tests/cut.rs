@@ -228,7 +228,7 @@ fn a_hold_brakes_within_50_ms_and_goes_on() {
         let unheld = whole(jerk);
         let mut longest = [0.0f64; 2];
         for n in 0..10 {
-            let took = hold(jerk, 0.3 + 0.2717 * f64::from(n), &unheld, MILLIS);
+            let took = hold(jerk, 0.3 + 0.1717 * f64::from(n), &unheld, MILLIS);
             longest = [0, 1].map(|n| longest[n].max(took[n]));
         }
         println!("jerk {jerk}: hold {:.1} ms, resume {:.1} ms", longest[0] * 1e3, longest[1] * 1e3);
@@ -309,5 +309,25 @@ fn random_changes_at_random_times() {
         assert_eq!((ran.state, ran.late), (FeedState::Over, 0), "{n}");
         assert_eq!(ran.positions, [Some(0); 3], "{n}");
         kept(&ran);
+    }
+}
+
+/// A corner where one axis comes to rest and an arc begins.
+#[test]
+fn a_corner_into_an_arc_is_fed() {
+    for accel in [300.0, 500.0, 700.0, 1_000.0] {
+        let axis = AxisPace { step: 0.0125, speed: 100.0, accel, jump: 5.0, jerk: f64::INFINITY };
+        let mut route = Route::new([axis; 3]).unwrap();
+        route.line_to([40.0, 0.0, 0.0], 50.0).unwrap();
+        route.arc([0, 1], [40.0, 20.0], -std::f64::consts::PI, [0.0; 3], 50.0).unwrap();
+        route.line_to([0.0, 0.0, 0.0], 50.0).unwrap();
+        route.close();
+        for axes in [3, 7] {
+            let terms = FeedTerms { ahead: 500_000, axes, ..terms([accel * 80.0; 3]) };
+            let ran = run(route.clone(), &[], MILLIS, 0, terms);
+            assert_eq!((ran.state, ran.late), (FeedState::Over, 0), "{accel} {axes}");
+            assert_eq!(ran.positions, [Some(0); 3]);
+            kept(&ran);
+        }
     }
 }

@@ -135,6 +135,31 @@ fn silence_brakes_every_axis() {
     }
 }
 
+/// A run that ends backward, and one after it.
+#[test]
+fn the_next_run_begins_forward() {
+    let there = s_curve(900, 3_000.0, 30_000.0, 600_000.0);
+    let end = there[there.len() - 1].0 + 0.1;
+    let back = there.iter().map(|step| (end + step.0, false));
+    let first = [there.iter().copied().chain(back).collect(), vec![], vec![]];
+    let mut queues = Queues::default();
+    let mut board = board(&mut queues);
+    run(&mut board, Job::new(first), terms([40_000.0; 3]), Line::default());
+    assert_eq!(board.position(0), Some(0));
+    let begun = board.now();
+    let mut feeder = stepwright_feeder::StreamFeeder::new(terms([40_000.0; 3]), 0);
+    let mut job = Job::new([there, vec![], vec![]]);
+    while !feeder.state().is_end() {
+        board.run_until(board.now() + MILLIS);
+        let now = (board.now() - begun) / 16;
+        feeder.hear(&board.take_answers(), now);
+        job.feed(&mut feeder);
+        let bytes = feeder.bytes(now);
+        board.receive(&bytes);
+    }
+    assert_eq!((feeder.state(), board.position(0)), (FeedState::Over, Some(900)));
+}
+
 fn wanted_first(job: &[Vec<Step>; 3], axis: u8) -> f64 {
     job[usize::from(axis)][0].0
 }

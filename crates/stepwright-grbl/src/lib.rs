@@ -32,17 +32,20 @@
 //! # What it does otherwise
 //!
 //! - **A position is never lost.** A reset, a limit or the end of a jog brakes along the path. Then
-//!   comes the banner or the alarm. There is no `ALARM:3`.
+//!   comes the banner or the alarm. There is no `ALARM:3`, but of a board
+//!   that was lost or has left the path.
 //! - **An error ends a job.** After an error in G-code, lines are refused with `error:9` until
 //!   [`QUIET`] seconds pass without one, `$X` or a reset: a sender that has sent ahead would
 //!   execute a part without what was wrong. [`Grbl::with_errors_passed`] is grbl's way.
 //! - The planner has 128 blocks, and the speed at a corner comes from `$140` to `$142`, the start
-//!   speeds of the motors in mm/min, unless `$11` asks for a junction deviation.
+//!   speeds of the motors in mm/min, unless `$11` asks for a junction deviation. `$150` to `$152` limit
+//!   the jerk of the axes, in mm/s³.
 //! - Homing takes Z, X, Y, one after another, and measures from the switch's edge.
 //! - `$1` to `$5`, `$12` and `$26` are kept for the sender and change nothing.
 
 #![forbid(unsafe_code)]
 
+mod fed;
 mod homing;
 mod kept;
 mod line;
@@ -58,5 +61,6 @@ mod work;
 pub use kept::NotKept;
 pub use line::QUIET;
 pub use machine::{GrblMachine, Inputs, Outputs, VirtualMill};
+pub use motion::Coming;
 pub use session::{Grbl, KEPT, RX};
 pub use settings::{GrblSettings, SettingFault};

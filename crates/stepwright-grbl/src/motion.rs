@@ -11,12 +11,15 @@
 use std::collections::VecDeque;
 
 use stepwright_gcode::{Length, Move, MoveKind, Spindle};
-use stepwright_path::{AxisPace, Route, RouteStep, Unplannable, millimetres};
+use stepwright_path::{AxisPace, Lead, Planned, Route, RouteStep, Unplannable, millimetres};
 
 use crate::settings::GrblSettings;
 
 /// Moves that are planned ahead: with short chords a way to brake.
 pub(crate) const BLOCKS: usize = 128;
+
+/// Seconds that a route which is fed rests at its end, at least.
+const TAIL: f64 = 0.15;
 
 /// Seconds from the first move to its start.
 const BREATH: f64 = 0.02;
@@ -57,6 +60,59 @@ struct Live {
     blocks: VecDeque<Block>,
     /// It is to stand.
     holds: bool,
+    /// What came of the last move.
+    added: Result<(), Unplannable>,
+}
+
+/// What changes the way on which it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Change {
+    Hold,
+    Resume,
+    Cancel,
+    Scale(Scales),
+}
+
+/// What a route is told.
+#[derive(Clone, Debug)]
+enum Order {
+    Travel {
+        part: Move,
+        line: Option<u32>,
+        spindle: Spindle,
+    },
+    /// By what is known, as nothing else comes.
+    GoOn,
+    /// It rests until this time.
+    Rest(f64),
+    Change(f64, Change),
+}
+
+/// The route of a machine that makes steps when they are asked for, or of one that is fed before.
+#[derive(Clone, Debug)]
+enum Track {
+    Now(Box<Live>),
+    Fed(Box<Fed>),
+}
+
+#[derive(Clone, Debug)]
+struct Fed {
+    lead: Lead<Live>,
+    /// Seconds of the path up to which it was said that nothing comes.
+    known: f64,
+    /// What is asked for, and has no time yet; and what has got one that may not be kept.
+    wanted: Vec<Change>,
+    open: Vec<Change>,
+}
+
+impl Track {
+    /// Where the machine is.
+    fn here(&self) -> &Live {
+        match self {
+            Track::Now(live) => live,
+            Track::Fed(fed) => fed.lead.behind(),
+        }
+    }
 }
 
 /// Three axes and the path they follow.
@@ -64,7 +120,10 @@ struct Live {
 pub(crate) struct Motion {
     /// Each axis' steps from machine zero.
     pub at: [i64; 3],
-    live: Option<Live>,
+    track: Option<Track>,
+    /// The machine is fed before it moves; and routes so far.
+    pub fed: bool,
+    pub runs: u64,
 }
 
 /// A step that is due.
@@ -78,7 +137,7 @@ pub(crate) struct Due {
 impl Motion {
     /// Whether nothing is on its way.
     pub fn is_over(&self) -> bool {
-        self.live.is_none()
+        self.track.is_none()
     }
 
     /// Whether it stands because it is held.
@@ -89,28 +148,37 @@ impl Motion {
                 && live.route.is_held()
                 && now >= live.epoch + live.route.time()
         };
-        self.live.as_ref().is_some_and(still)
+        self.here().is_some_and(still)
+    }
+
+    fn here(&self) -> Option<&Live> {
+        self.track.as_ref().map(Track::here)
     }
 
     /// Moves that may be added.
     pub fn room(&self) -> usize {
-        BLOCKS - self.live.as_ref().map_or(0, |live| live.blocks.len())
+        let blocks = match &self.track {
+            None => 0,
+            Some(Track::Now(live)) => live.blocks.len(),
+            Some(Track::Fed(fed)) => fed.lead.ahead().blocks.len(),
+        };
+        BLOCKS.saturating_sub(blocks)
     }
 
     /// mm/s along the path.
     pub fn speed(&self, now: f64) -> f64 {
         let speed = |live: &Live| live.route.along(now - live.epoch).1;
-        if self.is_held(now) { 0.0 } else { self.live.as_ref().map_or(0.0, speed) }
+        if self.is_held(now) { 0.0 } else { self.here().map_or(0.0, speed) }
     }
 
     /// The number of the line that is on its way.
     pub fn line(&self) -> Option<u32> {
-        self.live.as_ref()?.blocks.front()?.line
+        self.here()?.blocks.front()?.line
     }
 
     /// What a laser does now; `None` if nothing is on its way.
     pub fn tool(&self) -> Option<ToolState> {
-        Some(self.live.as_ref()?.blocks.front()?.tool)
+        Some(self.here()?.blocks.front()?.tool)
     }
 
     /// Adds a move, which [`room`](Motion::room) was there for.
@@ -126,109 +194,283 @@ impl Motion {
         line: Option<u32>,
         spindle: Spindle,
     ) -> Result<(), Unplannable> {
-        let pace = axes(settings);
-        let mut live = match self.live.take() {
-            Some(live) => live,
-            None => {
-                let mut route = Route::at(pace, millimetres(part.from))?.standing_at(self.at);
-                if settings.get(11) > 0.0 {
-                    route = route.with_deviation(settings.get(11))?;
+        let mut track = match self.track.take() {
+            Some(track) => track,
+            None => self.begin(now, settings, scales, part)?,
+        };
+        let order = Order::Travel { part: *part, line, spindle };
+        let (added, empty) = match &mut track {
+            Track::Now(live) => {
+                live.obey(&order);
+                (live.added, live.blocks.is_empty())
+            }
+            Track::Fed(fed) => {
+                let live = fed.lead.ahead();
+                if live.route.is_over() && live.route.time() < fed.known {
+                    fed.lead.obey(Order::Rest(fed.known));
                 }
-                route.scale(0.0, scales.feed)?;
-                route.scale_rapids(0.0, scales.rapid)?;
-                Live {
-                    route,
-                    epoch: now + BREATH,
-                    ahead: None,
-                    blocks: VecDeque::new(),
-                    holds: false,
-                }
+                fed.lead.obey(order);
+                let live = fed.lead.ahead();
+                (live.added, live.blocks.is_empty() && fed.lead.made() == 0)
             }
         };
-        let added = live.route.travel(part);
-        let rapid = matches!(part.kind, MoveKind::Rapid);
-        let end = live.route.length();
-        let feed = *added.as_ref().unwrap_or(&0.0);
-        let tool = ToolState { spindle, rapid, feed };
-        if added.is_ok() {
-            live.blocks.push_back(Block { end, line, tool });
+        if !empty {
+            self.track = Some(track);
         }
-        if !live.blocks.is_empty() {
-            self.live = Some(live);
+        added
+    }
+
+    fn begin(
+        &mut self,
+        now: f64,
+        settings: &GrblSettings,
+        scales: Scales,
+        part: &Move,
+    ) -> Result<Track, Unplannable> {
+        let mut route = Route::at(axes(settings), millimetres(part.from))?.standing_at(self.at);
+        if settings.get(11) > 0.0 {
+            route = route.with_deviation(settings.get(11))?;
         }
-        added.map(|_| ())
+        route.scale(0.0, scales.feed)?;
+        route.scale_rapids(0.0, scales.rapid)?;
+        let breath = if self.fed { 0.0 } else { BREATH };
+        let live = Live {
+            route,
+            epoch: now + breath,
+            ahead: None,
+            blocks: VecDeque::new(),
+            holds: false,
+            added: Ok(()),
+        };
+        self.runs += 1;
+        Ok(if self.fed {
+            let lead = Lead::new(live);
+            Track::Fed(Box::new(Fed { lead, known: 0.0, wanted: Vec::new(), open: Vec::new() }))
+        } else {
+            Track::Now(Box::new(live))
+        })
     }
 
     /// Brakes, and stands until it is resumed.
     pub fn hold(&mut self, now: f64) {
-        if let Some(live) = &mut self.live {
-            live.holds = true;
-            live.route.hold(now - live.epoch);
-        }
+        self.change(now, Change::Hold);
     }
 
     /// Goes on.
     pub fn resume(&mut self, now: f64) {
-        if let Some(live) = &mut self.live {
-            live.holds = false;
-            live.route.resume(now - live.epoch);
-        }
+        self.change(now, Change::Resume);
     }
 
     /// Brakes, and drops what is left.
     pub fn cancel(&mut self, now: f64) {
-        if let Some(live) = &mut self.live {
-            live.holds = false;
-            live.route.cancel(now - live.epoch);
-        }
+        self.change(now, Change::Cancel);
     }
 
     /// Other parts of the ordered speeds from now on.
     pub fn scale(&mut self, now: f64, scales: Scales) {
-        if let Some(live) = &mut self.live {
-            // Numbers within the range, always.
-            _ = live.route.scale(now - live.epoch, scales.feed);
-            _ = live.route.scale_rapids(now - live.epoch, scales.rapid);
+        self.change(now, Change::Scale(scales));
+    }
+
+    fn change(&mut self, now: f64, change: Change) {
+        match &mut self.track {
+            Some(Track::Now(live)) => live.change(now - live.epoch, change),
+            Some(Track::Fed(fed)) => fed.wanted.push(change),
+            None => {}
         }
     }
 
     /// The next step that is due by now.
     pub fn next(&mut self, now: f64) -> Option<Due> {
-        loop {
-            let live = self.live.as_mut()?;
-            if let Some(RouteStep { time, axis, forward }) = live.ahead {
-                let time = live.epoch + time;
-                if time > now {
-                    live.forget(now);
-                    return None;
-                }
-                live.ahead = None;
-                self.at[axis] += if forward { 1 } else { -1 };
-                return Some(Due { time, axis, forward });
+        let due = match self.track.as_mut()? {
+            Track::Now(live) => live.due(now),
+            Track::Fed(fed) => {
+                let epoch = fed.lead.behind().epoch;
+                let due = fed.lead.pass(now - epoch);
+                due.map(|step| Due { time: epoch + step.time, ..Due::from(step) })
             }
-            live.ahead = live.route.next();
-            if live.ahead.is_some() {
-                continue;
-            }
-            let end = live.epoch + live.route.time();
-            if live.route.is_over() {
-                if now >= end {
-                    self.live = None;
-                }
-                return None;
-            }
-            live.forget(now);
-            if now < end || live.route.is_held() || !live.route.go_on() {
-                return None;
-            }
+        };
+        if let Some(due) = due {
+            self.at[due.axis] += if due.forward { 1 } else { -1 };
+        } else if self.track.as_ref().is_some_and(|track| track.is_over(now)) {
+            self.track = None;
         }
+        due
+    }
+
+    /// What comes next of a route that is fed: `late` goes on by what is known, and `rest` is the time
+    /// of the path up to which it may rest.
+    pub fn plan(&mut self, late: bool, rest: f64) -> Option<Coming> {
+        let Some(Track::Fed(fed)) = &mut self.track else { return None };
+        loop {
+            if let Some(step) = fed.lead.plan() {
+                return Some(Coming::Step(step));
+            }
+            let route = &fed.lead.ahead().route;
+            if route.is_over() || route.is_held() {
+                fed.known = fed.known.max(rest).max(route.time() + TAIL);
+                return Some(Coming::Rest(fed.known));
+            }
+            if !late {
+                return None;
+            }
+            fed.lead.obey(Order::GoOn);
+        }
+    }
+
+    /// Whether a route that is fed is to change; and if so, whether it brakes.
+    pub fn wants_change(&self) -> Option<bool> {
+        let Some(Track::Fed(fed)) = &self.track else { return None };
+        let brakes = |change: &Change| matches!(change, Change::Hold | Change::Cancel);
+        if fed.wanted.is_empty() { None } else { Some(fed.wanted.iter().all(brakes)) }
+    }
+
+    /// It changes from this time of the path on, behind this many steps.
+    pub fn change_from(&mut self, time: f64, steps: u64) {
+        let Some(Track::Fed(fed)) = &mut self.track else { return };
+        fed.open = std::mem::take(&mut fed.wanted);
+        let orders: Vec<Order> =
+            fed.open.iter().map(|change| Order::Change(time, *change)).collect();
+        fed.lead.cut(steps, &orders);
+        fed.known = time;
+    }
+
+    /// Whether the change from that time on was made.
+    pub fn changed(&mut self, made: bool) {
+        let Some(Track::Fed(fed)) = &mut self.track else { return };
+        if made {
+            fed.lead.keep_cut();
+            fed.open.clear();
+        } else {
+            fed.lead.undo_cut();
+            let wanted = std::mem::take(&mut fed.wanted);
+            fed.wanted = fed.open.drain(..).chain(wanted).collect();
+        }
+    }
+
+    /// Nothing of it is left, and the axes are there.
+    pub fn drop_at(&mut self, at: [i64; 3]) {
+        (self.track, self.at) = (None, at);
+    }
+}
+
+/// What comes next of a route.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coming {
+    /// A step, at its time in s after the start of the route.
+    Step(RouteStep),
+    /// No step before this time.
+    Rest(f64),
+}
+
+impl From<RouteStep> for Due {
+    fn from(step: RouteStep) -> Due {
+        Due { time: step.time, axis: step.axis, forward: step.forward }
+    }
+}
+
+impl Track {
+    /// Whether nothing of it is left.
+    fn is_over(&self, now: f64) -> bool {
+        let live = self.here();
+        let fed = match self {
+            Track::Now(_) => true,
+            Track::Fed(fed) => {
+                fed.lead.done() == fed.lead.made() && fed.wanted.is_empty() && fed.open.is_empty()
+            }
+        };
+        fed && live.ahead.is_none() && live.route.is_over() && now >= live.epoch + live.route.time()
+    }
+}
+
+impl Planned for Live {
+    type Order = Order;
+
+    fn step(&mut self) -> Option<RouteStep> {
+        let step = self.route.next();
+        if let Some(step) = step {
+            self.forget(step.time);
+        }
+        step
+    }
+
+    fn obey(&mut self, order: &Order) {
+        match order {
+            Order::Travel { part, line, spindle } => {
+                let added = self.route.travel(part);
+                let rapid = matches!(part.kind, MoveKind::Rapid);
+                let end = self.route.length();
+                let tool =
+                    ToolState { spindle: *spindle, rapid, feed: *added.as_ref().unwrap_or(&0.0) };
+                if added.is_ok() {
+                    self.blocks.push_back(Block { end, line: *line, tool });
+                }
+                self.added = added.map(|_| ());
+            }
+            Order::GoOn => _ = self.route.go_on(),
+            Order::Rest(until) => _ = self.route.dwell(until - self.route.time()),
+            Order::Change(at, change) => self.change(*at, *change),
+        }
+    }
+
+    fn stays(order: &Order) -> bool {
+        !matches!(order, Order::GoOn)
     }
 }
 
 impl Live {
-    /// Leaves the moves behind that are over.
-    fn forget(&mut self, now: f64) {
-        let (here, _) = self.route.along(now - self.epoch);
+    /// From this time of the path on.
+    fn change(&mut self, at: f64, change: Change) {
+        match change {
+            Change::Hold => {
+                self.holds = true;
+                self.route.hold(at);
+            }
+            Change::Resume => {
+                self.holds = false;
+                self.route.resume(at);
+            }
+            Change::Cancel => {
+                self.holds = false;
+                self.route.cancel(at);
+            }
+            Change::Scale(scales) => {
+                // Numbers within the range, always.
+                _ = self.route.scale(at, scales.feed);
+                _ = self.route.scale_rapids(at, scales.rapid);
+            }
+        }
+    }
+
+    /// The next step that is due by now.
+    fn due(&mut self, now: f64) -> Option<Due> {
+        loop {
+            if let Some(step) = self.ahead {
+                let time = self.epoch + step.time;
+                if time > now {
+                    self.forget(now - self.epoch);
+                    return None;
+                }
+                self.ahead = None;
+                return Some(Due { time, ..Due::from(step) });
+            }
+            self.ahead = self.route.next();
+            if self.ahead.is_some() {
+                continue;
+            }
+            let end = self.epoch + self.route.time();
+            if self.route.is_over() {
+                return None;
+            }
+            self.forget(now - self.epoch);
+            if now < end || self.route.is_held() || !self.route.go_on() {
+                return None;
+            }
+        }
+    }
+
+    /// Leaves the moves behind that are over at this time of the path.
+    fn forget(&mut self, time: f64) {
+        let (here, _) = self.route.along(time);
         while self.blocks.front().is_some_and(|block| block.end <= here) {
             self.blocks.pop_front();
         }
@@ -236,19 +478,20 @@ impl Live {
 }
 
 /// Overrides: parts of what is ordered.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scales {
     pub feed: f64,
     pub rapid: f64,
 }
 
 fn axes(settings: &GrblSettings) -> [AxisPace; 3] {
-    let [steps, speed, accel, jump] = [100, 110, 120, 140].map(|number| settings.axes(number));
+    let [steps, speed, accel, jump, jerk] =
+        [100, 110, 120, 140, 150].map(|number| settings.axes(number));
     std::array::from_fn(|axis| AxisPace {
         step: 1.0 / steps[axis],
         speed: speed[axis] / 60.0,
         accel: accel[axis],
         jump: jump[axis] / 60.0,
-        jerk: f64::INFINITY,
+        jerk: if jerk[axis] > 0.0 { jerk[axis] } else { f64::INFINITY },
     })
 }

@@ -146,6 +146,10 @@ impl<M: GrblMachine> Grbl<M> {
         let plain = |byte: u8| byte.is_ascii_digit() || b"+-.".contains(&byte);
         let value = value.parse::<f64>().ok().filter(|_| value.bytes().all(plain));
         let Some(value) = value else { return self.error(2) };
+        // A board that is fed has no switches for homing, and no laser.
+        if self.motion.fed && matches!(number, 22 | 32) && value != 0.0 {
+            return self.error(3);
+        }
         match self.settings.set(number, value) {
             Ok(()) => {
                 // Steps are kept where millimetres become others.

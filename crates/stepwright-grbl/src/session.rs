@@ -396,11 +396,16 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// ^X
-    fn reset(&mut self) {
+    /// What was said and not obeyed is dropped.
+    pub(crate) fn forget_lines(&mut self) {
         self.rx.clear();
         self.line = Line::default();
         self.cancelled = 0;
+    }
+
+    /// ^X
+    fn reset(&mut self) {
+        self.forget_lines();
         if self.state == State::Home {
             self.brake(After::Alarm(6));
             return;
@@ -458,7 +463,7 @@ impl<M: GrblMachine> Grbl<M> {
 
     pub(crate) fn alarm(&mut self, number: u8) {
         self.faults += 1;
-        let critical = matches!(number, 1 | 2);
+        let critical = matches!(number, 1..=3);
         self.state = State::Alarm { critical };
         self.drop_all();
         self.find_place();

@@ -1,4 +1,4 @@
-//! The settings `$0` to `$142`: ranges, defaults, and how they are written.
+//! The settings `$0` to `$152`: ranges, defaults, and how they are written.
 
 use std::fmt::Write;
 
@@ -30,8 +30,8 @@ const fn row(number: u8, kind: Kind, default: f64) -> Row {
 /// All of them in the order in which `$$` prints them.
 ///
 /// `$140` to `$142` are not grbl's: how much the speed of an axis may jump at a corner, which is the
-/// start speed of its motor.
-const TABLE: [Row; 37] = [
+/// start speed of its motor. Nor are `$150` to `$152`: the limit of its jerk in mm/s³; 0 is none.
+const TABLE: [Row; 40] = [
     row(0, Kind::Whole(255), 10.0),
     row(1, Kind::Whole(255), 25.0),
     row(2, Kind::Whole(255), 0.0),
@@ -69,6 +69,9 @@ const TABLE: [Row; 37] = [
     row(140, Kind::Positive, 100.0),
     row(141, Kind::Positive, 100.0),
     row(142, Kind::Positive, 100.0),
+    row(150, Kind::Number, 0.0),
+    row(151, Kind::Number, 0.0),
+    row(152, Kind::Number, 0.0),
 ];
 
 /// The largest value of a number with a point.

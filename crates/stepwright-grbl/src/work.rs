@@ -52,7 +52,13 @@ enum Progress {
 impl<M: GrblMachine> Grbl<M> {
     /// A line of G-code, without blanks and comments.
     pub(crate) fn gcode(&mut self, text: &[u8]) {
+        let was = self.reader;
+        let probes = |effect| matches!(effect, Effect::Move(part) if is_probe(&part));
         match self.read(text) {
+            Ok(block) if self.motion.fed && block.effects().any(probes) => {
+                self.reader = was;
+                self.refuse(20);
+            }
             Ok(block) => self.begin(block, false, Answer::Ok),
             Err(number) => self.refuse(number),
         }
@@ -289,6 +295,10 @@ impl<M: GrblMachine> Grbl<M> {
             other => other,
         }
     }
+}
+
+const fn is_probe(part: &Move) -> bool {
+    matches!(part.kind, MoveKind::Probe(..))
 }
 
 /// Whether a line has words of a jog alone: F, N, axes, G20, G21, G53, G90, G91.

@@ -27,7 +27,7 @@ use crate::brake::{BrakeLaw, Braking};
 use crate::credit::Credit;
 use crate::frame::Kind;
 use crate::link::{Came, FrameLink};
-use crate::record::{self, AXES, Trail};
+use crate::record::{self, AXES, RecordAct, Trail};
 
 /// A frame is opened this many 2¹⁶ ticks before its first record starts, and up to one more.
 pub const AHEAD: u8 = 3;
@@ -44,12 +44,15 @@ const LEASE: u8 = 8;
 #[derive(Debug)]
 struct Lane {
     trail: Trail,
+    /// It faces backward, and a stream begins forward: its first record turns it.
+    turns: bool,
     law: BrakeLaw,
     braking: Braking,
 }
 
 impl Lane {
-    const NONE: Lane = Lane { trail: Trail::NONE, law: BrakeLaw::NONE, braking: Braking::NONE };
+    const NONE: Lane =
+        Lane { trail: Trail::NONE, turns: false, law: BrakeLaw::NONE, braking: Braking::NONE };
 }
 
 /// What a board does with a stream. `Q` entries are queued for each axis, `LEN` bytes of frames.
@@ -257,10 +260,11 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         self.set_up = true;
         self.link.fifo().cut(0);
         let mut bytes = self.link.small().iter().copied();
-        for lane in &mut self.lanes {
+        for (axis, lane) in (0..).zip(&mut self.lanes) {
             let mut law = [0; BrakeLaw::LEN];
             law.fill_with(|| bytes.next().unwrap_or(0));
-            *lane = Lane { law: BrakeLaw::from_bytes(law), ..Lane::NONE };
+            let turns = !self.engine.is_forward(axis);
+            *lane = Lane { turns, law: BrakeLaw::from_bytes(law), ..Lane::NONE };
         }
         (self.opened, self.left, self.flags, self.lease, self.epoch) = (0, 0, 0, 0, 0);
         (self.ended, self.closed) = (false, true);
@@ -409,9 +413,12 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         }
         let before = fifo.used();
         fifo.read();
-        let record = record::decode(head, &mut lane.trail, || fifo.read());
+        let mut record = record::decode(head, &mut lane.trail, || fifo.read());
         let took = before.wrapping_sub(fifo.used()) as u8;
-        if took > self.left || !record.is_playable(self.least) {
+        if let RecordAct::Wait { turn, .. } = &mut record.act {
+            *turn ^= core::mem::replace(&mut lane.turns, false);
+        }
+        if took > self.left || lane.turns || !record.is_playable(self.least) {
             lane.trail.moves = false;
             self.flags |= Credit::WRONG;
             self.stop();

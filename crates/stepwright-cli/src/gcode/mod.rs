@@ -16,7 +16,7 @@ pub mod drawing;
 mod facts;
 pub mod live;
 mod play;
-mod port;
+pub mod port;
 mod thin;
 
 use std::fs::File;

@@ -177,7 +177,7 @@ fn feed(
 }
 
 /// Waits until nothing moves any more.
-fn at_rest(session: &mut Session, name: &str) -> Result<(), Failure> {
+pub fn at_rest(session: &mut Session, name: &str) -> Result<(), Failure> {
     let end = session.now() + REST;
     let mut told = false;
     while ask(session, b"F")? != "R" {
@@ -211,7 +211,7 @@ fn off(session: &mut Session, name: &str, state: FeedState) -> Failure {
 }
 
 /// Where all axes are.
-fn positions(session: &mut Session) -> Result<[Option<i64>; 3], Failure> {
+pub fn positions(session: &mut Session) -> Result<[Option<i64>; 3], Failure> {
     let mut position = [None; 3];
     for (axis, place) in (b'1'..).zip(&mut position) {
         *place = ask(session, &[b'V', axis])?.parse().ok();
@@ -220,7 +220,7 @@ fn positions(session: &mut Session) -> Result<[Option<i64>; 3], Failure> {
 }
 
 /// An answer to a text line.
-fn ask(session: &mut Session, line: &[u8]) -> Result<String, Failure> {
+pub fn ask(session: &mut Session, line: &[u8]) -> Result<String, Failure> {
     let name = session.name();
     for _ in 0..3 {
         let answer = session.say(line).map_err(|trouble| target::lost(&name, &trouble))?;
@@ -234,7 +234,7 @@ fn ask(session: &mut Session, line: &[u8]) -> Result<String, Failure> {
 }
 
 /// The number behind a word of the answer to `?`.
-fn word(about: &str, name: &str) -> Option<u64> {
+pub fn word(about: &str, name: &str) -> Option<u64> {
     about.split(' ').find_map(|word| word.strip_prefix(name))?.parse().ok()
 }
 

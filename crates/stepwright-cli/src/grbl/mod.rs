@@ -1,5 +1,6 @@
 //! `stepwright grbl`: a machine that any G-code sender can drive.
 
+mod fed;
 mod wire;
 
 use std::net::SocketAddr;
@@ -10,7 +11,9 @@ use stepwright_grbl::{Grbl, VirtualMill};
 
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
+use crate::order::target::PortArgs;
 use crate::{files, say};
+use fed::Fed;
 use wire::Wire;
 
 /// From look to look, while an axis moves and while none does.
@@ -22,8 +25,9 @@ const UNHEARD: usize = 256 * 1024;
 /// The largest file of kept values.
 const KEPT: usize = 64 * 1024;
 
-/// Run a virtual machine that any G-code sender can drive, by grbl 1.1's protocol
+/// Run a machine that any G-code sender can drive, by grbl 1.1's protocol
 ///
+/// Its motors are virtual, or those of a board with the program `stream`.
 /// It plans ahead over 128 moves, and its speed at corners is that which the motors
 /// can start with. A hold, a reset and a limit brake along the path; no position is lost.
 #[derive(clap::Args)]
@@ -32,23 +36,30 @@ const KEPT: usize = 64 * 1024;
 --tcp     The first line is `tcp ADDRESS`: a sender that connects over a network.
 --stdio   Lines on standard input are answered on standard output; at the end of
           the input the machine runs to rest, and its position is said.
+--port    The motors of an Uno, a Nano or a Mega with the program `stream`
+          (`stepwright flash uno --program stream`), or of
+          `stepwright board --pty --program stream`. Without homing, probe and laser;
+          $21=1 watches the board's switches.
 Ctrl-C brakes and ends it.
 
 Settings are grbl's ($$ lists them); $140 to $142 are ours: the start speed of the
-motor of each axis, in mm/min. After an error, lines are refused with error:9 until
+motor of each axis, in mm/min; $150 to $152 the limit of its jerk in mm/s³. After an error, lines are refused with error:9 until
 a quarter of a second passes without one: what a sender has sent ahead would be a
 job without a part. --after-error go-on is grbl's way.
 
 Examples:
   stepwright grbl --pty
   stepwright grbl --pty --keep mill.txt --limit X:0 --limit Y:0 --limit Z:0
+  stepwright grbl --pty --port /dev/ttyACM0
   stepwright grbl --tcp 127.0.0.1:2323
   printf 'G21 G91 G1 X10 F600\\nY10\\n' | stepwright grbl --stdio --fast")]
 pub struct Args {
     #[command(flatten)]
     way: Way,
+    #[command(flatten)]
+    port: PortArgs,
     /// Let time pass as fast as the machine can while something moves
-    #[arg(long)]
+    #[arg(long, conflicts_with = "port")]
     fast: bool,
     /// Keep settings, work offsets and start-up lines in this file
     #[arg(long, value_name = "FILE")]
@@ -59,11 +70,11 @@ pub struct Args {
     /// A limit switch that an axis closes here and beyond, in steps from where it
     /// is switched on: X:2000 upwards from 2000, Z:-300 downwards from -300
     #[arg(long, value_name = "AXIS:PLACE", value_parser = limit, help_heading = "The machine")]
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, conflicts_with = "port")]
     limit: Vec<(usize, i64)>,
     /// A probe that has contact where Z is here or below, in steps
     #[arg(long, value_name = "PLACE", value_parser = probe, help_heading = "The machine")]
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, conflicts_with = "port")]
     probe: Option<i64>,
 }
 
@@ -109,6 +120,11 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 /// Is the machine until the line ends, or Ctrl-C.
 pub fn run(args: Args) -> Result<(), Failure> {
     let mut grbl = Grbl::new(machine(&args));
+    let mut fed = None;
+    if args.port.port.is_some() {
+        grbl = grbl.fed();
+        fed = Some(Fed::open(&args.port)?);
+    }
     if args.after_error == AfterError::GoOn {
         grbl = grbl.with_errors_passed();
     }
@@ -119,6 +135,11 @@ pub fn run(args: Args) -> Result<(), Failure> {
                 .hint("mend the line, or remove the file to begin with the defaults")
         };
         grbl.restore(&kept).map_err(wrong)?;
+        let beyond = [22, 32].into_iter().find(|number| grbl.settings().is_on(*number));
+        if let Some(number) = beyond.filter(|_| fed.is_some()) {
+            let failure = Failure::new(format!("{} has ${number}=1", path.display()));
+            return Err(failure.hint("a board that plays streams has neither homing nor a laser"));
+        }
     }
     if let Some(path) = args.keep.as_deref() {
         // Said before anything moves.
@@ -133,7 +154,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
         _ => return Err(Failure::new("this system has no pseudo-terminals").hint("use --tcp")),
     };
     let kept = Kept { path: args.keep, last: grbl.kept(), failed: false };
-    Served { grbl, wire, clock: Clock::new(args.fast), unheard: Vec::new(), kept }.serve()
+    let clock = Clock::new(args.fast);
+    Served { grbl, wire, clock, fed, unheard: Vec::new(), kept }.serve()
 }
 
 fn machine(args: &Args) -> VirtualMill {
@@ -165,6 +187,7 @@ struct Served {
     grbl: Grbl<VirtualMill>,
     wire: Wire,
     clock: Clock,
+    fed: Option<Fed>,
     /// Answers that the line has yet to take.
     unheard: Vec<u8>,
     kept: Kept,
@@ -198,13 +221,22 @@ impl Kept {
 }
 
 impl Served {
+    fn now(&self) -> f64 {
+        self.fed.as_ref().map_or_else(|| self.clock.now(), Fed::now)
+    }
+
+    /// Whether something moves, or a board still has what moves it.
+    fn is_moving(&self) -> bool {
+        self.grbl.is_moving() || self.fed.as_ref().is_some_and(Fed::is_busy)
+    }
+
     fn serve(mut self) -> Result<(), Failure> {
         let mut ended = false;
-        while !(interrupt::asked() || ended && !self.grbl.is_moving()) {
+        while !(interrupt::asked() || ended && !self.is_moving()) {
             if !ended && self.pass(false)? {
                 ended = true;
                 // The last line may have no end of its own.
-                self.grbl.finish_line(self.clock.now());
+                self.grbl.finish_line(self.now());
                 self.answer(false)?;
             } else if ended {
                 self.pass(true)?;
@@ -221,6 +253,12 @@ impl Served {
         self.kept.write(self.grbl.kept());
         let [x, y, z] = self.grbl.position();
         say::note(format_args!("position {x} {y} {z} steps"));
+        if let Some(fed) = &mut self.fed {
+            let (places, late) = fed.tells()?;
+            let places =
+                places.map(|place| place.map_or("?".to_owned(), |place| place.to_string()));
+            say::note(format_args!("board {}, late steps {late}", places.join(" ")));
+        }
         if asked && matches!(self.wire, Wire::Stdio { .. }) {
             return Err(Failure::interrupted("interrupted: the motors stand"));
         }
@@ -238,15 +276,24 @@ impl Served {
 
     /// A look at the line, and a slice of time; whether the line has ended.
     fn pass(&mut self, ended: bool) -> Result<bool, Failure> {
+        if let Some(fed) = &mut self.fed {
+            fed.dead = interrupt::presses() >= 2;
+            if let Err(failure) = fed.turn(&mut self.grbl) {
+                self.answer(false)?;
+                // The sender hears the alarm before the port is gone.
+                std::thread::sleep(Duration::from_millis(300));
+                return Err(failure);
+            }
+        }
         let moves = self.grbl.is_moving();
         let slice = if moves { LOOKS.0 } else { LOOKS.1 };
         let hurries = moves && self.clock.skipped.is_some();
-        let wait = if hurries { Duration::ZERO } else { slice };
+        let wait = if hurries || self.fed.is_some() { Duration::ZERO } else { slice };
         let heard = self.wire.hear(wait, ended)?;
         if let Some(skipped) = self.clock.skipped.as_mut().filter(|_| hurries) {
             *skipped += slice.as_secs_f64();
         }
-        let now = self.clock.now();
+        let now = self.now();
         if heard.came {
             // Neither half a line nor answers of the one before.
             self.grbl.hang_up();
@@ -279,13 +326,19 @@ impl Served {
 
     /// Comes to rest, as by a reset.
     fn brake(&mut self) -> Result<(), Failure> {
-        if self.grbl.is_moving() {
+        if self.is_moving() {
             say::note(interrupt::braking());
         }
-        self.grbl.receive(self.clock.now(), b"\x18");
-        while self.grbl.is_moving() && interrupt::presses() < 2 {
+        self.grbl.receive(self.now(), b"\x18");
+        while self.is_moving() && interrupt::presses() < 2 {
             self.pass(true)?;
         }
-        Ok(())
+        match &mut self.fed {
+            Some(fed) if interrupt::presses() >= 2 => {
+                fed.dead = true;
+                fed.turn(&mut self.grbl)
+            }
+            _ => Ok(()),
+        }
     }
 }

@@ -1,0 +1,232 @@
+//! The motors of a board that plays streams.
+
+use std::time::Duration;
+
+use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
+use stepwright_grbl::{Coming, Grbl, GrblSettings, VirtualMill};
+use stepwright_host::Session;
+use stepwright_host::link::serial::Share;
+use stepwright_stream::brake::BrakeLaw;
+use stepwright_stream::frame::FILL;
+use stepwright_stream::send::LinkTimes;
+
+use crate::failure::Failure;
+use crate::gcode::port::{ask, at_rest, positions, word};
+use crate::order::target::{self, PortArgs};
+use crate::{programs, say};
+
+/// Between two looks at the line.
+const LOOK: Duration = Duration::from_millis(1);
+/// What is sent before it is played, in µs, as far as the board has the room.
+const AHEAD: u32 = 500_000;
+/// What a sender says in one breath is planned together.
+const BREATH: Duration = Duration::from_millis(30);
+/// With less than this ahead of the board, in s, it goes on by what is known.
+const LATE: f64 = 0.45;
+/// What rests is told so for this long, in s.
+const REST: f64 = 0.25;
+/// So long nothing comes from a board that has nothing to say.
+const QUIET: Duration = Duration::from_millis(20);
+/// Alarms: a switch has closed; and what the board has left or lost.
+const LIMIT: u8 = 1;
+const LOST: u8 = 3;
+
+/// A board.
+pub struct Fed {
+    session: Session,
+    name: String,
+    hz: u32,
+    baud: u32,
+    /// What the board counts where the machine's zero is.
+    zero: [i64; 3],
+    run: Option<Run>,
+    /// Seconds of the session, and the link's time at the last look.
+    now: f64,
+    seen: Duration,
+    /// It is to be stopped dead.
+    pub dead: bool,
+}
+
+/// A run that is fed.
+struct Run {
+    number: u64,
+    feeder: StreamFeeder,
+    begun: Duration,
+    /// The session's time when it began.
+    base: f64,
+    /// Seconds of it that are planned.
+    planned: f64,
+    changes: bool,
+}
+
+impl Fed {
+    /// Opens the port. The place where the board stands is the machine's zero.
+    pub fn open(port: &PortArgs) -> Result<Fed, Failure> {
+        let mut session = port.open("grbl", Share::Alone)?;
+        // A board that somebody has left in the middle of a frame hears nothing else.
+        let _ = session.link().write(&[FILL; 4]);
+        let about = target::met_program(&mut session, programs::STREAM, |_| "stream")?;
+        let name = session.name();
+        let hz = word(&about, "hz=").and_then(|hz| u32::try_from(hz).ok()).unwrap_or(16_000_000);
+        at_rest(&mut session, &name)?;
+        let places = positions(&mut session)?;
+        let [Some(x), Some(y), Some(z)] = places else {
+            return Err(Failure::new(format!("{name} does not know where its axes are"))
+                .hint("`I` at a terminal makes the present place 0"));
+        };
+        if [x, y, z] != [0; 3] {
+            say::note(format_args!("{name} is at {x} {y} {z}: that is the machine's zero"));
+        }
+        let seen = session.now();
+        let zero = [x, y, z];
+        Ok(Fed { session, name, hz, baud: port.baud, zero, run: None, now: 0.0, seen, dead: false })
+    }
+
+    /// Seconds of the session.
+    pub fn now(&self) -> f64 {
+        self.now
+    }
+
+    /// Whether the board has a run.
+    pub fn is_busy(&self) -> bool {
+        self.run.is_some()
+    }
+
+    /// Feeds the board, and hears it for a millisecond.
+    ///
+    /// # Errors
+    /// The board is lost: the session has its alarm.
+    pub fn turn(&mut self, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
+        if self.dead {
+            let _ = self.session.link().write(b"K\r");
+            return Err(Failure::interrupted("killed: the positions of axes that moved are lost"));
+        }
+        let done = self.look(grbl);
+        done.inspect_err(|_| {
+            grbl.off_path(grbl.position(), LOST, "Board lost: it brakes by itself");
+        })
+    }
+
+    fn look(&mut self, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
+        let mut buffer = [0; 256];
+        let name = &self.name;
+        let gone = |error: std::io::Error| {
+            Failure::new(format!("{name}: {error}"))
+                .hint("the board plays what it has, and brakes by itself: its position stays known")
+        };
+        let count = self.session.link().read(&mut buffer, LOOK).map_err(gone)?;
+        let now = self.session.now();
+        let since = now.saturating_sub(self.seen).as_secs_f64();
+        self.seen = now;
+        let heard = buffer.get(..count).unwrap_or_default();
+        let Some(run) = &mut self.run else {
+            match grbl.run() {
+                Some(number) => self.run = Some(self.begin(number, now, grbl.settings())),
+                None => self.now += since,
+            }
+            return Ok(());
+        };
+        let micros = now.saturating_sub(run.begun).as_micros() as u64;
+        run.feeder.hear(heard, micros);
+        let late = run.feeder.was_late();
+        if run.changes && (late || !run.feeder.is_cutting()) {
+            run.changes = false;
+            grbl.changed(!late);
+        }
+        let here = run.feeder.now(micros).max(0.0);
+        self.now = self.now.max(run.base + here);
+        let mine = grbl.run() == Some(run.number);
+        if mine
+            && let Some(brakes) = grbl.wants_change()
+            && let Some(cut) = run.feeder.cut(micros, brakes)
+        {
+            (run.changes, run.planned) = (true, cut.time);
+            grbl.change_from(cut.time, cut.steps);
+        }
+        while run.feeder.wants() {
+            let fills = run.feeder.state() == FeedState::Filling;
+            let breath = now.saturating_sub(run.begun) > BREATH;
+            let late = if fills { breath } else { run.planned < here + LATE };
+            match grbl.plan(late, here + REST).filter(|_| mine) {
+                Some(Coming::Step(step)) => {
+                    run.planned = step.time;
+                    run.feeder.step(step.axis, step.time, step.forward);
+                }
+                Some(Coming::Rest(until)) => {
+                    run.planned = until;
+                    run.feeder.know(until);
+                    // The way is shorter than what is sent ahead.
+                    run.feeder.begin();
+                    break;
+                }
+                None if mine => break,
+                None => run.feeder.end(run.planned),
+            }
+        }
+        let bytes = run.feeder.bytes(micros);
+        if !bytes.is_empty() {
+            self.session.link().write(&bytes).map_err(gone)?;
+        }
+        let state = run.feeder.state();
+        if state.is_end() { self.ended(state, grbl) } else { Ok(()) }
+    }
+
+    fn begin(&self, number: u64, now: Duration, settings: &GrblSettings) -> Run {
+        let [steps, accel] = [100, 120].map(|first| [0, 1, 2].map(|n| settings.get(first + n)));
+        let brakes = [0, 1, 2].map(|n| {
+            let thousandths = (accel[n] * steps[n] * 1_000.0).floor() as u64;
+            BrakeLaw::of(thousandths, self.hz).unwrap_or(BrakeLaw::NONE)
+        });
+        let terms = FeedTerms {
+            hz: self.hz,
+            times: LinkTimes::of_baud(self.baud),
+            ahead: AHEAD,
+            inputs: if settings.is_on(21) { 0b111 } else { 0 },
+            ..FeedTerms::avr(brakes)
+        };
+        let feeder = StreamFeeder::new(terms, 0);
+        Run { number, feeder, begun: now, base: self.now, planned: 0.0, changes: false }
+    }
+
+    /// The board has come to the end of a run, or has left it.
+    fn ended(&mut self, state: FeedState, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
+        self.run = None;
+        self.drain()?;
+        if state == FeedState::Lost {
+            return Err(Failure::new(format!("{} does not answer any more", self.name)).hint(
+                "what it has is played, and then it brakes; `stepwright grbl` again tells where it is",
+            ));
+        }
+        let name = self.name.clone();
+        at_rest(&mut self.session, &name)?;
+        // What it said of its rest.
+        self.drain()?;
+        let places = positions(&mut self.session)?;
+        self.seen = self.session.now();
+        let counted = [0, 1, 2].map(|n| places[n].map(|place| place - self.zero[n]));
+        let at = [0, 1, 2].map(|n| counted[n].unwrap_or(grbl.position()[n]));
+        match state {
+            FeedState::Over if at == grbl.position() => {}
+            FeedState::Tripped => grbl.off_path(at, LIMIT, "Switch closed: braked, place known"),
+            FeedState::Over => grbl.off_path(at, LOST, "Board counts another place"),
+            FeedState::Wrong => grbl.off_path(at, LOST, "Board refused a record, place known"),
+            _ => grbl.off_path(at, LOST, "Board ran short: braked off the path, place known"),
+        }
+        Ok(())
+    }
+
+    /// Leaves out what the board says of its frames: a part of that could be taken for a line.
+    fn drain(&mut self) -> Result<(), Failure> {
+        let mut buffer = [0; 256];
+        let gone = |error| Failure::new(format!("{}: {error}", self.name));
+        while self.session.link().read(&mut buffer, QUIET).map_err(gone)? != 0 {}
+        Ok(())
+    }
+
+    /// The positions and the late steps, as the board tells.
+    pub fn tells(&mut self) -> Result<([Option<i64>; 3], u64), Failure> {
+        let places = positions(&mut self.session)?;
+        let about = ask(&mut self.session, b"?")?;
+        Ok((places, word(&about, "late=").unwrap_or(0)))
+    }
+}

@@ -1,0 +1,153 @@
+//! `grbl --port` on `board --pty --program stream`: the motors of a board, under a sender.
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{self, Receiver};
+use std::time::{Duration, Instant};
+
+fn stepwright() -> Command {
+    let built = env!("CARGO_BIN_EXE_stepwright").to_owned();
+    Command::new(std::env::var("STEPWRIGHT_COMMAND").unwrap_or(built))
+}
+
+struct PtyBoard(Child, String);
+
+impl PtyBoard {
+    fn new(program: &str) -> PtyBoard {
+        let mut board = stepwright()
+            .args(["board", "--pty", "--program", program])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(board.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+        let path = line.trim().strip_prefix("pty ").unwrap().to_owned();
+        PtyBoard(board, path)
+    }
+}
+
+impl Drop for PtyBoard {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A sender on standard input and output.
+struct Sender {
+    child: Child,
+    input: Option<ChildStdin>,
+    lines: Receiver<String>,
+}
+
+impl Sender {
+    fn new(board: &PtyBoard) -> Sender {
+        let mut child = stepwright()
+            .args(["grbl", "--stdio", "--port", &board.1])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (tell, lines) = mpsc::channel();
+        let out = BufReader::new(child.stdout.take().unwrap());
+        std::thread::spawn(move || {
+            for line in out.lines().map_while(Result::ok) {
+                if tell.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        let mut sender = Sender { input: child.stdin.take(), child, lines };
+        sender.hear("Grbl 1.1h");
+        for line in ["$100=80", "$101=80", "$110=6000", "$111=6000", "$120=500", "$121=500"] {
+            sender.say(&format!("{line}\n"));
+            sender.hear("ok");
+        }
+        sender
+    }
+
+    fn say(&mut self, text: &str) {
+        let input = self.input.as_mut().unwrap();
+        input.write_all(text.as_bytes()).unwrap();
+        input.flush().unwrap();
+    }
+
+    /// The next line that has this in it.
+    fn hear(&mut self, wanted: &str) -> String {
+        let end = Instant::now() + Duration::from_secs(30);
+        let mut heard = Vec::new();
+        loop {
+            let line = self.lines.recv_timeout(end.saturating_duration_since(Instant::now()));
+            let Ok(line) = line else { panic!("no {wanted} in {heard:?}") };
+            if line.contains(wanted) {
+                return line;
+            }
+            heard.push(line);
+        }
+    }
+
+    /// Asks until the report has this in it.
+    fn report(&mut self, wanted: &str) -> String {
+        let end = Instant::now() + Duration::from_secs(30);
+        loop {
+            self.say("?");
+            let line = self.hear("<");
+            if line.contains(wanted) {
+                return line;
+            }
+            assert!(Instant::now() < end, "{line} is not {wanted}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// What is said at the end, on standard error.
+    fn end(mut self) -> String {
+        self.input = None;
+        let mut text = String::new();
+        self.child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+        self.child.wait().unwrap();
+        text
+    }
+}
+
+/// What a board that is fed can't do is refused. Motion is tried in simulated time:
+/// `stepwright-feeder/tests/grbl.rs`.
+#[test]
+fn homing_laser_and_probe_are_refused() {
+    let board = PtyBoard::new("stream");
+    let mut sender = Sender::new(&board);
+    for (line, answer) in [("$22=1", "error:3"), ("$32=1", "error:3"), ("$H", "error:5")] {
+        sender.say(&format!("{line}\n"));
+        assert_eq!(sender.hear("error"), answer, "{line}");
+    }
+    sender.say("G38.2 Z-1 F10\n");
+    assert_eq!(sender.hear("error"), "error:20");
+    let told = sender.end();
+    assert!(told.contains("board 0 0 0, late steps 0"), "{told}");
+}
+
+/// A board that vanishes is an alarm with its own words.
+#[test]
+fn a_board_that_vanishes_is_an_alarm() {
+    let board = PtyBoard::new("stream");
+    let mut sender = Sender::new(&board);
+    sender.say("G1 X100 F1000\n");
+    sender.report("<Run|MPos:1");
+    drop(board);
+    sender.hear("[MSG:Board lost");
+    sender.hear("ALARM:3");
+    let told = sender.end();
+    assert!(told.contains("its position stays known"), "{told}");
+}
+
+#[test]
+fn another_program_is_refused_with_the_remedy() {
+    let board = PtyBoard::new("slave");
+    let output = stepwright().args(["grbl", "--stdio", "--port", &board.1]).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("stepwright flash uno --program stream"), "{told}");
+}

@@ -1,0 +1,179 @@
+//! A sender's controller on a board that is fed, in simulated time: hold, resume, override, jog, reset,
+//! judged by the board's steps.
+
+mod common;
+
+use common::*;
+use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
+use stepwright_grbl::{Coming, Grbl, VirtualMill};
+use stepwright_sim::{Queues, StreamBoard};
+
+/// The machine, and what the command does for it.
+struct Mill<'q> {
+    grbl: Grbl<VirtualMill>,
+    board: StreamBoard<'q, Vec<stepwright_sim::Edge>>,
+    run: Option<(u64, StreamFeeder, u64, f64)>,
+    planned: f64,
+    changes: bool,
+    now: f64,
+    said: String,
+    states: Vec<FeedState>,
+}
+
+impl<'q> Mill<'q> {
+    fn new(queues: &'q mut Queues) -> Mill<'q> {
+        let grbl = Grbl::new(VirtualMill::default()).fed();
+        let board = board(queues);
+        let (said, states) = (String::new(), vec![]);
+        let mut mill =
+            Mill { grbl, board, run: None, planned: 0.0, changes: false, now: 0.0, said, states };
+        mill.say(
+            b"$100=80\n$101=80\n$102=80\n$110=6000\n$111=6000\n$120=500\n$121=500\n$122=500\nG21\n",
+        );
+        mill
+    }
+
+    fn say(&mut self, bytes: &[u8]) {
+        self.grbl.receive(self.now, bytes);
+    }
+
+    /// A millisecond.
+    fn turn(&mut self) {
+        self.board.run_until(self.board.now() + MILLIS);
+        let heard = self.board.take_answers();
+        let time = self.board.now();
+        match &mut self.run {
+            None => match self.grbl.run() {
+                Some(number) => {
+                    let terms = FeedTerms { ahead: 500_000, ..terms([40_000.0; 3]) };
+                    self.run = Some((number, StreamFeeder::new(terms, 0), time, self.now));
+                }
+                None => self.now += 1e-3,
+            },
+            Some((number, feeder, begun, base)) => {
+                let micros = (time - *begun) / 16;
+                feeder.hear(&heard, micros);
+                let late = feeder.was_late();
+                if self.changes && (late || !feeder.is_cutting()) {
+                    self.changes = false;
+                    self.grbl.changed(!late);
+                }
+                let here = feeder.now(micros).max(0.0);
+                self.now = self.now.max(*base + here);
+                let mine = self.grbl.run() == Some(*number);
+                if mine
+                    && let Some(brakes) = self.grbl.wants_change()
+                    && let Some(cut) = feeder.cut(micros, brakes)
+                {
+                    (self.changes, self.planned) = (true, cut.time);
+                    self.grbl.change_from(cut.time, cut.steps);
+                }
+                while feeder.wants() {
+                    let late = micros > 30_000 && self.planned < here + 0.45;
+                    match self.grbl.plan(late, here + 0.25).filter(|_| mine) {
+                        Some(Coming::Step(step)) => {
+                            self.planned = step.time;
+                            feeder.step(step.axis, step.time, step.forward);
+                        }
+                        Some(Coming::Rest(until)) => {
+                            self.planned = until;
+                            feeder.know(until);
+                            feeder.begin();
+                            break;
+                        }
+                        None if mine => break,
+                        None => feeder.end(self.planned),
+                    }
+                }
+                let bytes = feeder.bytes(micros);
+                self.board.receive(&bytes);
+                if feeder.state().is_end() {
+                    self.states.push(feeder.state());
+                    (self.run, self.planned) = (None, 0.0);
+                }
+            }
+        }
+        self.grbl.advance(self.now);
+        self.said += &String::from_utf8(self.grbl.take_answers()).unwrap();
+    }
+
+    fn pass(&mut self, millis: u32) {
+        (0..millis).for_each(|_| self.turn());
+    }
+
+    /// Until nothing moves, and the board rests.
+    fn rest(&mut self) {
+        let mut quiet = 0;
+        while quiet < 50 {
+            self.turn();
+            let moves = self.run.is_some() || self.grbl.run().is_some();
+            quiet = if moves { 0 } else { quiet + 1 };
+        }
+    }
+
+    fn report(&mut self) -> String {
+        self.said.clear();
+        self.say(b"?");
+        self.turn();
+        self.said[self.said.find('<').unwrap()..].lines().next().unwrap().to_owned()
+    }
+
+    /// The board is where the session is.
+    fn agree(&mut self) -> [i64; 3] {
+        let at = [0, 1, 2].map(|axis| self.board.position(axis).unwrap());
+        assert_eq!(at, self.grbl.position());
+        assert!(self.states.iter().all(|state| *state == FeedState::Over), "{:?}", self.states);
+        assert_eq!(self.board.late(), 0);
+        at
+    }
+}
+
+#[test]
+fn a_job_with_a_hold_and_an_override_ends_exactly() {
+    let mut queues = Queues::default();
+    let mut mill = Mill::new(&mut queues);
+    mill.say(b"G1 X40 F3000\nG2 X40 Y40 J20\nG1 X0 Y0\n");
+    mill.pass(500);
+    assert!(mill.report().starts_with("<Run|MPos:1"), "{}", mill.said);
+    mill.say(b"!");
+    // 50 ms to the brake, which takes 0.1 s.
+    mill.pass(150);
+    let held = mill.report();
+    assert!(held.starts_with("<Hold:0|"), "{held}");
+    let edges = mill.board.recorder().len();
+    mill.pass(400);
+    assert_eq!(
+        (mill.report()[..18].to_owned(), mill.board.recorder().len()),
+        (held[..18].to_owned(), edges)
+    );
+    mill.say(b"\x91~");
+    mill.pass(70);
+    assert!(mill.board.recorder().len() > edges + 20, "it goes on");
+    mill.rest();
+    assert_eq!(mill.agree(), [0; 3]);
+    // A dwell, and a run that begins where the last one has ended facing backward.
+    mill.say(b"G1 X5 F1000\nG4 P0.1\nG1 X2.5\nX10\n");
+    mill.rest();
+    assert_eq!(mill.agree(), [800, 0, 0]);
+    assert!(mill.report().starts_with("<Idle|MPos:10.000,0.000,0.000"));
+}
+
+#[test]
+fn a_jog_and_a_reset_brake_along_the_path() {
+    let mut queues = Queues::default();
+    let mut mill = Mill::new(&mut queues);
+    mill.say(b"$J=G91 X100 Y50 F3000\n");
+    mill.pass(700);
+    mill.say(b"\x85");
+    mill.rest();
+    let [x, y, _] = mill.agree();
+    assert!(x > 1_000 && x < 7_000 && (x - 2 * y).abs() <= 2, "{x} {y}");
+    mill.say(b"G91 G1 X-50 Y-25 F3000\n");
+    mill.pass(600);
+    mill.say(b"\x18");
+    mill.rest();
+    assert!(mill.said.contains("Grbl 1.1h"), "{}", mill.said);
+    let [x, y, _] = mill.agree();
+    assert!((x - 2 * y).abs() <= 3, "{x} {y}");
+    assert!(mill.report().starts_with("<Idle|"));
+}

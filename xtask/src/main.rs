@@ -38,6 +38,7 @@ mod rs274;
 mod senders;
 mod setup;
 mod shrink;
+mod silence;
 mod sim;
 mod small;
 mod stress;
@@ -71,6 +72,7 @@ enum Chore {
     Rs274(rs274::Rs274),
     Senders(senders::Senders),
     Setup(setup::Setup),
+    Silence(silence::Silence),
     Sim(sim::Sim),
     Stress(stress::Stress),
     Test(test::Test),
@@ -91,6 +93,7 @@ fn main() -> Result<()> {
         Chore::Rs274(rs274) => rs274.run(&ws()?),
         Chore::Senders(senders) => senders.run(&ws()?),
         Chore::Setup(setup) => setup.run(&ws()?),
+        Chore::Silence(silence) => silence.run(&ws()?),
         Chore::Sim(sim) => sim.run(&ws()?),
         Chore::Stress(stress) => stress.run(&ws()?),
         Chore::Test(test) => test.run(&ws()?),

@@ -44,7 +44,8 @@ pub struct FeedTerms {
     pub hz: u32,
     /// Steps keep to their times by this many ns, while there is enough ahead.
     pub tolerance: u32,
-    /// No more is sent ahead of what the board plays than this, in µs: at most 600,000.
+    /// No more is sent ahead of what the board plays than this, in µs. What its FIFO holds is the bound
+    /// as well: some 0.3 s of three busy axes on an Uno, 1.3 s on a Mega.
     pub ahead: u32,
     /// Without a whole frame for this long the board brakes, in ms; 0 for never. At most 2,040.
     pub lease: u32,
@@ -55,6 +56,8 @@ pub struct FeedTerms {
     pub brakes: [BrakeLaw; AXES],
     /// Inputs that stop: see [`Kind::Start`].
     pub inputs: u8,
+    /// Of these, the ones that stop when they open.
+    pub high: u8,
     /// Axes come this many ticks after one another, so that equal ones do not step at once.
     pub stagger: u32,
     /// No wait is shorter than this many ticks.
@@ -74,6 +77,7 @@ impl FeedTerms {
             axes: (1 << AXES) - 1,
             brakes,
             inputs: 0,
+            high: 0,
             stagger: 75,
             shortest: 72,
             times: LinkTimes::of_baud(115_200),
@@ -83,13 +87,22 @@ impl FeedTerms {
     fn ticks(&self, micros: u64) -> u64 {
         micros * u64::from(self.hz) / 1_000_000
     }
+
+    /// An axis without steps for this long is told to wait, in 2⁻⁸ ticks: it may rest then. A step
+    /// that comes earlier has to be known, so that a board which hears nothing more makes it.
+    fn patience(&self) -> u64 {
+        let taking_part = (0..).zip(&self.brakes).filter(|(axis, _)| self.axes >> axis & 1 != 0);
+        // One step behind an interval of 1/√(2a) an axis may rest: half the slowest one.
+        let slowest = taking_part.map(|(_, law)| u64::from(law.slowest())).max().unwrap_or(0);
+        fine(self.ticks(PATIENCE)).max(slowest / 2)
+    }
 }
 
 /// From the start to the path's, in ticks.
 const LEAD: u64 = 32_000;
 /// A frame's records begin within this, and those of several steps take no longer, in µs.
 const SPAN: u64 = 8_000;
-/// An axis without steps for this long is told to wait, in µs.
+/// An axis without steps for at least this long is told to wait, in µs.
 const PATIENCE: u64 = 40_000;
 /// Of what comes after a cut this much goes before all else is planned, in µs.
 const FIRST: u64 = 100_000;
@@ -138,6 +151,7 @@ struct Mark {
 #[derive(Debug)]
 pub struct StreamFeeder {
     terms: FeedTerms,
+    patience: u64,
     axes: [Option<AxisFeed>; AXES],
     packer: FramePacker,
     sender: FrameSender,
@@ -214,6 +228,7 @@ impl StreamFeeder {
             begins: false,
             said: Vec::new(),
             text: Vec::new(),
+            patience: terms.patience(),
             terms,
         }
     }
@@ -221,6 +236,11 @@ impl StreamFeeder {
     /// How far it is.
     pub fn state(&self) -> FeedState {
         self.state
+    }
+
+    /// Whether the board has taken all of the run, its end too: it needs nothing more.
+    pub fn has_ended(&self) -> bool {
+        self.ended && self.sender.is_empty()
     }
 
     /// How often frames were sent again.
@@ -242,8 +262,8 @@ impl StreamFeeder {
         {
             return false;
         }
-        let ahead = u64::from(self.terms.ahead) + 2 * SPAN + PATIENCE;
-        !self.over && self.known < self.played + fine(self.terms.ticks(ahead))
+        let ahead = fine(self.terms.ticks(u64::from(self.terms.ahead) + 2 * SPAN));
+        !self.over && self.known < self.played + ahead + self.patience
     }
 
     /// Where on the path the board is, in s: by what it has told, so that it may be some 8 ms farther.
@@ -388,7 +408,7 @@ impl StreamFeeder {
     fn pack(&mut self) -> bool {
         let ahead = fine(self.terms.ticks(u64::from(self.terms.ahead)));
         let longest = fine(self.terms.ticks(SPAN));
-        let patience = fine(self.terms.ticks(PATIENCE));
+        let patience = self.patience;
         loop {
             let Some((n, start)) = self
                 .axes
@@ -492,7 +512,11 @@ impl StreamFeeder {
             if full && (self.frames.is_empty() || waits) && self.sender.has_room() {
                 let lease = (self.terms.lease / 8).min(255) as u8;
                 let axes = self.terms.axes & ((1 << AXES) - 1);
-                self.sender.offer(Kind::Start, &[axes, lease, self.terms.inputs], now);
+                self.sender.offer(
+                    Kind::Start,
+                    &[axes, lease, self.terms.inputs, self.terms.high],
+                    now,
+                );
                 self.state = FeedState::Running;
             }
             return;

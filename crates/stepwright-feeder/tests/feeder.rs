@@ -94,47 +94,6 @@ fn stalls_are_ridden_through() {
     assert!(worst(board.recorder(), &axes, 75.0, 0.0).0 < 25.0 + PULSE);
 }
 
-/// The host falls silent at random instants: no axis is stopped harder than ordered, and the position is
-/// that of the edges.
-#[test]
-fn silence_brakes_every_axis() {
-    let decels = [40_000.0, 30_000.0, 5_000.0];
-    let axis = |v: f64| s_curve(40_000, v, 40_000.0, 400_000.0);
-    let slow = s_curve(150, 60.0, 300.0, 3_000.0);
-    for (job, decels) in [
-        (organic(), [8_000.0, 30_000.0, 500.0]),
-        ([axis(30_000.0), axis(12_000.0), slow.clone()], decels),
-        ([slow.clone(), vec![], slow], [300.0, 300.0, 400.0]),
-    ] {
-        for n in 0..8u64 {
-            let dead = (150 + 347 * n % 1_900) * MILLIS;
-            let mut queues = Queues::default();
-            let mut board = board(&mut queues);
-            let line = Line { dead, ..Line::default() };
-            let told = run(&mut board, Job::new(job.clone()), terms(decels), line);
-            assert!(!board.is_busy());
-            let edges = board.recorder().clone();
-            let last = edges.iter().map(|edge| edge.time).max().unwrap();
-            assert!(last > told.begun + dead, "it stops before it is silent");
-            for axis in 0..3u8 {
-                let steps = steps_of(&edges, axis);
-                assert_eq!(board.position(axis), Some(position_of(&steps)));
-                // Off the path some 0.3 s after the silence at the latest.
-                let wanted = &job[usize::from(axis)];
-                let decel = decels[usize::from(axis)];
-                let off = steps.iter().zip(wanted).position(|(made, wanted)| {
-                    let apart =
-                        (made.0 - steps[0].0) as f64 - (wanted.0 - wanted_first(&job, axis)) * HZ;
-                    apart.abs() > 800.0
-                });
-                let Some(off) = off.filter(|off| *off > 0) else { continue };
-                let steepest = steepest(&steps, steps[off - 1].0);
-                assert!(steepest < decel * 1.03, "axis {axis}, {n}: {steepest} of {decel}");
-            }
-        }
-    }
-}
-
 /// A run that ends backward, and one after it.
 #[test]
 fn the_next_run_begins_forward() {
@@ -158,8 +117,4 @@ fn the_next_run_begins_forward() {
         board.receive(&bytes);
     }
     assert_eq!((feeder.state(), board.position(0)), (FeedState::Over, Some(900)));
-}
-
-fn wanted_first(job: &[Vec<Step>; 3], axis: u8) -> f64 {
-    job[usize::from(axis)][0].0
 }

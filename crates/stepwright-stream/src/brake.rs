@@ -25,6 +25,10 @@ const PART: u32 = 0x7E00 << 8;
 /// … and the shortest that a rest is played by.
 const SHORT: u32 = 1_200 << 8;
 
+/// The slowest interval that there may be, in ticks: an axis with half of it brakes still, and a
+/// longer one is no single record.
+const SLOWEST: u128 = (2 * 32_000) << 7;
+
 /// A deceleration as a board takes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BrakeLaw {
@@ -42,8 +46,9 @@ impl BrakeLaw {
     pub const LEN: usize = 6;
 
     /// The law of a deceleration, in thousandths of a step/s², on a timer of this rate. What is
-    /// rounded off makes it gentler. `None` if it is 0, or if the timer counts more than 2²⁴ ticks
-    /// from the last step to rest: below 2 steps/s² at 16 MHz.
+    /// rounded off makes it gentler. `None` if it is 0, or if the timer counts more than 8,192,000
+    /// ticks from the last step to rest: below 8 steps/s² at 16 MHz. Half of that is the longest
+    /// interval that one record can say.
     ///
     /// ```
     /// use stepwright_stream::brake::BrakeLaw;
@@ -53,7 +58,7 @@ impl BrakeLaw {
     /// // At 400 ticks a step: 400³ · 40000 / 16000000² = 0.01 ticks, 2.56 of 2⁻⁸.
     /// assert_eq!(law.growth(400 << 8, 0), 2);
     /// assert_eq!(law.growth(400 << 8, 4), 40);
-    /// assert_eq!(BrakeLaw::of(1_000, 16_000_000), None);
+    /// assert_eq!(BrakeLaw::of(7_000, 16_000_000), None);
     /// ```
     pub const fn of(thousandths: u64, hz: u32) -> Option<BrakeLaw> {
         if thousandths == 0 || thousandths >> 48 != 0 || hz == 0 {
@@ -73,7 +78,7 @@ impl BrakeLaw {
             if exponent < 0 { (scaled << -exponent) as u16 } else { (scaled >> exponent) as u16 };
         // Rounded up to an even number: to the gentler side, and to a byte that is no `FILL`.
         let slowest = (2_000 * square / thousandths as u128).isqrt() + 1;
-        if slowest >= 0xFF_FFFE {
+        if slowest >= SLOWEST {
             return None;
         }
         let slowest = (slowest as u32 + 1) & !1;

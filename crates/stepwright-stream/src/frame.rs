@@ -38,7 +38,8 @@ pub enum Kind {
     /// The [brakes](crate::brake::BrakeLaw) of all axes, 6 bytes each. All else is forgotten.
     Setup = 0x82,
     /// All axes begin: which ones; the lease in 8 ms, 0 for none; inputs that stop, as bits: 0 to 2
-    /// the axes' switches, 6 the drivers' fault, 7 the emergency stop.
+    /// the axes' switches, 6 the drivers' fault, 7 the emergency stop; of these, the ones that stop
+    /// when they open, not when they close.
     Start = 0x83,
     /// Frames of data from this number on are forgotten, and the end: modulo 256, counted from the setup. Then, if
     /// any, a gate and records of at most [`CUT`] bytes, which come in their place. A board that has

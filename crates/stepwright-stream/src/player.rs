@@ -30,13 +30,13 @@ use crate::link::{Came, FrameLink};
 use crate::record::{self, AXES, RecordAct, Trail};
 
 /// A frame is opened this many 2¹⁶ ticks before its first record starts, and up to one more.
-pub const AHEAD: u8 = 3;
+pub const AHEAD: i16 = 3;
+/// A gate this many 2¹⁶ ticks behind the last one and more is one before it.
+const BEFORE: u8 = 0xC0;
 /// Records that are decoded in a visit.
 const PIECE: u8 = 3;
 /// Entries of a braking axis that wait.
 const BRAKES: u8 = 4;
-/// A gate this many 2¹⁶ ticks ahead and more is one that has passed.
-const PASSED: u8 = 0xC0;
 /// Thousandths of a second in one of the lease.
 const LEASE: u8 = 8;
 
@@ -80,11 +80,14 @@ pub struct StreamPlayer<'q, E, const Q: usize, const LEN: usize> {
     quiet: u8,
     millis: u8,
     lease: u8,
-    /// Inputs that stop, and whether one of them was closed when they were last looked at.
+    /// Inputs that stop, of these the ones that do when they open, and whether one of them was closed when they were last looked at.
     watched: u8,
+    high: u8,
     closing: bool,
-    /// 2¹⁶ ticks since the start, and the timer when it was last seen.
-    epoch: u8,
+    /// 2¹⁶ ticks since the start, the gate of the frame that was opened last, in the same count, and
+    /// the timer when it was last seen.
+    epoch: u16,
+    gate: u16,
     seen: u16,
     /// Axes whose position is not known: they were stopped at once while they moved.
     unknown: Axes,
@@ -117,8 +120,10 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             millis: 0,
             lease: 0,
             watched: 0,
+            high: 0,
             closing: false,
             epoch: 0,
+            gate: 0,
             seen: 0,
             unknown: 0,
         }
@@ -266,7 +271,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             let turns = !self.engine.is_forward(axis);
             *lane = Lane { turns, law: BrakeLaw::from_bytes(law), ..Lane::NONE };
         }
-        (self.opened, self.left, self.flags, self.lease, self.epoch) = (0, 0, 0, 0, 0);
+        (self.opened, self.left, self.flags, self.lease) = (0, 0, 0, 0);
+        (self.epoch, self.gate) = (0, 0);
         (self.ended, self.closed) = (false, true);
     }
 
@@ -274,8 +280,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         if self.flags & Credit::STARTED != 0 {
             return;
         }
-        let [axes, lease, watched, ..] = *self.link.small();
-        (self.lease, self.watched, self.closing) = (lease, watched, false);
+        let [axes, lease, watched, high, ..] = *self.link.small();
+        (self.lease, self.watched, self.high, self.closing) = (lease, watched, high, false);
         self.flags |= Credit::STARTED;
         self.closed = false;
         for (axis, feed) in self.feeds.iter_mut().enumerate() {
@@ -292,9 +298,9 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     }
 
     /// A millisecond has passed, and these inputs are closed: one that is [watched](Kind::Start)
-    /// and is closed twice in a row stops all axes.
+    /// and stops twice in a row has all axes brake.
     pub fn tick(&mut self, inputs: u8) {
-        let closed = inputs & self.watched != 0;
+        let closed = (inputs ^ self.high) & self.watched != 0;
         if closed && self.closing && !self.closed && !self.is_off() {
             self.flags |= Credit::TRIPPED;
             self.stop();
@@ -383,10 +389,14 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             }
             let len = fifo.peek(0);
             if len != 0 {
-                let ahead = fifo.peek(1).wrapping_sub(self.epoch);
-                if ahead > AHEAD && ahead < PASSED {
+                // Close to the last one, however far ahead both are.
+                let behind = fifo.peek(1).wrapping_sub(self.gate as u8);
+                let back = if behind >= BEFORE { 256 } else { 0 };
+                let gate = self.gate.wrapping_add(behind.into()).wrapping_sub(back);
+                if gate.wrapping_sub(self.epoch) as i16 > AHEAD {
                     return false;
                 }
+                self.gate = gate;
                 fifo.read();
             }
             fifo.read();
@@ -434,7 +444,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     #[inline(never)]
     fn dry(&mut self) -> bool {
         if !self.is_off() {
-            if self.ended {
+            let moves = self.lanes.iter().any(|lane| lane.trail.moves);
+            if self.ended && !moves {
                 for feed in &mut self.feeds {
                     feed.set_open(false);
                 }

@@ -6,9 +6,20 @@ mod feed;
 
 mod common;
 
-use feed::{HZ, Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of, terms};
+use std::collections::VecDeque;
+use std::io::{PipeReader, Read, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use feed::guards;
+use feed::instants::{Befalls, Guarded, KINDS, Outcome, Random, befall, instant, motion};
+use feed::judge::judge;
+use feed::wire::Wire;
+use feed::{Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of, terms};
+use nix::sys::wait::waitpid;
+use nix::unistd::{ForkResult, Pid, fork};
 use stepwright_feeder::{FeedState, FeedTerms};
-use stepwright_rig::Chip;
+use stepwright_rig::edges::{Needs, check};
+use stepwright_rig::{Board, Chip};
 use stepwright_sim::{Edge, Queues};
 
 /// A chip with the program in it, whose time begins when it has woken.
@@ -20,7 +31,6 @@ struct Awake {
 impl Awake {
     fn new() -> Awake {
         let mut chip = common::program("stream");
-        chip.watch_stack();
         chip.clear_longest_off();
         let begun = chip.now();
         Awake { chip, begun }
@@ -52,9 +62,28 @@ impl Target for Awake {
     }
 }
 
+impl Guarded for Awake {
+    fn now(&self) -> u64 {
+        self.chip.now()
+    }
+    fn begun(&self) -> u64 {
+        self.begun
+    }
+    fn close(&mut self, input: u8, closed: bool) {
+        match input {
+            0..=2 => self.chip.press(input.into(), closed),
+            _ => {
+                let [emergency, fault] = self.chip.board().stoppers();
+                self.chip.pull(if input == 7 { emergency } else { fault }, closed);
+            }
+        }
+    }
+}
+
 /// On the chip: what came of it, late steps, edges.
 fn on_chip(job: &[Vec<Step>; 3], terms: FeedTerms, line: Line) -> (Told, u32, Vec<Edge>) {
     let mut chip = Awake::new();
+    chip.chip.watch_stack();
     let told = run(&mut chip, Job::new(job.clone()), terms, line);
     println!("{:?}, {} again, {} bytes", told.state, told.again, told.bytes);
     chip.chip.run_to_silence(10_000_000, 500_000_000);
@@ -140,6 +169,37 @@ fn a_motion_that_wanders() {
     assert_eq!((told.state, told.again, late), (FeedState::Over, 0, 0));
 }
 
+/// The Mega's FIFO holds more than a second, with each step within 5 µs.
+#[test]
+fn a_mega_rides_through_a_second() {
+    if common::board() == Board::Uno {
+        return;
+    }
+    let job = organic(5.0);
+    let sleeps = vec![(1_500 * MILLIS, 1_000 * MILLIS), (3_300 * MILLIS, 1_000 * MILLIS)];
+    let terms = FeedTerms { ahead: 1_400_000, lease: 2_000, ..terms([40_000.0; 3]) };
+    let (told, late, edges) = on_chip(&job, terms, Line { sleeps, ..Line::default() });
+    let (worst, _) = feed::worst(&edges, &job, 75.0, 0.0);
+    println!("late {late}, worst {worst:.2} us");
+    assert_eq!((told.state, told.again, late), (FeedState::Over, 0, 0));
+    assert!(worst < 5.0 + 15.0, "{worst}");
+}
+
+/// One that is longer than what is ahead brakes, and the position is that of the edges.
+#[test]
+fn a_longer_stall_brakes() {
+    let job = organic(7.0);
+    let decels = [30_000.0, 20_000.0, 10_000.0];
+    let sleeps = vec![(800 * MILLIS, 4_000 * MILLIS)];
+    let line = Line { sleeps, ..Line::default() };
+    let (told, _, edges) = on_chip(&job, terms(decels), line);
+    assert_eq!(told.state, FeedState::Off);
+    for axis in 0..3u8 {
+        let n = usize::from(axis);
+        judge(&steps_of(&edges, axis), &job[n], decels[n]).unwrap();
+    }
+}
+
 #[test]
 fn spoilt_bytes_and_stalls_lose_no_step() {
     let [x, y, _] = organic(3.0);
@@ -157,34 +217,125 @@ fn spoilt_bytes_and_stalls_lose_no_step() {
     }
 }
 
-/// At random instants: the position is that of the edges, and no axis is stopped harder than ordered.
-#[test]
-fn silence_brakes_every_axis() {
-    let slow = s_curve(150, 60.0, 300.0, 3_000.0);
-    let jobs = [
-        (organic(2.0), [8_000.0, 30_000.0, 5_000.0]),
-        (three(30_000.0), [40_000.0, 30_000.0, 20_000.0]),
-        ([slow.clone(), vec![], slow], [300.0, 300.0, 400.0]),
-    ];
-    let moments = std::env::var("STEPWRIGHT_MOMENTS").map_or(2, |count| count.parse().unwrap());
-    for (n, (job, decels)) in (0u64..).zip(&jobs) {
-        for k in 0..moments {
-            let dead = (331 + 777 * (k + n)) % 1_500 * MILLIS;
-            let line = Line { dead, ..Line::default() };
-            let (told, _, edges) = on_chip(job, terms(*decels), line);
-            let last = edges.iter().map(|edge| edge.time).max().unwrap();
-            assert!(last > told.begun + dead, "it stops before the silence");
-            for axis in 0..3u8 {
-                let (steps, wanted) = (steps_of(&edges, axis), &job[usize::from(axis)]);
-                let off = steps.iter().zip(wanted).position(|(made, wanted)| {
-                    let since = (wanted.0 - job[usize::from(axis)][0].0) * HZ;
-                    ((made.0 - steps[0].0) as f64 - since).abs() > 800.0
-                });
-                let Some(off) = off.filter(|off| *off > 0) else { continue };
-                let steepest = feed::steepest(&steps, steps[off - 1].0);
-                let decel = decels[usize::from(axis)];
-                assert!(steepest < decel * 1.05, "axis {axis}: {steepest} of {decel}");
+/// Instants that are judged at a time.
+const JUDGES: usize = 2;
+/// Instants of a run.
+const OF_A_RUN: u64 = 20;
+
+/// What became of an instant, from another process.
+struct Report(PipeReader, Pid);
+
+impl Report {
+    /// Goes on in another process, with the chip as it is now. A run goes on for all of its instants, and
+    /// is simulated once.
+    fn fork(judge: impl FnOnce() -> String) -> Report {
+        let (reader, mut writer) = std::io::pipe().unwrap();
+        // SAFETY: the child has the memory of this thread, writes to its pipe and ends; it prints nothing.
+        match unsafe { fork() }.unwrap() {
+            ForkResult::Parent { child } => Report(reader, child),
+            ForkResult::Child => {
+                let told = catch_unwind(AssertUnwindSafe(judge));
+                let _ = writer.write_all(told.unwrap_or("it panics".into()).as_bytes());
+                // SAFETY: nothing is left to be done.
+                unsafe { nix::libc::_exit(0) }
             }
         }
     }
+
+    fn wait(mut self) -> String {
+        let mut told = String::new();
+        self.0.read_to_string(&mut told).unwrap();
+        waitpid(self.1, None).unwrap();
+        told
+    }
+}
+
+fn number(name: &str, otherwise: u64) -> u64 {
+    std::env::var(name).map_or(otherwise, |value| value.parse().expect(name))
+}
+
+/// A host falls silent at random instants of runs of all speeds. 1,000 and more of them by
+/// `cargo xtask silence`.
+#[test]
+fn silence_at_any_instant_brakes_every_axis() {
+    let (instants, seed) = (number("STEPWRIGHT_INSTANTS", 16), number("STEPWRIGHT_SEED", 1));
+    let each = OF_A_RUN.min(instants / KINDS).max(1);
+    let (mut told, mut made, mut n) = (Vec::new(), 0, 0);
+    while made < instants {
+        let mut random = Random::new(seed + n);
+        let motion = motion(seed + n, &mut random);
+        let lease = [0, 200, 1_000][random.below(3) as usize];
+        let mut times: Vec<u64> = (0..each).map(|_| instant(&motion, &mut random)).collect();
+        times.sort_unstable();
+        let mut chip = Awake::new();
+        let mut wire = Wire::new(Job::new(motion.path.clone()), motion.terms(lease), 0);
+        let mut reports = VecDeque::new();
+        for at in times.into_iter().take((instants - made) as usize) {
+            wire.feed(&mut chip, at);
+            let mut random = Random::new(random.any());
+            let befalls = Befalls::any(&mut random);
+            reports.push_back(Report::fork(|| {
+                let came = befall(&mut chip, &mut wire, &motion, befalls, &mut random);
+                let came = came.and_then(|outcome| {
+                    check(chip.chip.edges(), Needs { interval: 72, ..Needs::DEFAULT })?;
+                    Ok(outcome)
+                });
+                match came {
+                    Ok(Outcome { off, axes, .. }) => {
+                        let most = axes.iter().map(|axis| axis.steepest).fold(0.0, f64::max);
+                        format!("ok {} {most}", u8::from(off))
+                    }
+                    Err(why) => format!(
+                        "seed {}, {}, at {} ms, {befalls:?}, lease {lease}: {why}",
+                        seed + n,
+                        motion.name,
+                        at / MILLIS
+                    ),
+                }
+            }));
+            made += 1;
+            if reports.len() >= JUDGES {
+                told.extend(reports.pop_front().map(Report::wait));
+            }
+        }
+        told.extend(reports.into_iter().map(Report::wait));
+        n += 1;
+    }
+    let (mut off, mut most, mut wrong) = (0, 0.0f64, vec![]);
+    for told in told {
+        match told.strip_prefix("ok ").and_then(|told| told.split_once(' ')) {
+            Some((left, part)) => {
+                off += u64::from(left == "1");
+                most = most.max(part.parse().unwrap());
+            }
+            None => wrong.push(told),
+        }
+    }
+    println!(
+        "{made} instants of {n} runs, {off} off the path, at most {most:.3} of a deceleration"
+    );
+    assert!(wrong.is_empty(), "{} of {made}:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(off > made / 2, "{off} of {made}");
+}
+
+#[test]
+fn an_input_brakes_all_axes() {
+    guards::an_input_brakes_all_axes(&mut Awake::new());
+    guards::an_input_that_opens_brakes_all_axes(&mut Awake::new());
+}
+
+#[test]
+fn z_brakes_and_k_stops() {
+    guards::z_brakes_and_f_tells(&mut Awake::new());
+    guards::k_stops_at_once(&mut Awake::new());
+}
+
+#[test]
+fn a_lease_counts_until_the_end() {
+    guards::a_lease_counts_until_the_end(&mut Awake::new());
+}
+
+#[test]
+fn an_end_at_speed_brakes() {
+    guards::an_end_at_speed_brakes(&mut Awake::new());
 }

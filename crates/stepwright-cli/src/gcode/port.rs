@@ -64,7 +64,7 @@ pub fn stream(
         let thousandths = (pace.accel / pace.step * 1_000.0).floor() as u64;
         *brake = BrakeLaw::of(thousandths, hz).ok_or_else(|| {
             Failure::usage("an axis decelerates too slowly for a board that brakes by itself")
-                .hint("--accel of 2 steps/s² and more")
+                .hint("--accel of 8 steps/s² and more")
         })?;
     }
     let moves = plan.delays().into_iter().zip(0u8..).filter(|(delay, _)| delay.is_some());

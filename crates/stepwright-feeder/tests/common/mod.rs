@@ -1,6 +1,11 @@
 //! A virtual board at the end of a serial line, and jobs for it.
 #![allow(dead_code)] // each test uses its part
 
+pub mod guards;
+pub mod instants;
+pub mod judge;
+pub mod wire;
+
 use std::collections::VecDeque;
 
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
@@ -122,8 +127,6 @@ pub struct Line {
     pub spoils: u64,
     /// The host sleeps: when, from the start, and for how long, in cycles.
     pub sleeps: Vec<(u64, u64)>,
-    /// From here on nothing is sent any more.
-    pub dead: u64,
     pub seed: u64,
     /// Text lines are said back to back.
     pub polls: bool,
@@ -131,7 +134,7 @@ pub struct Line {
 
 impl Default for Line {
     fn default() -> Self {
-        Line { latency: MILLIS, spoils: 0, sleeps: vec![], dead: u64::MAX, seed: 1, polls: false }
+        Line { latency: MILLIS, spoils: 0, sleeps: vec![], seed: 1, polls: false }
     }
 }
 
@@ -201,15 +204,13 @@ pub fn terms(decels: [f64; 3]) -> FeedTerms {
     FeedTerms::avr(decels.map(|a| BrakeLaw::of((a * 1e3) as u64, HZ as u32).unwrap()))
 }
 
-/// Runs a job on a board until it is over; where the line goes dead, until nothing has moved for
-/// 600 ms.
+/// Runs a job on a board until it is over, or off the path.
 pub fn run(board: &mut impl Target, mut job: Job, terms: FeedTerms, mut line: Line) -> Told {
     let axes = (0..3).filter(|axis| !job.axes[*axis].is_empty()).map(|axis| 1 << axis).sum();
     let mut feeder = StreamFeeder::new(FeedTerms { axes, ..terms }, 0);
     let (mut to, mut from) = (VecDeque::<(u64, u8)>::new(), VecDeque::<(u64, u8)>::new());
     let (mut free_at, mut text, mut answers, mut bytes) = (0u64, vec![], 0, 0);
     let (mut now, mut begun, mut asked) = (0u64, 0, 0u64);
-    let (mut seen, mut moved) = (0, 0);
     let byte = 1389; // cycles of a byte at 115,200 baud
     while now < 200_000 * MILLIS {
         now += MILLIS / 4;
@@ -221,21 +222,11 @@ pub fn run(board: &mut impl Target, mut job: Job, terms: FeedTerms, mut line: Li
             board.receive(byte);
         }
         board.run_until(now);
-        let edges = board.edges().len();
-        if edges != seen {
-            (seen, moved) = (edges, now);
-        }
         if begun == 0 && board.edges().iter().any(Edge::is_step) {
             begun = now;
         }
         for byte in board.said() {
             from.push_back((now + line.latency, line.spoil(byte)));
-        }
-        if begun != 0 && now >= begun.saturating_add(line.dead) {
-            if now > moved + 600 * MILLIS {
-                break;
-            }
-            continue;
         }
         if begun != 0
             && line.sleeps.iter().any(|(at, ms)| (begun + at..begun + at + ms).contains(&now))
@@ -287,40 +278,6 @@ pub fn worst(edges: &[Edge], job: &[Vec<Step>; 3], stagger: f64, bound: f64) -> 
     let middle = (apart[0] + apart[apart.len() - 1]) / 2.0;
     let beyond = apart.iter().filter(|value| (*value - middle).abs() > bound).count();
     ((apart[apart.len() - 1] - middle).max(middle - apart[0]), beyond)
-}
-
-/// The largest deceleration of an axis from `from` on, in steps/s², of its edges alone: between
-/// stretches of 2 ms and more in which the speed falls by an eighth.
-pub fn steepest(steps: &[(u64, bool)], from: u64) -> f64 {
-    let begin = steps.partition_point(|step| step.0 < from).saturating_sub(1);
-    let times: Vec<f64> = steps[begin..].iter().map(|step| step.0 as f64 / HZ).collect();
-    // The interval at a step: the mean of those in the 2 ms before it, or of one.
-    let interval = |at: usize| {
-        let mut first = at - 1;
-        while first > 0 && times[at] - times[first] < 2e-3 {
-            first -= 1;
-        }
-        (times[at] - times[first]) / (at - first) as f64
-    };
-    let stretch = |from: usize| {
-        let (mut to, first) = (from + 1, if from == 0 { None } else { Some(interval(from)) });
-        while *times.get(to)? - times[from] < 2e-3
-            || first.is_some_and(|first| interval(to) < first * 8.0 / 7.0)
-        {
-            to += 1;
-        }
-        Some(to)
-    };
-    let (mut most, mut from) = (0.0f64, 0);
-    while let Some(middle) = stretch(from) {
-        if let Some(to) = stretch(middle) {
-            let (t0, t1) = (times[middle] - times[from], times[to] - times[middle]);
-            let (v0, v1) = ((middle - from) as f64 / t0, (to - middle) as f64 / t1);
-            most = most.max((v0 - v1) / ((t0 + t1) / 2.0));
-        }
-        from += 1 + (middle - from) / 8;
-    }
-    most
 }
 
 /// The steps of an axis among edges: cycle and direction, from the pins alone.

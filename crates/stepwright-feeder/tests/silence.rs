@@ -71,8 +71,3 @@ fn z_brakes_and_k_stops() {
 fn a_lease_counts_until_the_end() {
     guarded(|board| guards::a_lease_counts_until_the_end(board));
 }
-
-#[test]
-fn an_end_at_speed_brakes() {
-    guarded(|board| guards::an_end_at_speed_brakes(board));
-}

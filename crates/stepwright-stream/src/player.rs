@@ -444,8 +444,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     #[inline(never)]
     fn dry(&mut self) -> bool {
         if !self.is_off() {
-            let moves = self.lanes.iter().any(|lane| lane.trail.moves);
-            if self.ended && !moves {
+            if self.ended {
                 for feed in &mut self.feeds {
                     feed.set_open(false);
                 }

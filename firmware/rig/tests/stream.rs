@@ -334,8 +334,3 @@ fn z_brakes_and_k_stops() {
 fn a_lease_counts_until_the_end() {
     guards::a_lease_counts_until_the_end(&mut Awake::new());
 }
-
-#[test]
-fn an_end_at_speed_brakes() {
-    guards::an_end_at_speed_brakes(&mut Awake::new());
-}

@@ -3,8 +3,7 @@
 
 use stepwright_feeder::{FeedState, FeedTerms};
 use stepwright_stream::credit::Credit;
-use stepwright_stream::frame::{FILL, FrameBytes, Kind};
-use stepwright_stream::record::{Record, RecordAct, RecordBytes, Trail};
+use stepwright_stream::frame::Kind;
 
 use super::instants::{Guarded, ask, ask_credit};
 use super::judge::judge;
@@ -166,34 +165,6 @@ pub fn a_lease_counts_until_the_end(board: &mut impl Guarded) {
             }
         }
     }
-}
-
-/// An end behind what moves still, or before what is cut off, is no dead stop.
-pub fn an_end_at_speed_brakes(board: &mut impl Guarded) {
-    let mut heard = Heard::default();
-    let (mut wire, mut seq) = (start(board, 0, 0), 0u8);
-    wire.cut(0);
-    let mut send = |wire: &mut Wire, kind: Kind, payload: &[u8]| {
-        wire.send(FrameBytes::new(kind, seq, payload).as_bytes());
-        seq = seq.wrapping_add(1);
-    };
-    wire.send(&[FILL; 4]);
-    let brakes: Vec<u8> = terms(DECELS).brakes.iter().flat_map(|law| law.bytes()).collect();
-    send(&mut wire, Kind::Setup, &brakes);
-    // 600 steps at 3,000 steps/s, and then the end.
-    let record = Record { act: RecordAct::Steps(600), interval: 5_333 << 8, growth: 0 };
-    let bytes = RecordBytes::new(0, &record, &Trail::NONE).unwrap();
-    send(&mut wire, Kind::Data, &[&[0], bytes.as_bytes()].concat());
-    send(&mut wire, Kind::Start, &[1, 0, 0]);
-    send(&mut wire, Kind::End, &[]);
-    wire.pass(board, wire.now() + 2_000 * MILLIS);
-    let path: Vec<Step> = (0..2_000).map(|n| (f64::from(n) * 5_333.0 / 16e6, true)).collect();
-    let steps = steps_of(board.edges(), 0);
-    let verdict = judge(&steps, &path, DECELS[0]).unwrap();
-    assert!(verdict.braked > 100, "{verdict:?}");
-    let credit = ask_credit(board, &mut wire, &mut heard).unwrap();
-    assert!(credit.is(Credit::OFF) && !credit.is(Credit::MOVES), "{credit:?}");
-    assert_eq!(ask(board, &mut wire, &mut heard, "V1").unwrap(), steps.len().to_string());
 }
 
 /// The present, in the wire's time.

@@ -80,7 +80,7 @@ fn travel(seconds: f64, speed: f64, accel: f64) -> Vec<Step> {
     s_curve((speed * (rise + (seconds - 2.0 * rise).max(0.01))) as usize, speed, accel, jerk)
 }
 
-/// A motion that turns all the time, to so many steps/s².
+/// A motion that turns all the time, to this many steps/s².
 fn organic(random: &mut Random, accel: f64) -> [Vec<Step>; 3] {
     let hz = random.between(0.5, 8.0);
     let size = accel / (2.0 * PI * hz).powi(2);

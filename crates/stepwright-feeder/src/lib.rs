@@ -45,7 +45,7 @@ pub struct FeedTerms {
     /// Steps keep to their times by this many ns, while there is enough ahead.
     pub tolerance: u32,
     /// No more is sent ahead of what the board plays than this, in µs. What its FIFO holds is the bound
-    /// as well: some 0.3 s of three busy axes on an Uno, 1.3 s on a Mega.
+    /// as well: some 0.3 s of three busy axes on an Uno, more than 1 s on a Mega.
     pub ahead: u32,
     /// Without a whole frame for this long the board brakes, in ms; 0 for never. At most 2,040.
     pub lease: u32,

@@ -33,21 +33,18 @@
 mod agenda;
 mod first;
 mod late;
-mod owed;
 mod pause;
 mod pulse;
 mod track;
 
 use crate::drive::{Axes, Drive};
 use crate::entry::Wiring;
-use crate::format::Kept;
 use crate::queue::Source;
 use crate::timer::{Count, StepTimer};
 use crate::units::{Rate, Ticks};
 use agenda::Agenda;
 use first::First;
 use late::Terms;
-use owed::Owed;
 pub use pause::Frozen;
 use pulse::Pulses;
 #[cfg(feature = "critical-section")]
@@ -136,16 +133,12 @@ pub struct Engine<T: StepTimer, D, S, const N: usize> {
     tracks: [Track<T::Count>; N],
     pulses: Pulses<T::Count, N>,
     terms: Terms,
-    owed: Kept<Owed<T::Count>>,
 }
 
 impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     const AT_MOST_8_AXES: () = assert!(N >= 1 && N <= 8);
     /// Whether the interrupt may leave while STEP is high.
     const LEAVES_HIGH: bool = T::SPIN != Ticks::MAX;
-    /// Whether a visit takes an entry for one axis at most, and leaves the others to visits of their
-    /// own: see [`owed`]. What a program that is asked does at a step it does at once.
-    const SPLITS: bool = T::Count::WIDE && S::IS_QUEUE;
 
     /// All axes idle, at position 0, facing forward. The timer counts at `rate`.
     pub fn new(timer: T, drive: D, sources: [S; N], timing: Timing, rate: Rate) -> Self {
@@ -163,7 +156,6 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             terms: Terms::new::<T::Count>(Self::seen(timing), rate),
             tracks: [Track::IDLE; N],
             pulses: Pulses::NONE,
-            owed: Kept::new(Owed::NOTHING),
             sources,
             timer,
             drive,
@@ -218,9 +210,6 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
                 Some(next) => next,
                 None => self.play_due(now),
             };
-            if T::Count::WIDE {
-                return self.leave_for(next);
-            }
             if next.is_after(self.timer.now().plus(T::LINGER)) {
                 return self.terms.news;
             }
@@ -233,32 +222,19 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     fn play_due(&mut self, now: T::Count) -> T::Count {
         self.end_pulses(now);
         let (mut due, mut steps): (Axes, Axes) = (0, 0);
-        let (mut asked, mut others) = (false, false);
         each!(axis < N: {
             let track = &mut self.tracks[axis];
             if track.state != State::Idle
                 && !self.timer.reach(axis as u8, track.wake()).is_after(now)
+                && (track.state == State::Play
+                    || track.ask_again(&mut self.sources[axis], &mut self.terms))
             {
-                others |= Self::SPLITS && asked;
-                if track.state == State::Play
-                    || !(Self::SPLITS && asked)
-                        && {
-                            others |= due != 0;
-                            asked = true;
-                            track.ask_again(&mut self.sources[axis], &mut self.terms)
-                        }
-                {
-                    due |= 1 << axis;
-                    if track.pins & STEP != 0 {
-                        steps |= 1 << axis;
-                    }
+                due |= 1 << axis;
+                if track.pins & STEP != 0 {
+                    steps |= 1 << axis;
                 }
             }
         });
-        if Self::SPLITS && asked && others {
-            // Whoever has been asked is due at once, with those that are due now, in a visit of their own.
-            return self.wake_for_first(now);
-        }
         let mut edge = now;
         if steps != 0 {
             self.drive.begin(steps);
@@ -278,7 +254,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     #[cfg_attr(feature = "compact", inline(always))]
     fn conclude(&mut self, due: Axes, steps: Axes, edge: T::Count) -> T::Count {
         if due != 0 {
-            if Self::SPLITS { self.advance_one(due, edge) } else { self.advance_all(due, edge) }
+            self.advance_all(due, edge);
         }
         if Self::LEAVES_HIGH {
             self.leave_high(steps, edge);
@@ -294,11 +270,6 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     /// looks at the timer afterwards.
     #[inline(never)]
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
-        if Self::SPLITS
-            && let Some(edge) = self.owes()
-        {
-            return edge;
-        }
         let mut next = if T::Count::WIDE {
             self.find_first(now)
         } else {
@@ -389,7 +360,6 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     /// Stops the axes in `axes` at once, between two steps, and forgets what was planned
     /// for them. Steps already made are counted.
     pub fn kill(&mut self, axes: Axes) {
-        self.pay();
         let now = self.timer.now();
         for (axis, (track, source)) in self.tracks.iter_mut().zip(&mut self.sources).enumerate() {
             if axes >> axis & 1 != 0 {
@@ -405,7 +375,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
         let track = &self.tracks[axis];
         Report {
-            position: track.position().wrapping_add(self.made_unpaid(axis)),
+            position: track.position(),
             idle: track.state == State::Idle,
             forward: track.forward,
         }
@@ -440,7 +410,6 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
 
     /// Sets the position of an axis. Meant for an axis at rest.
     pub fn set_position(&mut self, axis: u8, position: i64) {
-        self.pay();
         if let Some(track) = self.tracks.get_mut(usize::from(axis)) {
             track.set_position(position);
         }

@@ -137,8 +137,6 @@ pub fn measure() -> Result<Vec<Row>> {
              A3 s0 t2800 a4800 d4800 G+1300 E",
             4_200.0,
         ),
-        // Three axes whose steps are all due at once.
-        ("alike", 3, "PO A0 s0 t3000 a5000 d5000 G+1500 E A1", 4_500.0),
     ];
     let mut worst = [0f64; 4];
     for (name, axes, order, steps) in cases {
@@ -152,8 +150,7 @@ pub fn measure() -> Result<Vec<Row>> {
         };
         let names = match name {
             "steady" => ["steady_step", "steady_step_cycles"],
-            "ramp" => ["ramp_step", "ramp_step_cycles"],
-            _ => ["joint_step", "joint_step_cycles"],
+            _ => ["ramp_step", "ramp_step_cycles"],
         };
         row(names[0], axes, instructions, "instructions");
         row(names[1], axes, cycles, "cycles");

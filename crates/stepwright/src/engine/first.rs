@@ -52,7 +52,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         }
         self.drive.end(steps);
         // Nothing that is news comes of such a step.
-        !next.leaves(now, T::LINGER + 1) && self.go_round(next)
+        !next.leaves(now, T::LINGER + 1) && self.go_round()
     }
 
     /// Plays the event of the axis that is due alone, and returns when the first event comes. `None`:
@@ -144,7 +144,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         }
         self.see_to_pulses(1u8.wrapping_shl(axis.into()), edge);
         let next = self.wake_behind_first(edge);
-        self.leave_for(next)
+        self.go_on_from(next)
     }
 
     /// Behind the step at `edge` of the first axis another comes first, or its pulse is not over when
@@ -155,39 +155,32 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.see_to_pulses(1u8.wrapping_shl(axis.into()), edge);
         let next = self.wake_behind_first(edge);
         self.terms.news = false;
-        self.leave_for(next)
+        self.go_on_from(next)
     }
 
     /// The event that comes first is no step of one axis alone.
     #[inline(never)]
     fn go_first(&mut self, now: T::Count) -> bool {
         self.terms.news = false;
-        // While something is owed no axis is first.
         let alone = self.first.get().is_some_and(|agenda| usize::from(agenda.first()) < N);
         let next = if alone { self.play_first(now) } else { None };
-        let next = match (next, self.owes()) {
-            (Some(next), _) => next,
-            (None, Some(edge)) if Self::SPLITS => self.pay_one(edge),
-            (None, _) => self.play_due(now),
+        let next = match next {
+            Some(next) => next,
+            None => self.play_due(now),
         };
-        self.leave_for(next)
+        self.go_on_from(next)
     }
 
-    /// The next event comes at this time, which is near: it is waited for.
+    /// A visit without news so far.
     #[inline(never)]
-    fn go_round(&mut self, next: T::Count) -> bool {
+    fn go_round(&mut self) -> bool {
         self.terms.news = false;
-        self.timer.hold_until(next);
         self.visit()
     }
 
-    /// Ends a visit whose next event comes at this time. What has come meanwhile is for a visit of its own,
-    /// which is pended: so what other interrupts of the same priority wait for has an end.
+    /// Ends the visit if the next event, at this time, lies ahead.
     #[inline(always)]
-    pub(super) fn leave_for(&mut self, next: T::Count) -> bool {
-        if !next.is_after(self.timer.now()) {
-            self.timer.wake_at(next);
-        }
-        self.terms.news
+    fn go_on_from(&mut self, next: T::Count) -> bool {
+        if next.leaves(self.timer.now(), T::LINGER + 1) { self.terms.news } else { self.visit() }
     }
 }

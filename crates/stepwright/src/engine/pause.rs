@@ -36,7 +36,6 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     /// report to be idle.
     #[must_use = "the axes go on with `thaw` only"]
     pub fn freeze(&mut self) -> Frozen<T::Count, N> {
-        self.pay();
         let at = self.timer.now();
         let mut frozen = Frozen { at, states: [State::Idle; N] };
         for (track, state) in self.tracks.iter_mut().zip(&mut frozen.states) {

@@ -512,10 +512,8 @@ impl StreamFeeder {
             if full && (self.frames.is_empty() || waits) && self.sender.has_room() {
                 let lease = (self.terms.lease / 8).min(255) as u8;
                 let axes = self.terms.axes & ((1 << AXES) - 1);
-                // What a payload lacks is 0.
                 let payload = [axes, lease, self.terms.inputs, self.terms.high];
-                let len = if self.terms.high == 0 { 3 } else { 4 };
-                self.sender.offer(Kind::Start, &payload[..len], now);
+                self.sender.offer(Kind::Start, &payload, now);
                 self.state = FeedState::Running;
             }
             return;

@@ -96,6 +96,8 @@ pub struct FrameSender {
     flags: u8,
     /// The board has to be called.
     calls: bool,
+    /// A ping has not been answered.
+    pinged: bool,
     /// When the wire has sent all, in ns.
     wire: u64,
     /// When something last went forward, was called, and was sent.
@@ -119,6 +121,7 @@ impl FrameSender {
             opened: 0,
             flags: 0,
             calls: true,
+            pinged: false,
             wire: 0,
             forward: 0,
             called: 0,
@@ -237,6 +240,7 @@ impl FrameSender {
 
     /// The board told how it stands.
     pub fn hear(&mut self, credit: Credit, now: u64) {
+        self.pinged = false;
         let taken = credit.next.wrapping_sub(self.base);
         // An older one than the last tells nothing.
         if taken > self.high {
@@ -276,6 +280,11 @@ impl FrameSender {
         if self.sent != 0 && !self.calls && now.saturating_sub(since) > self.times.again {
             self.go_back(now);
         }
+        // Deaf, and what told so was lost: with nothing under way nothing else calls it.
+        let silent = now.saturating_sub(self.said) > self.times.ping;
+        if silent && core::mem::take(&mut self.pinged) {
+            self.go_back(now);
+        }
         let bytes = if self.calls {
             self.calls = false;
             self.called = now;
@@ -285,7 +294,8 @@ impl FrameSender {
             4
         } else if let Some(frame) = self.frame(now) {
             copy(&frame, out)
-        } else if now.saturating_sub(self.said) > self.times.ping {
+        } else if silent {
+            self.pinged = true;
             copy(&FrameBytes::new(Kind::Ping, 0, &[]), out)
         } else {
             return 0;

@@ -307,11 +307,20 @@ fn live() -> Axes {
 }
 
 /// The laps that an axis still waits for, and a part in 64 more, in 256 ticks; of 255 laps at most,
-/// which are longer than anybody plans ahead. [`u16::MAX`] if it steps, and the next entry has been
-/// taken: then what is held ready is of that one, and so are its laps.
+/// which are longer than anybody plans ahead. [`u16::MAX`] if it steps.
+///
+/// A wait may begin with a step, in its first lap: `then`, of the laps behind it, tells it from
+/// steps. What is held ready is of the next entry once that has been taken, and so are its laps.
 #[inline(never)]
 fn laps(axis: u8) -> u16 {
     let at = pointed(place(axis));
+    // SAFETY: reads of a byte. Interrupts stay on while it steps: this is asked at each piece of
+    // planning, and a step would wait.
+    let pins = unsafe { (&raw const (*at).now.pins).read_volatile() };
+    // SAFETY: as above.
+    if pins & unsafe { (&raw const (*at).then).read_volatile() } != 0 {
+        return u16::MAX;
+    }
     // SAFETY: no interrupt comes, and none refills.
     let (left, lap, groups, pins, last) = interrupt::free(|_| unsafe {
         let AxisState { now, groups, queue, .. } = &*at;
@@ -494,17 +503,10 @@ impl Control for AvrEngine {
         }
     }
 
-    /// Of waits alone. One may begin with a step, in its first lap: `then`, of the laps behind it,
-    /// tells it from steps. While an axis steps interrupts stay on: it is asked at each piece of
-    /// planning, and a step would wait.
+    /// Of waits alone.
     #[inline(always)]
     fn playing(&mut self, axis: u8) -> Playing {
-        let at = place(axis);
-        // SAFETY: reads of a byte.
-        let steps = unsafe {
-            (&raw const (*at).now.pins).read_volatile() & (&raw const (*at).then).read_volatile()
-        };
-        match if steps != 0 || self.is_idle(axis) { u16::MAX } else { laps(axis) } {
+        match if self.is_idle(axis) { u16::MAX } else { laps(axis) } {
             u16::MAX => Playing::Unknown,
             left => Playing::Left(Ticks::from(left) << 8),
         }

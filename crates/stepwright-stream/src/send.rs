@@ -183,7 +183,7 @@ impl FrameSender {
     }
 
     /// Hands over a [cut](Kind::Cut) as the next frame: frames of data before number `keep` are kept, and
-    /// at most [`CUT`](crate::frame::CUT) bytes of data come in place of the others, which have `frees`
+    /// at most [`CUT`] bytes of data come in place of the others, which have `frees`
     /// bytes of the FIFO. False if there is no room.
     pub fn offer_cut(&mut self, keep: u64, data: &[u8], frees: u32, now: u64) -> bool {
         let mut payload = [keep as u8; CUT + 1];

@@ -28,12 +28,12 @@ fn silence_at_any_instant_brakes_every_axis() {
     let (mut wrong, mut off, mut most) = (Vec::new(), 0, 0.0f64);
     for n in 0..instants {
         let mut random = Random::new(seed + n);
-        let motion = motion((seed + n) % KINDS, &mut random);
+        let mut motion = motion((seed + n) % KINDS, &mut random);
         let (at, befalls) = (instant(&motion, &mut random), Befalls::any(&mut random));
-        let lease = [0, 200, 1_000][random.below(3) as usize];
+        motion.lease = [0, 200, 1_000][random.below(3) as usize];
         let mut queues = Queues::default();
         let mut board = board(&mut queues);
-        let mut wire = Wire::new(Job::new(motion.path.clone()), motion.terms(lease), 0);
+        let mut wire = Wire::new(Job::new(motion.path.clone()), motion.terms(), 0);
         wire.feed(&mut board, at);
         match befall(&mut board, &mut wire, &motion, befalls, &mut random) {
             Ok(outcome) => {

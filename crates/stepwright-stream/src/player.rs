@@ -13,10 +13,10 @@
 //! [`AHEAD`] before that, so that what is in the queues ends at about the same time for all axes,
 //! and a hold finds the rest in the FIFO.
 //!
-//! **What brakes.** The FIFO is empty, no end was said, and an axis that moves has no more than one
-//! entry waiting; or no whole frame came for the lease. Then each axis goes on from where its last
-//! entry leads, by its own [`BrakeLaw`], and rests. All that comes afterwards is refused until the next
-//! setup.
+//! **What brakes.** The FIFO is empty, no end was said or an axis is at speed there, and an axis that
+//! moves has no more than one entry waiting; or no whole frame came for the lease. Then each axis goes on
+//! from where its last entry leads, by its own [`BrakeLaw`], and rests. All that comes afterwards is
+//! refused until the next setup.
 
 use stepwright::drive::Axes;
 use stepwright::entry::Wiring;
@@ -444,7 +444,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     #[inline(never)]
     fn dry(&mut self) -> bool {
         if !self.is_off() {
-            if self.ended {
+            // An end behind an axis at speed is none: it brakes as if nothing followed.
+            if self.ended && !self.lanes.iter().any(|lane| lane.trail.moves) {
                 for feed in &mut self.feeds {
                     feed.set_open(false);
                 }

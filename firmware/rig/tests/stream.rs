@@ -263,12 +263,12 @@ fn silence_at_any_instant_brakes_every_axis() {
     let (mut told, mut made, mut n) = (Vec::new(), 0, 0);
     while made < instants {
         let mut random = Random::new(seed + n);
-        let motion = motion(seed + n, &mut random);
-        let lease = [0, 200, 1_000][random.below(3) as usize];
+        let mut motion = motion(seed + n, &mut random);
+        motion.lease = [0, 200, 1_000][random.below(3) as usize];
         let mut times: Vec<u64> = (0..each).map(|_| instant(&motion, &mut random)).collect();
         times.sort_unstable();
         let mut chip = Awake::new();
-        let mut wire = Wire::new(Job::new(motion.path.clone()), motion.terms(lease), 0);
+        let mut wire = Wire::new(Job::new(motion.path.clone()), motion.terms(), 0);
         let mut reports = VecDeque::new();
         for at in times.into_iter().take((instants - made) as usize) {
             wire.feed(&mut chip, at);
@@ -286,10 +286,11 @@ fn silence_at_any_instant_brakes_every_axis() {
                         format!("ok {} {most}", u8::from(off))
                     }
                     Err(why) => format!(
-                        "seed {}, {}, at {} ms, {befalls:?}, lease {lease}: {why}",
+                        "seed {}, {}, at {} ms, {befalls:?}, lease {}: {why}",
                         seed + n,
                         motion.name,
-                        at / MILLIS
+                        at / MILLIS,
+                        motion.lease
                     ),
                 }
             }));

@@ -58,13 +58,15 @@ pub struct Motion {
     pub name: &'static str,
     pub path: [Vec<Step>; 3],
     pub decels: [f64; 3],
+    /// What a board waits for a sign of life at rest, in ms; 0: for ever.
+    pub lease: u32,
 }
 
 impl Motion {
     /// How a host feeds it.
-    pub fn terms(&self, lease: u32) -> FeedTerms {
+    pub fn terms(&self) -> FeedTerms {
         let axes = (0..3).filter(|axis| !self.path[*axis].is_empty()).map(|axis| 1 << axis).sum();
-        FeedTerms { axes, lease, inputs: 0b1100_0111, ..terms(self.decels) }
+        FeedTerms { axes, lease: self.lease, inputs: 0b1100_0111, ..terms(self.decels) }
     }
 }
 
@@ -138,7 +140,7 @@ pub fn motion(kind: u64, random: &mut Random) -> Motion {
             ("three axes at one speed each", speeds.map(|v| level(2.5, v)), decels)
         }
     };
-    Motion { name, path, decels }
+    Motion { name, path, decels, lease: 0 }
 }
 
 /// How a host falls silent.
@@ -158,6 +160,8 @@ pub enum Befalls {
     Starves,
     /// What was not opened is taken back, and then nothing comes.
     Cut,
+    /// The end is said behind what the board has, wherever that leads.
+    End,
     /// `Z` is said, and the host goes on.
     Stop,
     /// An input closes.
@@ -167,7 +171,7 @@ pub enum Befalls {
 impl Befalls {
     /// One of them.
     pub fn any(random: &mut Random) -> Befalls {
-        match random.below(12) {
+        match random.below(13) {
             0 => Befalls::Plug,
             1 => Befalls::Killed,
             2..=4 => Befalls::Middle,
@@ -176,6 +180,7 @@ impl Befalls {
             8 => Befalls::Starves,
             9 => Befalls::Cut,
             10 => Befalls::Stop,
+            11 => Befalls::End,
             _ => Befalls::Input([0, 1, 2, 6, 7][random.below(5) as usize]),
         }
     }
@@ -231,13 +236,17 @@ pub fn befall<B: Guarded>(
         }
         Befalls::HalfLine => wire.send(&b"V1*1"[..1 + random.below(4) as usize]),
         Befalls::Starves => {}
-        Befalls::Cut => {
+        Befalls::Cut | Befalls::End => {
             wire.pass(board, begun + 12 * MILLIS);
             heard.listen(board);
             ask_credit(board, wire, &mut heard);
             // Unless another one is opened meanwhile.
             let Credit { next, opened, .. } = heard.credit.unwrap_or_default();
-            wire.send(FrameBytes::new(Kind::Cut, next, &[opened]).as_bytes());
+            let frame = match befalls {
+                Befalls::Cut => FrameBytes::new(Kind::Cut, next, &[opened]),
+                _ => FrameBytes::new(Kind::End, next, &[]),
+            };
+            wire.send(frame.as_bytes());
         }
         Befalls::Stop => {
             wire.send(b"Z\r");
@@ -251,6 +260,8 @@ pub fn befall<B: Guarded>(
         }
     }
     let silent = wire.now();
+    // Who gives no lease, or goes on pinging, is waited for where all rest.
+    let waits = motion.lease == 0 || befalls == Befalls::Starves;
     // Until the board says that it is off the path; then, until it rests.
     let (mut next, mut between) = (silent, None);
     loop {
@@ -273,6 +284,10 @@ pub fn befall<B: Guarded>(
             }
         }
         if next > silent + 100 * 1_000 * MILLIS {
+            if waits {
+                // At rest on its path; the judge sees that no axis stopped at speed.
+                break;
+            }
             return Err("it moves for ever".into());
         }
     }
@@ -288,6 +303,13 @@ pub fn befall<B: Guarded>(
     }
     board.close(0, false);
     let mut whole = true;
+    // A stop that comes before the run has begun is over then.
+    let zero = board.begun();
+    let first = board.edges().iter().find(|edge| edge.is_step());
+    let begins = first.map_or(0, |first| first.time - zero);
+    if befalls == Befalls::Stop && begins > begun + 20 * MILLIS {
+        bound = AHEAD;
+    }
     for axis in 0..3u8 {
         let n = usize::from(axis);
         let steps = steps_of(board.edges(), axis);
@@ -314,8 +336,8 @@ pub fn befall<B: Guarded>(
         }
         outcome.axes[n] = verdict;
     }
-    // Not off, and started: then it has made all.
-    if outcome.started && !outcome.off && !whole {
+    // Not off, and started: then it has made all, unless it waits, or an end was said while all rest.
+    if outcome.started && !outcome.off && !whole && !waits && befalls != Befalls::End {
         return Err("it is short of its path's end, and says nothing".into());
     }
     Ok(outcome)
@@ -344,9 +366,10 @@ pub fn ask(
     heard: &mut Heard,
     line: &str,
 ) -> Option<String> {
-    // What is answered to noise comes before.
+    // Noise may have begun a line, which ends here; its answer comes before.
     wire.send(&[FILL; 4]);
-    wire.pass(board, wire.now() + 12 * MILLIS);
+    wire.send(b"\r");
+    wire.pass(board, wire.now() + 16 * MILLIS);
     heard.listen(board);
     heard.forget();
     wire.send(line.as_bytes());

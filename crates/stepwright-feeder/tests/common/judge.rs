@@ -63,17 +63,24 @@ pub fn judge(steps: &[(u64, bool)], path: &[Step], decel: f64) -> Result<Verdict
         |from: usize, to: usize| (mean(from, to) * LATE).max(PART) / (made[to] - made[from]);
     let mut span = 1;
     while span <= made.len() {
-        // From the last span of the path on; what the path itself slows down there is its own.
+        // From the last span of the path on, the first half of which is of the path, or of what it braked;
+        // what the path itself slows down there is its own.
         for from in last.saturating_sub(span)..made.len().saturating_sub(2 * span) {
             let (middle, to) = (from + span, from + 2 * span);
             let fell = mean(from, middle) - mean(middle, to);
             let own = if from >= last {
                 0.0
-            } else if to < path.len() && path[from..=to].iter().all(|step| step.1 == path[to].1) {
-                let asked = |from: usize, to: usize| span as f64 / (asked[to] - asked[from]);
-                (asked(from, middle) - asked(middle, to)).max(0.0)
+            } else if middle <= last
+                && to < path.len()
+                && path[from..=to].iter().all(|step| step.1 == path[to].1)
+            {
+                let asked = |from: usize, to: usize| (to - from) as f64 / (asked[to] - asked[from]);
+                // It may be left where it is slowest.
+                let slowest = (from..last).map(|n| asked(n, n + 1)).fold(f64::MAX, f64::min);
+                let begun = asked(from, middle);
+                (begun - asked(middle, to)).max(begun - slowest).max(0.0)
             } else {
-                // It turns or rests there.
+                // It turns or rests there; or half of it is braked, and judged with what follows.
                 continue;
             };
             let sure = fell - own - noise(from, middle) - noise(middle, to);

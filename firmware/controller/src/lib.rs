@@ -20,6 +20,8 @@ mod io;
 mod kept;
 #[cfg(feature = "laws")]
 mod laws;
+mod never_panics;
+mod port_pins;
 mod register;
 mod ring;
 mod trial;
@@ -32,6 +34,7 @@ pub use engine::{ControllerEngine, run};
 pub use io::{Panel, PortIo};
 #[cfg(feature = "laws")]
 pub use laws::{LawEngine, run_laws};
+pub use port_pins::{PinPort, PortPins};
 pub use register::Register;
 pub use ring::Ring;
 pub use trial::TimerTrial;

@@ -2,65 +2,47 @@
 
 use esp_hal::gpio::{Input, InputConfig, InputPin, Level, Output, OutputConfig, OutputPin, Pull};
 use esp_hal::peripherals::GPIO;
-use stepwright::drive::{Axes, Drive};
-use stepwright_controller::{AXES, Panel, Turned};
+use stepwright::drive::Axes;
+use stepwright_controller::{Panel, PinPort, PortPins, Turned};
 use stepwright_device::Reset;
 
 use crate::board::{DIR, ENABLE, STEP};
 use crate::timer;
-
-static TURNED: Turned = Turned::new();
-
-/// Raises pins by their bits, or lowers them.
-#[inline(always)]
-fn set(bits: u32, high: bool) {
-    let port = GPIO::regs();
-    // SAFETY: one store that changes the levels of these pins alone.
-    unsafe {
-        if high {
-            port.out_w1ts().write(|w| w.bits(bits));
-        } else {
-            port.out_w1tc().write(|w| w.bits(bits));
-        }
-    }
-}
 
 /// Makes a pin an output for good.
 pub fn output(pin: impl OutputPin + 'static, level: Level) {
     core::mem::forget(Output::new(pin, level, OutputConfig::default()));
 }
 
-/// STEP and DIR of all axes.
-pub struct StepPins(());
+/// The port that STEP and DIR are on.
+pub struct Port;
 
-impl StepPins {
-    /// Of pins that are outputs.
-    ///
-    /// # Safety
-    /// Called once.
-    pub unsafe fn new() -> StepPins {
-        StepPins(())
-    }
-}
-
-impl Drive for StepPins {
-    #[inline(always)]
-    fn begin(&mut self, axes: Axes) {
-        set(u32::from(axes) << STEP, true);
-    }
+impl PinPort for Port {
+    const STEP: u32 = STEP;
+    const DIR: u32 = DIR;
 
     #[inline(always)]
-    fn end(&mut self, axes: Axes) {
-        set(u32::from(axes) << STEP, false);
-    }
-
-    fn direction(&mut self, axis: u8, forward: bool) {
-        let high = TURNED.direction(axis, forward);
-        if u32::from(axis) < AXES as u32 {
-            set(1 << (DIR + u32::from(axis)), high);
+    fn set(bits: u32, high: bool) {
+        let port = GPIO::regs();
+        // SAFETY: one store that changes the levels of these pins alone.
+        unsafe {
+            if high {
+                port.out_w1ts().write(|w| w.bits(bits));
+            } else {
+                port.out_w1tc().write(|w| w.bits(bits));
+            }
         }
     }
+
+    #[inline(always)]
+    fn turned() -> &'static Turned {
+        static TURNED: Turned = Turned::new();
+        &TURNED
+    }
 }
+
+/// STEP and DIR of all axes.
+pub type StepPins = PortPins<Port>;
 
 /// The pins around the motors: the enable pin and the emergency stop. There are no switches, as the chip
 /// has few pins.
@@ -84,7 +66,7 @@ impl Panel for BoardPins {
     }
 
     fn set_enable(&mut self, high: bool) {
-        set(1 << ENABLE, high);
+        Port::set(1 << ENABLE, high);
     }
 
     fn reset(&mut self) -> Reset {
@@ -96,9 +78,6 @@ impl Panel for BoardPins {
     }
 
     fn set_reverse(&mut self, axes: Axes) {
-        let levels = TURNED.reverse(axes);
-        for axis in 0..AXES as u32 {
-            set(1 << (DIR + axis), levels >> axis & 1 != 0);
-        }
+        StepPins::reverse(axes);
     }
 }

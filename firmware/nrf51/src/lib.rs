@@ -17,8 +17,6 @@
 
 pub mod board;
 
-#[cfg(all(target_os = "none", feature = "program"))]
-mod panic;
 #[cfg(target_os = "none")]
 pub mod pins;
 #[cfg(target_os = "none")]
@@ -27,3 +25,6 @@ pub mod timer;
 pub mod uart;
 #[cfg(target_os = "none")]
 mod vectors;
+
+#[cfg(all(target_os = "none", feature = "program"))]
+stepwright_controller::never_panics!();

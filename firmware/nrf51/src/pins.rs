@@ -1,7 +1,7 @@
 //! STEP and DIR, and the pins around the motors.
 
-use stepwright::drive::{Axes, Drive};
-use stepwright_controller::{AXES, Panel, Register, Turned};
+use stepwright::drive::Axes;
+use stepwright_controller::{Panel, PinPort, PortPins, Register, Turned};
 use stepwright_device::Reset;
 
 use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, STEP, SWITCHES};
@@ -21,47 +21,33 @@ const OUTPUTS: Register = port(0x518);
 /// How a pin is configured: an input with a pull-up.
 const PULLED_UP: u32 = 3 << 2;
 
-static TURNED: Turned = Turned::new();
+/// The port that STEP and DIR are on.
+pub struct Port;
 
-/// Sets DIR of an axis.
-#[inline(always)]
-fn set_dir(axis: u8, high: bool) {
-    // Of an axis that there is not, a pin beyond the last.
-    let bit = 1u32.wrapping_shl(DIR + u32::from(axis));
-    if high { SET.write(bit) } else { CLEAR.write(bit) }
+impl PinPort for Port {
+    const STEP: u32 = STEP;
+    const DIR: u32 = DIR;
+
+    #[inline(always)]
+    fn set(bits: u32, high: bool) {
+        if high { SET.write(bits) } else { CLEAR.write(bits) }
+    }
+
+    #[inline(always)]
+    fn turned() -> &'static Turned {
+        static TURNED: Turned = Turned::new();
+        &TURNED
+    }
+
+    #[inline(always)]
+    fn start(pins: u32) {
+        CLEAR.write(pins);
+        OUTPUTS.write(pins);
+    }
 }
 
 /// STEP and DIR of all axes.
-pub struct StepPins(());
-
-impl StepPins {
-    /// Makes them outputs, low.
-    ///
-    /// # Safety
-    /// Called once.
-    pub unsafe fn new() -> StepPins {
-        let all = ((1 << AXES) - 1) << STEP | ((1 << AXES) - 1) << DIR;
-        CLEAR.write(all);
-        OUTPUTS.write(all);
-        StepPins(())
-    }
-}
-
-impl Drive for StepPins {
-    #[inline(always)]
-    fn begin(&mut self, axes: Axes) {
-        SET.write(u32::from(axes) << STEP);
-    }
-
-    #[inline(always)]
-    fn end(&mut self, axes: Axes) {
-        CLEAR.write(u32::from(axes) << STEP);
-    }
-
-    fn direction(&mut self, axis: u8, forward: bool) {
-        set_dir(axis, TURNED.direction(axis, forward));
-    }
-}
+pub type StepPins = PortPins<Port>;
 
 /// The pins around the motors, why the board has begun, and its watchdog.
 pub struct BoardPins(());
@@ -119,7 +105,7 @@ impl Panel for BoardPins {
     }
 
     fn set_enable(&mut self, high: bool) {
-        if high { SET.write(1 << ENABLE) } else { CLEAR.write(1 << ENABLE) }
+        Port::set(1 << ENABLE, high);
     }
 
     fn reset(&mut self) -> Reset {
@@ -133,9 +119,6 @@ impl Panel for BoardPins {
     }
 
     fn set_reverse(&mut self, axes: Axes) {
-        let levels = TURNED.reverse(axes);
-        for axis in 0..AXES as u8 {
-            set_dir(axis, levels >> axis & 1 != 0);
-        }
+        StepPins::reverse(axes);
     }
 }

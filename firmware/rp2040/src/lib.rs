@@ -27,8 +27,6 @@ pub mod chip;
 #[cfg(target_os = "none")]
 pub mod lines;
 #[cfg(target_os = "none")]
-mod panic;
-#[cfg(target_os = "none")]
 pub mod pins;
 #[cfg(target_os = "none")]
 pub mod pio;
@@ -38,3 +36,6 @@ pub mod uart;
 pub mod usb;
 #[cfg(target_os = "none")]
 mod vectors;
+
+#[cfg(target_os = "none")]
+stepwright_controller::never_panics!();

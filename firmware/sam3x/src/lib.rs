@@ -21,8 +21,6 @@ pub mod board;
 #[cfg(target_os = "none")]
 pub mod chip;
 #[cfg(target_os = "none")]
-mod panic;
-#[cfg(target_os = "none")]
 pub mod pins;
 #[cfg(target_os = "none")]
 pub mod timer;
@@ -30,3 +28,6 @@ pub mod timer;
 pub mod uart;
 #[cfg(target_os = "none")]
 mod vectors;
+
+#[cfg(target_os = "none")]
+stepwright_controller::never_panics!();

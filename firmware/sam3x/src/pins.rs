@@ -1,7 +1,7 @@
 //! STEP and DIR, and the pins around the motors: all of them of port C.
 
-use stepwright::drive::{Axes, Drive};
-use stepwright_controller::{AXES, Panel, Register, Turned};
+use stepwright::drive::Axes;
+use stepwright_controller::{AXES, Panel, PinPort, PortPins, Register, Turned};
 use stepwright_device::Reset;
 
 use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, STEP, SWITCHES};
@@ -22,52 +22,37 @@ const CLEAR: Register = port(0x34);
 const LEVELS: Register = port(0x3C);
 const PULL_UP: Register = port(0x64);
 
-static TURNED: Turned = Turned::new();
-
 /// Bits of all axes.
 const ALL: u32 = (1 << AXES) - 1;
 
-/// Raises pins by their bits, or lowers them.
-#[inline(always)]
-fn set(bits: u32, high: bool) {
-    if high { SET.write(bits) } else { CLEAR.write(bits) }
+/// The port that STEP and DIR are on.
+pub struct Port;
+
+impl PinPort for Port {
+    const STEP: u32 = STEP;
+    const DIR: u32 = DIR;
+
+    #[inline(always)]
+    fn set(bits: u32, high: bool) {
+        if high { SET.write(bits) } else { CLEAR.write(bits) }
+    }
+
+    #[inline(always)]
+    fn turned() -> &'static Turned {
+        static TURNED: Turned = Turned::new();
+        &TURNED
+    }
+
+    #[inline(always)]
+    fn start(pins: u32) {
+        CLEAR.write(pins);
+        OUTPUTS.write(pins);
+        PROGRAM.write(pins);
+    }
 }
 
 /// STEP and DIR of all axes.
-pub struct StepPins(());
-
-impl StepPins {
-    /// Makes them outputs, low.
-    ///
-    /// # Safety
-    /// Called once.
-    pub unsafe fn new() -> StepPins {
-        const PINS: u32 = ALL << STEP | ALL << DIR;
-        CLEAR.write(PINS);
-        OUTPUTS.write(PINS);
-        PROGRAM.write(PINS);
-        StepPins(())
-    }
-}
-
-impl Drive for StepPins {
-    #[inline(always)]
-    fn begin(&mut self, axes: Axes) {
-        set(u32::from(axes) << STEP, true);
-    }
-
-    #[inline(always)]
-    fn end(&mut self, axes: Axes) {
-        set(u32::from(axes) << STEP, false);
-    }
-
-    fn direction(&mut self, axis: u8, forward: bool) {
-        let high = TURNED.direction(axis, forward);
-        if u32::from(axis) < AXES as u32 {
-            set(1 << (DIR + u32::from(axis)), high);
-        }
-    }
-}
+pub type StepPins = PortPins<Port>;
 
 /// The pins around the motors, why the board has begun, and its watchdog.
 pub struct BoardPins(());
@@ -120,7 +105,7 @@ impl Panel for BoardPins {
     }
 
     fn set_enable(&mut self, high: bool) {
-        set(1 << ENABLE, high);
+        Port::set(1 << ENABLE, high);
     }
 
     fn reset(&mut self) -> Reset {
@@ -132,9 +117,6 @@ impl Panel for BoardPins {
     }
 
     fn set_reverse(&mut self, axes: Axes) {
-        let levels = TURNED.reverse(axes);
-        for axis in 0..AXES as u32 {
-            set(1 << (DIR + axis), levels >> axis & 1 != 0);
-        }
+        StepPins::reverse(axes);
     }
 }

@@ -20,10 +20,11 @@ pub mod board;
 #[cfg(target_os = "none")]
 pub mod chip;
 #[cfg(target_os = "none")]
-mod panic;
-#[cfg(target_os = "none")]
 pub mod pins;
 #[cfg(target_os = "none")]
 pub mod timer;
 #[cfg(target_os = "none")]
 pub mod uart;
+
+#[cfg(target_os = "none")]
+stepwright_controller::never_panics!();

@@ -1,24 +1,15 @@
 //! STEP and DIR, and the pins around the motors: all of them of port C.
 
-use stepwright::drive::{Axes, Drive};
-use stepwright_controller::{AXES, Panel, Turned};
+use stepwright::drive::Axes;
+use stepwright_controller::{AXES, Panel, PinPort, PortPins, Turned};
 use stepwright_device::Reset;
 use stm32f4xx_hal::pac::{GPIOC, IWDG};
 
 use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, STEP, SWITCHES};
 use crate::timer;
 
-static TURNED: Turned = Turned::new();
-
 /// Bits of all axes.
 const ALL: u32 = (1 << AXES) - 1;
-
-/// Raises pins by their bits, or lowers them.
-#[inline(always)]
-fn set(bits: u32, high: bool) {
-    // SAFETY: one store that changes the levels of these pins alone.
-    unsafe { (*GPIOC::ptr()).bsrr().write(|w| w.bits(if high { bits } else { bits << 16 })) };
-}
 
 /// Two bits for each pin of `bits`.
 const fn pairs(bits: u32, value: u32) -> u32 {
@@ -36,8 +27,9 @@ const fn pairs(bits: u32, value: u32) -> u32 {
 pub fn start(port: GPIOC, watchdog: IWDG, reasons: u32) -> (StepPins, BoardPins) {
     const OUTPUTS: u32 = ALL << STEP | ALL << DIR | 1 << ENABLE;
     const INPUTS: u32 = ALL << SWITCHES | 1 << EMERGENCY | 1 << FAULT;
-    set(ALL << STEP | ALL << DIR, false);
-    set(1 << ENABLE, true);
+    // SAFETY: once, as there is one `GPIOC`.
+    let pins = unsafe { StepPins::new() };
+    Port::set(1 << ENABLE, true);
     // SAFETY: bits that the reference manual has.
     unsafe {
         port.moder().write(|w| w.bits(const { pairs(OUTPUTS, 1) }));
@@ -52,30 +44,31 @@ pub fn start(port: GPIOC, watchdog: IWDG, reasons: u32) -> (StepPins, BoardPins)
         watchdog.rlr().write(|w| w.bits(2_000));
         watchdog.kr().write(|w| w.bits(0xCCCC));
     }
-    (StepPins(()), BoardPins { port, watchdog, reasons })
+    (pins, BoardPins { port, watchdog, reasons })
+}
+
+/// The port that STEP and DIR are on.
+pub struct Port;
+
+impl PinPort for Port {
+    const STEP: u32 = STEP;
+    const DIR: u32 = DIR;
+
+    #[inline(always)]
+    fn set(bits: u32, high: bool) {
+        // SAFETY: one store that changes the levels of these pins alone.
+        unsafe { (*GPIOC::ptr()).bsrr().write(|w| w.bits(if high { bits } else { bits << 16 })) };
+    }
+
+    #[inline(always)]
+    fn turned() -> &'static Turned {
+        static TURNED: Turned = Turned::new();
+        &TURNED
+    }
 }
 
 /// STEP and DIR of all axes.
-pub struct StepPins(());
-
-impl Drive for StepPins {
-    #[inline(always)]
-    fn begin(&mut self, axes: Axes) {
-        set(u32::from(axes) << STEP, true);
-    }
-
-    #[inline(always)]
-    fn end(&mut self, axes: Axes) {
-        set(u32::from(axes) << STEP, false);
-    }
-
-    fn direction(&mut self, axis: u8, forward: bool) {
-        let high = TURNED.direction(axis, forward);
-        if u32::from(axis) < AXES as u32 {
-            set(1 << (DIR + u32::from(axis)), high);
-        }
-    }
-}
+pub type StepPins = PortPins<Port>;
 
 /// The pins around the motors, why the board has begun, and its watchdog.
 pub struct BoardPins {
@@ -115,7 +108,7 @@ impl Panel for BoardPins {
     }
 
     fn set_enable(&mut self, high: bool) {
-        set(1 << ENABLE, high);
+        Port::set(1 << ENABLE, high);
     }
 
     fn reset(&mut self) -> Reset {
@@ -128,9 +121,6 @@ impl Panel for BoardPins {
     }
 
     fn set_reverse(&mut self, axes: Axes) {
-        let levels = TURNED.reverse(axes);
-        for axis in 0..AXES as u32 {
-            set(1 << (DIR + axis), levels >> axis & 1 != 0);
-        }
+        StepPins::reverse(axes);
     }
 }

@@ -1,51 +1,35 @@
 //! A port that `virt` has not: memory stands for it, and QEMU's plugin sees the stores.
 
-use stepwright::drive::{Axes, Drive};
-use stepwright_controller::{AXES, Panel, Turned};
+use stepwright::drive::Axes;
+use stepwright_controller::{Panel, PinPort, PortPins, Turned};
 use stepwright_device::Reset;
 
 use crate::board::{CLEAR, DIR, ENABLE, SET, STEP};
 use crate::timer;
 
-static TURNED: Turned = Turned::new();
+/// The port that STEP and DIR are on.
+pub struct Port;
 
-/// Raises pins by their bits, or lowers them.
-#[inline(always)]
-fn set(bits: u32, high: bool) {
-    let first = if high { SET } else { CLEAR };
-    // SAFETY: 128 words of RAM, of which the linker has nothing (`memory.x`).
-    unsafe { ((first + (bits as usize & 0x7F) * 4) as *mut u32).write_volatile(bits) };
+impl PinPort for Port {
+    const STEP: u32 = STEP;
+    const DIR: u32 = DIR;
+
+    #[inline(always)]
+    fn set(bits: u32, high: bool) {
+        let first = if high { SET } else { CLEAR };
+        // SAFETY: 128 words of RAM, of which the linker has nothing (`memory.x`).
+        unsafe { ((first + (bits as usize & 0x7F) * 4) as *mut u32).write_volatile(bits) };
+    }
+
+    #[inline(always)]
+    fn turned() -> &'static Turned {
+        static TURNED: Turned = Turned::new();
+        &TURNED
+    }
 }
 
 /// STEP and DIR of all axes.
-pub struct StepPins(());
-
-impl StepPins {
-    /// Makes them low.
-    ///
-    /// # Safety
-    /// Called once.
-    pub unsafe fn new() -> StepPins {
-        set(((1 << AXES) - 1) << STEP | ((1 << AXES) - 1) << DIR, false);
-        StepPins(())
-    }
-}
-
-impl Drive for StepPins {
-    #[inline(always)]
-    fn begin(&mut self, axes: Axes) {
-        set(u32::from(axes) << STEP, true);
-    }
-
-    #[inline(always)]
-    fn end(&mut self, axes: Axes) {
-        set(u32::from(axes) << STEP, false);
-    }
-
-    fn direction(&mut self, axis: u8, forward: bool) {
-        set(1u32.wrapping_shl(DIR + u32::from(axis)), TURNED.direction(axis, forward));
-    }
-}
+pub type StepPins = PortPins<Port>;
 
 /// The pins around the motors. There are no switches and no watchdog.
 pub struct BoardPins(());
@@ -56,7 +40,7 @@ impl BoardPins {
     /// # Safety
     /// Called once.
     pub unsafe fn new() -> BoardPins {
-        set(1 << ENABLE, true);
+        Port::set(1 << ENABLE, true);
         BoardPins(())
     }
 }
@@ -68,7 +52,7 @@ impl Panel for BoardPins {
     }
 
     fn set_enable(&mut self, high: bool) {
-        set(1 << ENABLE, high);
+        Port::set(1 << ENABLE, high);
     }
 
     fn reset(&mut self) -> Reset {
@@ -76,9 +60,6 @@ impl Panel for BoardPins {
     }
 
     fn set_reverse(&mut self, axes: Axes) {
-        let levels = TURNED.reverse(axes);
-        for axis in 0..AXES as u8 {
-            set(1 << (DIR + u32::from(axis)), levels >> axis & 1 != 0);
-        }
+        StepPins::reverse(axes);
     }
 }

@@ -1,38 +1,17 @@
 //! `grbl --port` on `board --pty --program stream`: the motors of a board, under a sender.
 #![cfg(unix)]
 
+mod common;
+
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
+use common::{PtyBoard, program};
+
 fn stepwright() -> Command {
-    let built = env!("CARGO_BIN_EXE_stepwright").to_owned();
-    Command::new(std::env::var("STEPWRIGHT_COMMAND").unwrap_or(built))
-}
-
-struct PtyBoard(Child, String);
-
-impl PtyBoard {
-    fn new(program: &str) -> PtyBoard {
-        let mut board = stepwright()
-            .args(["board", "--pty", "--program", program])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(board.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
-        let path = line.trim().strip_prefix("pty ").unwrap().to_owned();
-        PtyBoard(board, path)
-    }
-}
-
-impl Drop for PtyBoard {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
+    Command::new(program())
 }
 
 /// A sender on standard input and output.
@@ -117,7 +96,7 @@ impl Sender {
 /// `stepwright-feeder/tests/grbl.rs`.
 #[test]
 fn homing_laser_and_probe_are_refused() {
-    let board = PtyBoard::new("stream");
+    let board = PtyBoard::new(&["--program", "stream"]);
     let mut sender = Sender::new(&board);
     for (line, answer) in [("$22=1", "error:3"), ("$32=1", "error:3"), ("$H", "error:5")] {
         sender.say(&format!("{line}\n"));
@@ -132,7 +111,7 @@ fn homing_laser_and_probe_are_refused() {
 /// A board that vanishes is an alarm with its own words.
 #[test]
 fn a_board_that_vanishes_is_an_alarm() {
-    let board = PtyBoard::new("stream");
+    let board = PtyBoard::new(&["--program", "stream"]);
     let mut sender = Sender::new(&board);
     sender.say("G1 X100 F1000\n");
     sender.report("<Run|MPos:1");
@@ -143,9 +122,35 @@ fn a_board_that_vanishes_is_an_alarm() {
     assert!(told.contains("its position stays known"), "{told}");
 }
 
+/// Who can't brake does not begin.
+#[test]
+fn an_axis_that_the_board_cannot_brake_does_not_move() {
+    let board = PtyBoard::new(&["--program", "stream"]);
+    let mut sender = Sender::new(&board);
+    // 4 steps/s².
+    sender.say("$121=0.05\n");
+    sender.hear("ok");
+    sender.say("G1 X1 F100\n");
+    sender.hear("Acceleration below 8");
+    sender.hear("ALARM:3");
+    let told = sender.end();
+    assert!(told.contains("board 0 0 0, late steps 0"), "{told}");
+}
+
+#[test]
+fn a_move_ends_where_the_board_says_it_is() {
+    let board = PtyBoard::new(&["--program", "stream"]);
+    let mut sender = Sender::new(&board);
+    sender.say("G1 X10 Y-5 F2000\n");
+    sender.report("<Run");
+    sender.report("<Idle|MPos:10.000,-5.000,0.000");
+    let told = sender.end();
+    assert!(told.contains("board 800 -400 0, late steps 0"), "{told}");
+}
+
 #[test]
 fn another_program_is_refused_with_the_remedy() {
-    let board = PtyBoard::new("slave");
+    let board = PtyBoard::new(&[]);
     let output = stepwright().args(["grbl", "--stdio", "--port", &board.1]).output().unwrap();
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{told}");

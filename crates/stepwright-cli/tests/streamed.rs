@@ -1,44 +1,22 @@
 //! `gcode FILE --port` on `board --pty --program stream`: the same way as on a real board.
 #![cfg(unix)]
 
-use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Output, Stdio};
+mod common;
+
+use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
+use common::{PtyBoard, program};
+
 fn stepwright() -> Command {
-    let built = env!("CARGO_BIN_EXE_stepwright").to_owned();
-    Command::new(std::env::var("STEPWRIGHT_COMMAND").unwrap_or(built))
+    Command::new(program())
 }
 
-/// A virtual board on a path, until it is dropped.
-struct PtyBoard(Child, String);
-
-impl PtyBoard {
-    fn new(program: &str) -> PtyBoard {
-        let mut board = stepwright()
-            .args(["board", "--pty", "--program", program])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(board.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
-        let path = line.trim().strip_prefix("pty ").unwrap().to_owned();
-        PtyBoard(board, path)
-    }
-
-    fn gcode(&self, job: &std::path::Path) -> Command {
-        let mut command = stepwright();
-        command.arg("gcode").arg(job).args(["--port", &self.1]);
-        command
-    }
-}
-
-impl Drop for PtyBoard {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
+/// A job for a board.
+fn gcode(board: &PtyBoard, job: &std::path::Path) -> Command {
+    let mut command = stepwright();
+    command.arg("gcode").arg(job).args(["--port", &board.1]);
+    command
 }
 
 fn job(text: &str) -> tempfile::NamedTempFile {
@@ -54,11 +32,11 @@ fn said(output: &Output) -> (String, String) {
 
 #[test]
 fn a_job_is_streamed_to_its_exact_end() {
-    let board = PtyBoard::new("stream");
+    let board = PtyBoard::new(&["--program", "stream"]);
     let file = job("G1 F6000 X20 Y10\nG4 P0.3\nG2 X0 Y0 I-10 J-5\nG0 Z1\n");
     let plan = stepwright().arg("gcode").arg(file.path()).args(["--fast"]).output().unwrap();
     let (wanted, _) = said(&plan);
-    let (out, err) = said(&board.gcode(file.path()).output().unwrap());
+    let (out, err) = said(&gcode(&board, file.path()).output().unwrap());
     let last = |text: &str| text.lines().last().unwrap_or_default().to_owned();
     assert_eq!(last(&out), last(&wanted), "{out}{err}");
     assert!(out.contains("late steps  0"), "{out}{err}");
@@ -66,9 +44,9 @@ fn a_job_is_streamed_to_its_exact_end() {
 
 #[test]
 fn a_signal_brakes_along_the_path() {
-    let board = PtyBoard::new("stream");
+    let board = PtyBoard::new(&["--program", "stream"]);
     let file = job("G1 F1200 X200 Y100\n");
-    let mut command = board.gcode(file.path());
+    let mut command = gcode(&board, file.path());
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     std::thread::sleep(Duration::from_millis(2_500));
     let pid = nix::unistd::Pid::from_raw(child.id() as i32);
@@ -85,9 +63,9 @@ fn a_signal_brakes_along_the_path() {
 
 #[test]
 fn another_program_is_refused_with_the_remedy() {
-    let board = PtyBoard::new("slave");
+    let board = PtyBoard::new(&[]);
     let file = job("G1 F600 X1\n");
-    let output = board.gcode(file.path()).output().unwrap();
+    let output = gcode(&board, file.path()).output().unwrap();
     let (out, err) = said(&output);
     assert_eq!(output.status.code(), Some(1), "{out}{err}");
     assert!(err.contains("stepwright flash uno --program stream"), "{out}{err}");

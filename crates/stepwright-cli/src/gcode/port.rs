@@ -37,6 +37,37 @@ pub struct Streamed {
     pub again: u64,
 }
 
+/// A board that plays streams, at rest.
+pub struct Met {
+    pub session: Session,
+    pub name: String,
+    /// Its step timer.
+    pub hz: u32,
+    /// Where its axes are, as far as it knows.
+    pub places: [Option<i64>; 3],
+}
+
+impl Met {
+    /// Opens the port for a command, and waits until nothing moves.
+    pub fn at(port: &PortArgs, command: &str) -> Result<Met, Failure> {
+        let mut session = port.open(command, Share::Alone)?;
+        // A board that somebody has left in the middle of a frame hears nothing else.
+        let _ = session.link().write(&[FILL; 4]);
+        let about = target::met_program(&mut session, programs::STREAM, |_| "stream")?;
+        let name = session.name();
+        let hz = word(&about, "hz=").and_then(|hz| u32::try_from(hz).ok()).unwrap_or(16_000_000);
+        at_rest(&mut session, &name)?;
+        let places = positions(&mut session)?;
+        Ok(Met { session, name, hz, places })
+    }
+}
+
+/// How the axes brake, by these decelerations in steps/s²; `None` if one is below what a board brakes by.
+pub fn brakes(decels: [f64; 3], hz: u32) -> Option<[BrakeLaw; 3]> {
+    let [x, y, z] = decels.map(|decel| BrakeLaw::of((decel * 1_000.0).floor() as u64, hz));
+    Some([x?, y?, z?])
+}
+
 /// Streams a job that has been planned, and is not refused.
 pub fn stream(
     port: &PortArgs,
@@ -44,14 +75,7 @@ pub fn stream(
     axes: [AxisPace; 3],
     plan: &JobPlan,
 ) -> Result<Streamed, Failure> {
-    let mut session = port.open("gcode", Share::Alone)?;
-    // A board that somebody has left in the middle of a frame hears nothing else.
-    let _ = session.link().write(&[FILL; 4]);
-    let about = target::met_program(&mut session, programs::STREAM, |_| "stream")?;
-    let name = session.name();
-    let hz = word(&about, "hz=").and_then(|hz| u32::try_from(hz).ok()).unwrap_or(16_000_000);
-    at_rest(&mut session, &name)?;
-    let places = positions(&mut session)?;
+    let Met { mut session, name, hz, places } = Met::at(port, "gcode")?;
     if places != [Some(0); 3] {
         let places = places.map(|place| place.map_or("?".to_owned(), |place| place.to_string()));
         say::note(format_args!(
@@ -59,14 +83,11 @@ pub fn stream(
             places.join(" ")
         ));
     }
-    let mut brakes = [BrakeLaw::NONE; 3];
-    for (brake, pace) in brakes.iter_mut().zip(&axes) {
-        let thousandths = (pace.accel / pace.step * 1_000.0).floor() as u64;
-        *brake = BrakeLaw::of(thousandths, hz).ok_or_else(|| {
-            Failure::usage("an axis decelerates too slowly for a board that brakes by itself")
-                .hint("--accel of 8 steps/s² and more")
-        })?;
-    }
+    let decels = [0, 1, 2].map(|n: usize| axes[n].accel / axes[n].step);
+    let brakes = brakes(decels, hz).ok_or_else(|| {
+        Failure::usage("an axis decelerates too slowly for a board that brakes by itself")
+            .hint("--accel of 8 steps/s² and more")
+    })?;
     let moves = plan.delays().into_iter().zip(0u8..).filter(|(delay, _)| delay.is_some());
     let moving = moves.map(|(_, axis)| 1 << axis).sum();
     let times = LinkTimes::of_baud(port.baud);

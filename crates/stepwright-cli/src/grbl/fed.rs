@@ -5,15 +5,12 @@ use std::time::Duration;
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_grbl::{Coming, Grbl, GrblSettings, VirtualMill};
 use stepwright_host::Session;
-use stepwright_host::link::serial::Share;
-use stepwright_stream::brake::BrakeLaw;
-use stepwright_stream::frame::FILL;
 use stepwright_stream::send::LinkTimes;
 
 use crate::failure::Failure;
-use crate::gcode::port::{ask, at_rest, positions, word};
-use crate::order::target::{self, PortArgs};
-use crate::{programs, say};
+use crate::gcode::port::{Met, ask, at_rest, brakes, positions, word};
+use crate::order::target::PortArgs;
+use crate::say;
 
 /// Between two looks at the line.
 const LOOK: Duration = Duration::from_millis(1);
@@ -62,14 +59,7 @@ struct Run {
 impl Fed {
     /// Opens the port. The place where the board stands is the machine's zero.
     pub fn open(port: &PortArgs) -> Result<Fed, Failure> {
-        let mut session = port.open("grbl", Share::Alone)?;
-        // A board that somebody has left in the middle of a frame hears nothing else.
-        let _ = session.link().write(&[FILL; 4]);
-        let about = target::met_program(&mut session, programs::STREAM, |_| "stream")?;
-        let name = session.name();
-        let hz = word(&about, "hz=").and_then(|hz| u32::try_from(hz).ok()).unwrap_or(16_000_000);
-        at_rest(&mut session, &name)?;
-        let places = positions(&mut session)?;
+        let Met { session, name, hz, places } = Met::at(port, "grbl")?;
         let [Some(x), Some(y), Some(z)] = places else {
             return Err(Failure::new(format!("{name} does not know where its axes are"))
                 .hint("`I` at a terminal makes the present place 0"));
@@ -121,7 +111,10 @@ impl Fed {
         let heard = buffer.get(..count).unwrap_or_default();
         let Some(run) = &mut self.run else {
             match grbl.run() {
-                Some(number) => self.run = Some(self.begin(number, now, grbl.settings())),
+                Some(number) => match self.begin(number, now, grbl.settings()) {
+                    Some(run) => self.run = Some(run),
+                    None => grbl.off_path(grbl.position(), LOST, "Acceleration below 8 steps/s2"),
+                },
                 None => self.now += since,
             }
             return Ok(());
@@ -171,12 +164,10 @@ impl Fed {
         if state.is_end() { self.ended(state, grbl) } else { Ok(()) }
     }
 
-    fn begin(&self, number: u64, now: Duration, settings: &GrblSettings) -> Run {
-        let [steps, accel] = [100, 120].map(|first| [0, 1, 2].map(|n| settings.get(first + n)));
-        let brakes = [0, 1, 2].map(|n| {
-            let thousandths = (accel[n] * steps[n] * 1_000.0).floor() as u64;
-            BrakeLaw::of(thousandths, self.hz).unwrap_or(BrakeLaw::NONE)
-        });
+    /// `None` where the board could not brake by the settings.
+    fn begin(&self, number: u64, now: Duration, settings: &GrblSettings) -> Option<Run> {
+        let decels = [0, 1, 2].map(|n| settings.get(120 + n) * settings.get(100 + n));
+        let brakes = brakes(decels, self.hz)?;
         let terms = FeedTerms {
             hz: self.hz,
             times: LinkTimes::of_baud(self.baud),
@@ -185,7 +176,7 @@ impl Fed {
             ..FeedTerms::avr(brakes)
         };
         let feeder = StreamFeeder::new(terms, 0);
-        Run { number, feeder, begun: now, base: self.now, planned: 0.0, changes: false }
+        Some(Run { number, feeder, begun: now, base: self.now, planned: 0.0, changes: false })
     }
 
     /// The board has come to the end of a run, or has left it.

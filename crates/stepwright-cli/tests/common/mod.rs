@@ -157,6 +157,19 @@ fn wait_line(lines: &Receiver<String>, begin: &str, all: &mut String) -> Option<
     }
 }
 
+/// A virtual board, and the path that it is on, until this is dropped.
+pub struct PtyBoard(pub Running, pub String);
+
+impl PtyBoard {
+    /// With these options.
+    #[track_caller]
+    pub fn new(options: &[&str]) -> PtyBoard {
+        let mut board = Running::start(&[&["board", "--pty"], options].concat());
+        let path = board.wait_out("pty ").strip_prefix("pty ").unwrap().to_owned();
+        PtyBoard(board, path)
+    }
+}
+
 /// Runs the command with this input to its end.
 #[track_caller]
 pub fn stepwright_with<S: AsRef<str>>(args: &[S], input: &[u8]) -> Ended {

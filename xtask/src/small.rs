@@ -7,6 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
+use crate::elf;
 use crate::toolchain::{Chip, Cross};
 use crate::workspace::{Workspace, cargo_path, output, run};
 
@@ -113,10 +114,10 @@ impl SmallBoard {
     }
 
     /// Says what a program of it takes, in a line. An error if the controller takes more than it may.
-    pub fn tell_size(&self, elf: &Path) -> Result<()> {
-        let program = elf.file_stem().unwrap_or_default().to_string_lossy();
-        let data = fs::read(elf)?;
-        let sizes = sizes(&data).with_context(|| format!("{} is no ELF", elf.display()))?;
+    pub fn tell_size(&self, file: &Path) -> Result<()> {
+        let program = file.file_stem().unwrap_or_default().to_string_lossy();
+        let data = fs::read(file)?;
+        let sizes = elf::sizes(&data).with_context(|| format!("reading {}", file.display()))?;
         println!("{program:<20}{:>7} bytes of flash {:>6} of RAM", sizes[0], sizes[1]);
         if program.ends_with("-controller") {
             for (what, (size, most)) in ["flash", "RAM"].iter().zip(sizes.iter().zip(&self.most)) {
@@ -131,31 +132,6 @@ impl SmallBoard {
         }
         Ok(())
     }
-}
-
-/// Bytes of flash, and of RAM without the stack, of a little-endian ELF of 32 bits: the sections that are
-/// loaded, and those that are written to, of which the ones with contents take both.
-fn sizes(elf: &[u8]) -> Option<[u64; 2]> {
-    let half = |at: usize| Some(u16::from_le_bytes(elf.get(at..at + 2)?.try_into().ok()?));
-    let word = |at: usize| Some(u32::from_le_bytes(elf.get(at..at + 4)?.try_into().ok()?));
-    let (table, size, count) = (word(0x20)?, half(0x2E)?, half(0x30)?);
-    let names = table as usize + usize::from(size) * usize::from(half(0x32)?);
-    let names = word(names + 0x10)? as usize;
-    let (mut flash, mut ram) = (0, 0);
-    for n in 0..usize::from(count) {
-        let at = table as usize + n * usize::from(size);
-        let (name, kind, flags) = (word(at)?, word(at + 4)?, word(at + 8)?);
-        let bytes = u64::from(word(at + 0x14)?);
-        let (empty, written, kept) = (kind == 8, flags & 1 != 0, flags & 2 != 0);
-        // A linker's script may give the stack and the heap sections.
-        let name = elf.get(names + name as usize..)?;
-        let reserved = name.starts_with(b".stack") || name.starts_with(b".heap");
-        if kept && !reserved {
-            flash += if empty { 0 } else { bytes };
-            ram += if written { bytes } else { 0 };
-        }
-    }
-    Some([flash, ram])
 }
 
 /// Has cargo link for a chip by LLVM's linker.
@@ -179,28 +155,6 @@ fn linker() -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A header, a table of four sections (none, code, variables, a stack), and their names.
-    #[test]
-    fn sections_are_flash_and_ram() {
-        let names = b"\0.text\0.data\0.stack\0";
-        let sections: [[u32; 10]; 5] = [
-            [0; 10],
-            [1, 1, 2 | 4, 0, 0, 100, 0, 0, 0, 0],
-            [7, 1, 2 | 1, 0, 0, 20, 0, 0, 0, 0],
-            [13, 8, 2 | 1, 0, 0, 4_000, 0, 0, 0, 0],
-            [0, 3, 0, 0, 52 + 200, names.len() as u32, 0, 0, 0, 0],
-        ];
-        let mut elf = vec![0u8; 52];
-        elf[0x20..0x24].copy_from_slice(&52u32.to_le_bytes());
-        for (at, value) in [(0x2E, 40u16), (0x30, 5), (0x32, 4)] {
-            elf[at..at + 2].copy_from_slice(&value.to_le_bytes());
-        }
-        elf.extend(sections.iter().flatten().flat_map(|word| word.to_le_bytes()));
-        elf.extend(names);
-        assert_eq!(sizes(&elf), Some([120, 20]));
-        assert_eq!(sizes(b"no"), None);
-    }
 
     /// Whoever adds a folder need not list it anywhere.
     #[test]

@@ -277,7 +277,7 @@ fn silence_at_any_instant_brakes_every_axis() {
             reports.push_back(Report::fork(|| {
                 let came = befall(&mut chip, &mut wire, &motion, befalls, &mut random);
                 let came = came.and_then(|outcome| {
-                    check(chip.chip.edges(), Needs { interval: 72, ..Needs::DEFAULT })?;
+                    check(chip.chip.edges(), Needs::DEFAULT)?;
                     Ok(outcome)
                 });
                 match came {

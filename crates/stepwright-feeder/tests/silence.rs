@@ -6,7 +6,7 @@ mod common;
 use common::guards;
 use common::instants::{Befalls, Guarded, KINDS, Random, befall, instant, motion};
 use common::wire::Wire;
-use common::{Job, board};
+use common::{Job, MILLIS, board};
 use stepwright_sim::{Edge, Queues, StreamBoard};
 
 impl Guarded for StreamBoard<'_, Vec<Edge>> {
@@ -48,6 +48,20 @@ fn silence_at_any_instant_brakes_every_axis() {
     println!("{instants} instants, {off} off the path, at most {most:.3} of a deceleration");
     assert!(wrong.is_empty(), "{} of {instants}:\n{}", wrong.len(), wrong.join("\n"));
     assert!(off > instants / 2, "{off} of {instants}");
+}
+
+#[test]
+fn an_end_while_axes_are_at_speed_brakes_them() {
+    for kind in 0..KINDS {
+        let mut random = Random::new(kind);
+        let motion = motion(kind, &mut random);
+        let mut queues = Queues::default();
+        let mut board = board(&mut queues);
+        let mut wire = Wire::new(Job::new(motion.path.clone()), motion.terms(), 0);
+        wire.feed(&mut board, 700 * MILLIS);
+        let outcome = befall(&mut board, &mut wire, &motion, Befalls::End, &mut random);
+        assert!(outcome.as_ref().is_ok_and(|outcome| outcome.off), "{}: {outcome:?}", motion.name);
+    }
 }
 
 /// Each on a board of its own.

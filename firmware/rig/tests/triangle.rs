@@ -5,7 +5,8 @@
 //! its 40,000 steps/s² and its traffic; and so is what clean means: no late step, no byte
 //! lost, every edge within half an interval of the closed form. At stepper_h's own size
 //! the side of two motors is so short that it turns round at 23,000 steps/s; ten times as
-//! large, every side reaches its rate and holds it.
+//! large, every side reaches its rate and holds it. The bench's rates are those of motors
+//! that differ by some tenths of a per cent; motors that end together keep a little less.
 //!
 //! What motors keep that do not end together, and why, is in `docs/benchmarks.md`.
 
@@ -29,6 +30,10 @@ const ACCEL: u32 = 40_000;
 /// traffic: two runs have to be planned where one of the bench's has. At 36,000 some steps
 /// are late.
 const TWO_TOGETHER: u32 = 35_000;
+
+/// Three motors that end together, likewise: at the bench's 35,095 one step of the 200,000
+/// of a side is late, and so it is at 34,700.
+const THREE_TOGETHER: u32 = 34_000;
 
 /// Likewise one motor: some phases of the traffic, which every build moves, leave late
 /// steps at 114,000.
@@ -171,7 +176,7 @@ fn at_the_highest_clean_rates_of_the_bench() {
 fn ten_times_as_large_the_rates_are_reached_and_held() {
     let Some(mut chip) = bench() else { return };
     let [_, three] = rates();
-    triangle(&mut chip, 10, TWO_TOGETHER, three);
+    triangle(&mut chip, 10, TWO_TOGETHER, three.min(THREE_TOGETHER));
 }
 
 #[test]

@@ -29,7 +29,6 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
 /// only by worsening, or by meeting their bound: then they leave this list.
 /// `docs/benchmarks.md` says more.
 pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
-    ("rate_ramps", 3, "queued", "planning of three falls that end together"),
     ("rate_constant", 3, "queued", "an axis waits for the others' next groups to be prepared"),
     ("ram", 3, "queued", "what the guards keep: settings, places, errors"),
     ("flash", 3, "queued", "what the compiler makes of wide numbers"),

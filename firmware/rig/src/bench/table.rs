@@ -179,11 +179,11 @@ mod tests {
     use super::super::bounds::OPEN;
     use super::*;
 
-    /// A rate that is open below its bound of 35,000 steps/s, and cycles that
+    /// A rate that is open below its bound of 45,000 steps/s, and cycles that
     /// may be 110.
     fn table(rate: f64, cycles: f64) -> Table {
         Table::new(vec![
-            Row::queued("rate_ramps", 3, rate, "steps/s"),
+            Row::queued("rate_constant", 3, rate, "steps/s"),
             Row::queued("isolated", 1, cycles, "cycles"),
         ])
     }
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn an_open_row_that_meets_its_bound_is_open_no_more() {
-        let good = table(35_000.0, 100.0);
+        let good = table(45_000.0, 100.0);
         assert_eq!(wrong(&good, &good), 1);
     }
 

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
-/// The micro:bit, with a Cortex-M0.
+/// The micro:bit, with a Cortex-M0, and with more RAM than it has: see the manifest.
 const SMALL: &str = "MEMORY {
   FLASH : ORIGIN = 0x00000000, LENGTH = 256K
-  RAM : ORIGIN = 0x20000000, LENGTH = 16K
+  RAM : ORIGIN = 0x20000000, LENGTH = 64K
 }";
 
 /// ARM's MPS2, with a larger Cortex-M.
@@ -30,7 +30,6 @@ REGION_ALIAS(\"REGION_STACK\", RAM);";
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     let var = |name| env::var(name).unwrap_or_default();
-    println!("cargo:rustc-check-cfg=cfg(small)");
     let memory = match (&*var("CARGO_CFG_TARGET_OS"), &*var("CARGO_CFG_TARGET_ARCH")) {
         ("none", "arm") if var("TARGET").starts_with("thumbv6m") => SMALL,
         ("none", "arm") => ARM,
@@ -38,9 +37,6 @@ fn main() {
         (_, "avr") => return println!("cargo:rustc-link-arg=-Wl,--relax"),
         _ => return,
     };
-    if memory == SMALL {
-        println!("cargo:rustc-cfg=small");
-    }
     let folder = PathBuf::from(env::var_os("OUT_DIR").expect("cargo names a folder"));
     fs::write(folder.join("memory.x"), memory).expect("the linker's script is written");
     println!("cargo:rustc-link-search={}", folder.display());

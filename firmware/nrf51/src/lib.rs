@@ -11,6 +11,7 @@
 //! | `src/bin/laws.rs`, `cycles.rs` | Austin's laws and motor cycles over the line |
 //! | `src/bin/awaits.rs` | moves that are awaited, and can't panic |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |
+//! | `src/bin/urgent.rs` | how long does a more urgent interrupt wait? |
 //!
 //! Programs with an executor, with RTIC and with a main loop of their own: `firmware/microbit`.
 //! `cargo xtask firmware nrf51` builds it, `cargo xtask test --only qemu` runs it in QEMU.
@@ -24,7 +25,7 @@ pub mod timer;
 #[cfg(target_os = "none")]
 pub mod uart;
 #[cfg(target_os = "none")]
-mod vectors;
+pub mod vectors;
 
 #[cfg(all(target_os = "none", feature = "program"))]
 stepwright_controller::never_panics!();

@@ -31,19 +31,30 @@ const BIT: u32 = 1 << crate::vectors::TIMER0_NUMBER;
 const HELD: u32 = BIT | 1 << crate::vectors::UART0_NUMBER;
 
 const fn nvic(offset: usize) -> Register {
-    // SAFETY: ARMv6-M: ISER, ICER and ISPR; a written 0 changes nothing.
+    // SAFETY: ARMv6-M: ISER, ICER and ISPR, where a written 0 changes nothing; IPR.
     unsafe { Register::at(0xE000_E000 + offset) }
 }
 
 /// The step timer.
 pub struct Timer(());
 
+/// Priorities of interrupts 8 to 11, a byte each, of which the two highest bits count: TIMER0's is the
+/// first.
+const PRIORITIES: Register = nvic(0x408);
+/// The most urgent but one.
+const BEHIND_THE_URGENT: u32 = 0x40;
+
 impl Timer {
-    /// Starts TIMER0 at 0, its interrupt held off.
+    /// Starts TIMER0 at 0, its interrupt held off. If it has the priority of a reset, 0, it gets the next
+    /// one: so an interrupt of the program's own, whose priority is 0, does not wait for steps.
     ///
     /// # Safety
     /// Called once.
     pub unsafe fn start() -> Timer {
+        let priorities = PRIORITIES.read();
+        if priorities & 0xFF == 0 {
+            PRIORITIES.write(priorities | BEHIND_THE_URGENT);
+        }
         // SAFETY: CLOCK's task HFCLKSTART. Until the crystal is ready the RC oscillator counts.
         unsafe { Register::at(0x4000_0000) }.write(1);
         BITS.write(3);

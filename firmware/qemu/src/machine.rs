@@ -1,7 +1,9 @@
 //! A board in QEMU: its line, and its pins.
 
 use std::env;
+use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
+use std::ops::Range;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -10,6 +12,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
+use object::{Object, ObjectSymbol};
 
 use crate::boards::Simulated;
 use crate::edges::Edge;
@@ -84,6 +87,18 @@ pub fn firmware(board: &Simulated, program: &str) -> Result<PathBuf> {
     let file = path("STEPWRIGHT_FIRMWARE")?.join(format!("{name}-{program}.elf"));
     ensure!(file.is_file(), "no {}: `cargo xtask firmware {name}` builds it", file.display());
     Ok(file)
+}
+
+/// Where a symbol of a program is: its first address, and the one behind its last.
+///
+/// # Errors
+/// It has no such symbol.
+pub fn symbol(board: &Simulated, program: &str, name: &str) -> Result<Range<u64>> {
+    let data = fs::read(firmware(board, program)?)?;
+    let file = object::File::parse(&*data)?;
+    let symbol = file.symbols().find(|symbol| symbol.name() == Ok(name));
+    let symbol = symbol.with_context(|| format!("{program} has no symbol {name}"))?;
+    Ok(symbol.address()..symbol.address() + symbol.size())
 }
 
 /// The plugin.

@@ -13,6 +13,7 @@
 //! | `src/bin/laws.rs`, `cycles.rs` | Austin's laws and motor cycles over the line |
 //! | `src/bin/planned.rs` | planned motors in a program of one's own |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |
+//! | `src/bin/urgent.rs` | how long does a more urgent interrupt wait? |
 //!
 //! `cargo xtask firmware virt` builds it, `cargo xtask test --only qemu` runs it.
 

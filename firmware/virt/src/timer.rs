@@ -97,3 +97,29 @@ unsafe impl HoldOff for StepInterrupt {
         unsafe { asm!("csrs mie, {bit}", bit = in(reg) BIT, options(nostack)) };
     }
 }
+
+/// Carries out a visit of the step interrupt, and lets other interrupts come meanwhile. They are more urgent
+/// then: a RISC-V without an interrupt controller of its own has no priorities.
+///
+/// # Safety
+/// Called by the step interrupt. Those that come meanwhile do not hold it off, and so leave the motors
+/// alone.
+#[inline(always)]
+pub unsafe fn visit<R>(visit: impl FnOnce() -> R) -> R {
+    StepInterrupt::hold();
+    let (back, state): (usize, usize);
+    // SAFETY: where the interrupt returns to, and how, are kept; then MIE of `mstatus` is set. This
+    // interrupt is held off, so it does not come again.
+    unsafe {
+        asm!("csrr {back}, mepc", "csrr {state}, mstatus", "csrsi mstatus, 8",
+            back = out(reg) back, state = out(reg) state, options(nostack));
+    }
+    let end = visit();
+    // SAFETY: both are as they were; MIE was clear.
+    unsafe {
+        asm!("csrw mstatus, {state}", "csrw mepc, {back}",
+            back = in(reg) back, state = in(reg) state, options(nostack));
+    }
+    StepInterrupt::release();
+    end
+}

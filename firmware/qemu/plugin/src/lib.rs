@@ -4,6 +4,8 @@
 //! -plugin FILE,watch=LOW-HIGH[+LOW-HIGH]             stores to these addresses, to QEMU's log
 //! -plugin FILE,entry=PC,low=PC,high=PC,out=FILE      what each visit of an interrupt costs
 //! -plugin FILE,stack=LOW,out=FILE                    the lowest store from LOW on, in RAM
+//! -plugin FILE,told=LOW-HIGH,out=FILE                each store there: how far behind LOW
+//! -plugin FILE,trap=PC,out=FILE                      the longest that all interrupts are masked
 //! ```
 //!
 //! With `-icount shift=N` an instruction takes 2^N ns, so their number is the time. A store that is
@@ -12,6 +14,7 @@
 //! `instructions cycles`, the cycles of a Cortex-M0 (see `visits.rs`).
 
 mod api;
+mod masked;
 mod visits;
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
@@ -22,6 +25,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock};
 
 use api::*;
+use masked::Masked;
 use visits::Visits;
 
 /// The version of the interface that this is for.
@@ -41,11 +45,13 @@ enum Task {
     Watch(Vec<Range<u64>>),
     Visits(Visits),
     Stack(Mutex<(u64, File)>),
+    Told(Range<u64>, Mutex<File>),
+    Masked(Masked),
 }
 
 static TASK: OnceLock<Task> = OnceLock::new();
 
-/// A store: is it to a watched address? Is it the lowest of the stack?
+/// A store: is it to a watched address? Is it the lowest of the stack? Does it tell something?
 unsafe extern "C" fn stored(_: c_uint, _: u32, address: u64, _: *mut c_void) {
     let ranges = match TASK.get() {
         Some(Task::Watch(ranges)) => ranges,
@@ -57,6 +63,14 @@ unsafe extern "C" fn stored(_: c_uint, _: u32, address: u64, _: *mut c_void) {
             {
                 // A full disk shows in what is missing.
                 let _ = writeln!(lowest.1, "{address}");
+            }
+            return;
+        }
+        Some(Task::Told(range, out)) => {
+            if range.contains(&address)
+                && let Ok(mut out) = out.lock()
+            {
+                let _ = writeln!(out, "{}", address - range.start);
             }
             return;
         }
@@ -78,7 +92,7 @@ unsafe extern "C" fn translated(_: PluginId, block: *mut Block) {
         unsafe { (0..qemu_plugin_tb_n_insns(block)).map(|n| qemu_plugin_tb_get_insn(block, n)) };
     for instruction in all {
         match TASK.get() {
-            Some(Task::Watch(_) | Task::Stack(_)) => {
+            Some(Task::Watch(_) | Task::Stack(_) | Task::Told(..)) => {
                 let count = COUNT.as_ptr().cast();
                 // SAFETY: QEMU's instruction, a static of 64 bits, and a function of that type.
                 unsafe {
@@ -94,6 +108,8 @@ unsafe extern "C" fn translated(_: PluginId, block: *mut Block) {
             }
             // SAFETY: QEMU's instruction.
             Some(Task::Visits(visits)) => unsafe { visits.follow(instruction) },
+            // SAFETY: likewise.
+            Some(Task::Masked(masked)) => unsafe { masked.follow(instruction) },
             None => {}
         }
     }
@@ -112,16 +128,22 @@ fn task(arguments: &[String]) -> Option<Task> {
     let value = |key: &str| {
         arguments.iter().find_map(|argument| argument.strip_prefix(key)?.strip_prefix('='))
     };
+    let range = |text: &str| {
+        let (low, high) = text.split_once('-')?;
+        Some(number(low)?..number(high)?)
+    };
     if let Some(ranges) = value("watch") {
-        let range = |text: &str| {
-            let (low, high) = text.split_once('-')?;
-            Some(number(low)?..number(high)?)
-        };
         return Some(Task::Watch(ranges.split('+').map(range).collect::<Option<_>>()?));
     }
     let address = |key| value(key).and_then(number);
     if let Some(low) = address("stack") {
         return Some(Task::Stack(Mutex::new((low, File::create(value("out")?).ok()?))));
+    }
+    if let Some(told) = value("told") {
+        return Some(Task::Told(range(told)?, Mutex::new(File::create(value("out")?).ok()?)));
+    }
+    if let Some(trap) = address("trap") {
+        return Some(Task::Masked(Masked::new(trap, value("out")?).ok()?));
     }
     let visits = Visits::new(address("entry")?, address("low")?..address("high")?, value("out")?);
     Some(Task::Visits(visits.ok()?))
@@ -145,7 +167,10 @@ pub unsafe extern "C" fn qemu_plugin_install(
     };
     let arguments: Vec<String> = (0..count.max(0) as usize).map(text).collect();
     let Some(task) = task(&arguments) else {
-        eprintln!("stepwright's plugin knows watch; entry, low, high and out; stack and out");
+        eprintln!(
+            "stepwright's plugin knows watch; entry, low, high and out; stack and out; told and out; \
+             trap and out"
+        );
         return -1;
     };
     if TASK.set(task).is_err() {

@@ -6,7 +6,7 @@ use riscv::interrupt::Interrupt;
 use stepwright_controller::ControllerEngine;
 use stepwright_virt::board::BOARD;
 use stepwright_virt::pins::{BoardPins, StepPins};
-use stepwright_virt::timer::{StepInterrupt, Timer};
+use stepwright_virt::timer::{self, StepInterrupt, Timer};
 use stepwright_virt::uart::Uart;
 
 static ENGINE: ControllerEngine<Timer, StepPins, StepInterrupt> = ControllerEngine::empty();
@@ -14,7 +14,7 @@ static ENGINE: ControllerEngine<Timer, StepPins, StepInterrupt> = ControllerEngi
 #[riscv_rt::core_interrupt(Interrupt::MachineTimer)]
 fn on_compare() {
     // SAFETY: this is the step interrupt.
-    unsafe { ENGINE.on_compare() };
+    unsafe { timer::visit(|| ENGINE.on_compare()) };
 }
 
 #[riscv_rt::entry]

@@ -7,7 +7,7 @@ use stepwright_controller::ControllerCycle;
 use stepwright_protocol::flash_text;
 use stepwright_virt::board::{BOARD, CYCLE_PINS};
 use stepwright_virt::pins::{BoardPins, StepPins};
-use stepwright_virt::timer::{StepInterrupt, Timer};
+use stepwright_virt::timer::{self, StepInterrupt, Timer};
 use stepwright_virt::uart::Uart;
 
 static CYCLE: ControllerCycle<Timer, StepPins, StepInterrupt, BoardPins> = ControllerCycle::empty();
@@ -15,7 +15,7 @@ static CYCLE: ControllerCycle<Timer, StepPins, StepInterrupt, BoardPins> = Contr
 #[riscv_rt::core_interrupt(Interrupt::MachineTimer)]
 fn on_compare() {
     // SAFETY: this is the step interrupt.
-    unsafe { CYCLE.on_compare() };
+    unsafe { timer::visit(|| CYCLE.on_compare()) };
 }
 
 #[riscv_rt::entry]

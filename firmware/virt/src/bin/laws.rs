@@ -7,7 +7,7 @@ use stepwright_controller::{LawEngine, run_laws};
 use stepwright_protocol::flash_text;
 use stepwright_virt::board::BOARD;
 use stepwright_virt::pins::{BoardPins, StepPins};
-use stepwright_virt::timer::{StepInterrupt, Timer};
+use stepwright_virt::timer::{self, StepInterrupt, Timer};
 use stepwright_virt::uart::Uart;
 
 static ENGINE: LawEngine<Timer, StepPins, StepInterrupt> = LawEngine::empty();
@@ -15,7 +15,7 @@ static ENGINE: LawEngine<Timer, StepPins, StepInterrupt> = LawEngine::empty();
 #[riscv_rt::core_interrupt(Interrupt::MachineTimer)]
 fn on_compare() {
     // SAFETY: this is the step interrupt.
-    unsafe { ENGINE.on_compare() };
+    unsafe { timer::visit(|| ENGINE.on_compare()) };
 }
 
 #[riscv_rt::entry]

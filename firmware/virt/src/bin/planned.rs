@@ -8,7 +8,7 @@ use stepwright::{Axis, Control, MoveError, SharedEngine, Steppers};
 use stepwright_device::main_loop::SerialPort;
 use stepwright_virt::board::BOARD;
 use stepwright_virt::pins::StepPins;
-use stepwright_virt::timer::{StepInterrupt, Timer};
+use stepwright_virt::timer::{self, StepInterrupt, Timer};
 use stepwright_virt::uart::Uart;
 
 static ENGINE: SharedEngine<Timer, StepPins, StepInterrupt, 3> = SharedEngine::empty();
@@ -16,7 +16,7 @@ static ENGINE: SharedEngine<Timer, StepPins, StepInterrupt, 3> = SharedEngine::e
 #[riscv_rt::core_interrupt(Interrupt::MachineTimer)]
 fn on_compare() {
     // SAFETY: this is the step interrupt.
-    unsafe { ENGINE.on_compare() };
+    unsafe { timer::visit(|| ENGINE.on_compare()) };
 }
 
 #[riscv_rt::entry]

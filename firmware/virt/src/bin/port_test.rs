@@ -4,7 +4,7 @@
 
 use riscv::interrupt::Interrupt;
 use stepwright_controller::TimerTrial;
-use stepwright_virt::timer::{StepInterrupt, Timer};
+use stepwright_virt::timer::{self, StepInterrupt, Timer};
 use stepwright_virt::uart::Uart;
 
 static TRIAL: TimerTrial<Timer, StepInterrupt> = TimerTrial::empty();
@@ -12,7 +12,7 @@ static TRIAL: TimerTrial<Timer, StepInterrupt> = TimerTrial::empty();
 #[riscv_rt::core_interrupt(Interrupt::MachineTimer)]
 fn on_compare() {
     // SAFETY: this is the step interrupt.
-    unsafe { TRIAL.on_compare() };
+    unsafe { timer::visit(|| TRIAL.on_compare()) };
 }
 
 #[riscv_rt::entry]

@@ -1,0 +1,89 @@
+//! An interrupt of one's own that is more urgent than the steps' waits neither for the main loop nor for a
+//! visit of the step interrupt.
+//!
+//! Two looks at it. The shipped controller: the longest stretch of instructions in which all interrupts
+//! are masked. And a program that has such an interrupt, by a timer of its own, at random moments: from its
+//! moment to where its handler reads that timer, the way into the handler included.
+
+use std::env;
+use std::fs;
+
+use stepwright_qemu::boards::{CONTROLLERS, NRF51, VIRT};
+use stepwright_qemu::machine::symbol;
+use stepwright_qemu::{Machine, Pace, Simulated};
+
+/// Instructions that it may wait.
+const MOST: f64 = 100.0;
+
+/// Orders for one axis and for three, with ramps all the way.
+const ORDERS: [&str; 3] = [
+    "PO s0 t4000 a4000 d4000 G+4000 E",
+    "PO s0 t4000 a3000 d3000 j20000 G-4000 E",
+    "PO s0 t2000 a2000 d2000 G+1900 A2 s0 t1900 a1900 d1900 G-1800 A3 s0 t1800 a1800 d1800 G+1700 E",
+];
+
+/// Has a program carry the orders out, asks it about them all the while, and returns what the plugin wrote.
+fn carry_out(
+    board: &'static Simulated,
+    program: &str,
+    task: &str,
+    words: &[&str],
+) -> Vec<(u64, String)> {
+    let name = format!("stepwright-{program}-{}-{}", board.name, std::process::id());
+    let out = env::temp_dir().join(name);
+    let task = format!("{task},out={}", out.display());
+    let mut chip = Machine::watched(board, program, Pace::Chip, &task, words).unwrap();
+    for order in ORDERS {
+        for line in order.split_whitespace() {
+            let answer = chip.ask(line).unwrap();
+            assert_eq!(answer, "Y", "{}, {line}: {}", board.name, chip.ask("?").unwrap());
+        }
+        // It asks until all axes rest.
+        chip.rest().unwrap();
+    }
+    for (line, position) in [("V1", "1900"), ("V2", "-1800"), ("V3", "1700")] {
+        assert_eq!(chip.ask(line).unwrap(), position, "{}, {line}", board.name);
+    }
+    let health = chip.ask("?").unwrap();
+    assert!(health.contains(" late=0 "), "{}: {health}", board.name);
+    drop(chip);
+    let text = fs::read_to_string(&out).unwrap();
+    fs::remove_file(&out).unwrap();
+    let read = |line: &str| {
+        let (number, rest) = line.split_once(' ').unwrap_or((line, ""));
+        (number.parse().unwrap(), rest.to_owned())
+    };
+    text.lines().map(read).collect()
+}
+
+/// A RISC-V's traps begin masked, a Cortex-M's don't.
+#[test]
+fn the_controller_never_masks_all_interrupts_for_long() {
+    for board in CONTROLLERS {
+        let trap = symbol(board, "controller", "_start_trap").map_or(0, |trap| trap.start);
+        assert_eq!(trap != 0, board.name == "virt");
+        let stretches = carry_out(board, "controller", &format!("trap={trap}"), &[]);
+        let (longest, end) = stretches.last().expect("it masks where it fills the engine");
+        println!("{}: {longest} instructions, to {end}", board.name);
+        assert!(*longest as f64 <= MOST, "{}: {longest} instructions, to {end}", board.name);
+    }
+}
+
+#[test]
+fn a_more_urgent_interrupt_does_not_wait() {
+    // Units of a wait in a microsecond; QEMU's clock is the one that its timers have.
+    for (board, units, words) in
+        [(&NRF51, NRF51.mhz(), &[][..]), (&VIRT, 1e3 / 16.0, &["-rtc", "clock=vm"])]
+    {
+        let told = symbol(board, "urgent", "WAITS").unwrap();
+        let task = format!("told={}-{}", told.start, told.start + 1024);
+        let mut waits = carry_out(board, "urgent", &task, words);
+        // The start-up code clears them, word by word.
+        assert!((0..).zip(waits.drain(..256)).all(|(word, (at, _))| at == 4 * word));
+        let longest = waits.iter().map(|(wait, _)| *wait).max().unwrap();
+        let longest = longest as f64 / units / Pace::Chip.micros();
+        println!("{}: {} waits, the longest {longest:.1} instructions", board.name, waits.len());
+        assert!(waits.len() > 10_000, "{}: {} waits", board.name, waits.len());
+        assert!(longest <= MOST, "{}: {longest:.1} instructions", board.name);
+    }
+}

@@ -1,7 +1,8 @@
 //! `cargo xtask bench avr`: cycles, rates and sizes of the firmware, measured
 //! on the simulated chip, with `bench/avr.json` as their store. `cargo xtask bench cortex-m`:
-//! instructions and sizes of that for a Cortex-M0, in QEMU, with `bench/cortex-m.json`. `cargo xtask
-//! bench python`: plans as arrays, beside what the core takes, with `bench/python.json`.
+//! instructions and sizes of those for a Cortex-M0 and a Cortex-M4, in QEMU, with
+//! `bench/cortex-m.json`. `cargo xtask bench python`: plans as arrays, beside what the core takes, with
+//! `bench/python.json`.
 
 use std::process::Command;
 
@@ -29,7 +30,7 @@ pub struct Bench {
 enum What {
     /// The firmware of the Uno.
     Avr,
-    /// That of the micro:bit.
+    /// That of the micro:bit, and that for a Cortex-M4.
     CortexM,
     /// The Python package.
     Python,
@@ -45,7 +46,9 @@ impl Bench {
             }
             What::CortexM => {
                 setup::ensure(qemu::BUILD_NEEDS)?;
-                SmallBoard::named(ws, "nrf51")?.build(ws)?;
+                for board in ["nrf51", "mps2"] {
+                    SmallBoard::named(ws, board)?.build(ws)?;
+                }
                 qemu::plugin(ws)?;
                 cortex_m(ws, self.check)
             }
@@ -57,7 +60,7 @@ impl Bench {
     }
 }
 
-/// Measures the micro:bit's firmware, which is built, and so is the plugin.
+/// Measures the firmware of both, which is built, and so is the plugin.
 pub fn cortex_m(ws: &Workspace, check: bool) -> Result<()> {
     let root = qemu::prepare(ws)?;
     let mut bench = qemu::cargo(ws, "run", root.as_deref());

@@ -1,4 +1,5 @@
-//! What the controller costs a chip of 32 bits: the rows of `bench/cortex-m.json`.
+//! What the controller costs a chip of 32 bits: the rows of `bench/cortex-m.json`. Those that begin with `m4_`
+//! are of a Cortex-M4 (`firmware/mps2`), the others of the micro:bit's Cortex-M0.
 //!
 //! The firmware that ships is told orders over its line, at the pace of the chip; the plugin counts
 //! each visit of the step interrupt. At that pace a pulse of 2 µs is over when everything else is done,
@@ -12,8 +13,8 @@ use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
 use serde_json::{Value, json};
 
-use crate::boards::NRF51;
-use crate::machine::{Machine, Pace, firmware};
+use crate::boards::{CORTEX_M4, NRF51, Simulated};
+use crate::machine::{Machine, Pace, firmware, symbol};
 
 /// One figure.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,10 +32,17 @@ pub struct Row {
 /// A visit: instructions and cycles of a Cortex-M0, without the 32 of its entry and its end.
 type Visit = (f64, f64);
 
-/// The step interrupt in the firmware.
+/// The step interrupt in a board's firmware: its first instruction.
 struct Handler {
+    board: &'static Simulated,
     entry: u64,
-    end: u64,
+}
+
+impl Handler {
+    fn of(board: &'static Simulated, name: &str) -> Result<Handler> {
+        // The lowest bit says that it is Thumb.
+        Ok(Handler { board, entry: symbol(board, "controller", name)?.start & !1 })
+    }
 }
 
 /// What the linker has made: bytes of flash, of static RAM, the end of that, and the interrupt.
@@ -59,16 +67,13 @@ impl Image {
             let found = file.symbols().find(|symbol| symbol.name() == Ok(name));
             found.with_context(|| format!("no symbol {name}"))
         };
-        let handler = symbol("TIMER0")?;
-        // The lowest bit says that it is Thumb.
-        let entry = handler.address() & !1;
         let ram = [".data", ".bss", ".uninit"];
         Ok(Image {
             flash: [".vector_table", ".text", ".rodata", ".data"].map(size).iter().sum(),
             ram: ram.map(size).iter().sum(),
             ram_end: ram.map(end).into_iter().max().unwrap_or(0),
             stack_top: symbol("_stack_start")?.address(),
-            handler: Handler { entry, end: entry + handler.size() },
+            handler: Handler::of(&NRF51, "TIMER0")?,
         })
     }
 }
@@ -76,9 +81,9 @@ impl Image {
 /// Has the controller carry out orders; all visits of its step interrupt from the first step on.
 fn visits(handler: &Handler, order: &str) -> Result<Vec<Visit>> {
     let out = env::temp_dir().join(format!("stepwright-visits-{}", std::process::id()));
-    let Handler { entry, end } = *handler;
-    let task = format!("entry={entry},low={entry},high={end},out={}", out.display());
-    let mut chip = Machine::watched(&NRF51, "controller", Pace::Chip, &task, &[])?;
+    let Handler { board, entry } = *handler;
+    let task = format!("entry={entry},out={}", out.display());
+    let mut chip = Machine::watched(board, "controller", Pace::Chip, &task, &[])?;
     carry_out(&mut chip, order)?;
     drop(chip);
     let text = fs::read_to_string(&out)?;
@@ -109,6 +114,60 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     all.get(all.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
+/// Steps at one speed, from the first to the last; or a ramp up, and one down.
+struct Case {
+    /// Of its rows: instructions and cycles of a Cortex-M0, instructions of a Cortex-M4.
+    names: [&'static str; 3],
+    axes: u8,
+    order: &'static str,
+    steps: f64,
+}
+
+const STEADY: [&str; 3] = ["steady_step", "steady_step_cycles", "m4_steady_step"];
+const RAMP: [&str; 3] = ["ramp_step", "ramp_step_cycles", "m4_ramp_step"];
+
+const CASES: [Case; 4] = [
+    Case { names: STEADY, axes: 1, order: "PO s4000 t4000 a1000 d1000 G+2000 E", steps: 2_000.0 },
+    Case { names: RAMP, axes: 1, order: "PO s0 t9000 a20000 d20000 G+3000 E", steps: 3_000.0 },
+    Case {
+        names: STEADY,
+        axes: 3,
+        order: "PO s2000 t2000 a1000 d1000 G+1500 A2 s1900 t1900 a1000 d1000 G+1400 \
+                A3 s1790 t1790 a1000 d1000 G+1300 E",
+        steps: 4_200.0,
+    },
+    Case {
+        names: RAMP,
+        axes: 3,
+        order: "PO s0 t3000 a5000 d5000 G+1500 A2 s0 t2900 a4900 d4900 G+1400 \
+                A3 s0 t2800 a4800 d4800 G+1300 E",
+        steps: 4_200.0,
+    },
+];
+
+/// What a step took, and the longest visit.
+struct Seen {
+    instructions: f64,
+    cycles: f64,
+    worst: f64,
+}
+
+impl Seen {
+    fn of(handler: &Handler, case: &Case) -> Result<Seen> {
+        let visits = visits(handler, case.order)?;
+        ensure!(!visits.is_empty(), "{}: no visit of {}", handler.board.name, case.order);
+        let [instructions, cycles] = if case.axes == 1 {
+            // Of one axis a visit is a step.
+            [median(visits.iter().map(|visit| visit.0)), median(visits.iter().map(|v| v.1 + 32.0))]
+        } else {
+            let sum = |of: fn(&Visit) -> f64| visits.iter().map(of).sum::<f64>() / case.steps;
+            [sum(|visit| visit.0), sum(|visit| visit.1 + 32.0)]
+        };
+        let worst = visits.iter().map(|visit| visit.0).fold(0.0, f64::max);
+        Ok(Seen { instructions, cycles, worst })
+    }
+}
+
 /// Measures all rows.
 ///
 /// # Errors
@@ -120,48 +179,29 @@ pub fn measure() -> Result<Vec<Row>> {
         // A digit behind the point: a file to read.
         rows.push(Row { name, axes, value: (value * 10.0).round() / 10.0, unit });
     };
-    // Steps at one speed, from the first to the last; and a ramp up, and one down.
-    let cases = [
-        ("steady", 1, "PO s4000 t4000 a1000 d1000 G+2000 E", 2_000.0),
-        ("ramp", 1, "PO s0 t9000 a20000 d20000 G+3000 E", 3_000.0),
-        (
-            "steady",
-            3,
-            "PO s2000 t2000 a1000 d1000 G+1500 A2 s1900 t1900 a1000 d1000 G+1400 A3 s1790 t1790 a1000 d1000 G+1300 E",
-            4_200.0,
-        ),
-        (
-            "ramp",
-            3,
-            "PO s0 t3000 a5000 d5000 G+1500 A2 s0 t2900 a4900 d4900 G+1400 \
-             A3 s0 t2800 a4800 d4800 G+1300 E",
-            4_200.0,
-        ),
-    ];
     let mut worst = [0f64; 4];
-    for (name, axes, order, steps) in cases {
-        let visits = visits(&image.handler, order)?;
-        let [instructions, cycles] = if axes == 1 {
-            // Of one axis a visit is a step.
-            [median(visits.iter().map(|visit| visit.0)), median(visits.iter().map(|v| v.1 + 32.0))]
-        } else {
-            let sum = |of: fn(&Visit) -> f64| visits.iter().map(of).sum::<f64>() / steps;
-            [sum(|visit| visit.0), sum(|visit| visit.1 + 32.0)]
-        };
-        let names = match name {
-            "steady" => ["steady_step", "steady_step_cycles"],
-            _ => ["ramp_step", "ramp_step_cycles"],
-        };
-        row(names[0], axes, instructions, "instructions");
-        row(names[1], axes, cycles, "cycles");
-        let most = &mut worst[usize::from(axes)];
-        *most = visits.iter().map(|visit| visit.0).fold(*most, f64::max);
+    for case in &CASES {
+        let seen = Seen::of(&image.handler, case)?;
+        row(case.names[0], case.axes, seen.instructions, "instructions");
+        row(case.names[1], case.axes, seen.cycles, "cycles");
+        let most = &mut worst[usize::from(case.axes)];
+        *most = most.max(seen.worst);
     }
     row("worst_visit", 1, worst[1], "instructions");
     row("worst_visit", 3, worst[3], "instructions");
     row("flash", 3, image.flash as f64, "bytes");
     row("ram", 3, image.ram as f64, "bytes");
     row("stack", 3, stack(&image)? as f64, "bytes");
+    let handler = Handler::of(&CORTEX_M4, "DUALTIMER")?;
+    let mut worst = [0f64; 4];
+    for case in &CASES {
+        let seen = Seen::of(&handler, case)?;
+        row(case.names[2], case.axes, seen.instructions, "instructions");
+        let most = &mut worst[usize::from(case.axes)];
+        *most = most.max(seen.worst);
+    }
+    row("m4_worst_visit", 1, worst[1], "instructions");
+    row("m4_worst_visit", 3, worst[3], "instructions");
     Ok(rows)
 }
 

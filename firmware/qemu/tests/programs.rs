@@ -11,7 +11,7 @@ use stepwright_austin::station::Costs;
 use stepwright_austin::{Austin, LinearFactor, Piecewise, PowerTerm, Recipe};
 use stepwright_cycle::line::{CycleLine, CycleReport, LineProgram, MotorPins};
 use stepwright_cycle::{Calibration, Clock, DelayRamp, Leg, Motor};
-use stepwright_qemu::boards::CONTROLLERS;
+use stepwright_qemu::boards::WITH_PROGRAMS;
 use stepwright_qemu::{Edge, Machine, Pace, Simulated, machine, virtual_board};
 use stepwright_sim::{CycleBoard, CycleLineBoard, LawBoard, Queues, Stand};
 
@@ -75,7 +75,7 @@ fn recipes(pulses: u32) -> [(&'static str, Recipe); 5] {
 #[test]
 fn every_law_steps_as_on_the_virtual_board() {
     const PULSES: i32 = 300;
-    for board in CONTROLLERS {
+    for board in WITH_PROGRAMS {
         for (what, recipe) in recipes(PULSES as u32) {
             let lines = [Line::Law(recipe), Line::Go(PULSES)].map(|line| line.to_string());
             let mut chip = Machine::start(board, "laws", Pace::Quick).unwrap();
@@ -147,7 +147,7 @@ fn motor_cycles_step_as_on_the_virtual_board() {
         Leg::Wait { count: 3, delay: 5_000 },
         Leg::Steps { count: -400, delay: 650 },
     ];
-    for board in CONTROLLERS {
+    for board in WITH_PROGRAMS {
         for (what, programs, legs, most) in [
             ("steps", vec![steps(700, 500)], &[][..], ALONE),
             ("steps backward", vec![steps(-300, 1_000)], &[], ALONE),
@@ -208,7 +208,7 @@ fn motor_cycles_step_as_on_the_virtual_board() {
 /// A motor is on the pins that the board has for it, and on no others.
 #[test]
 fn a_motor_of_a_cycle_is_on_the_boards_pins() {
-    for board in CONTROLLERS {
+    for board in WITH_PROGRAMS {
         let (step, dir) = board.view.pins();
         let mut chip = Machine::start(board, "cycles", Pace::Quick).unwrap();
         let mut wire =

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! -plugin FILE,watch=LOW-HIGH[+LOW-HIGH]             stores to these addresses, to QEMU's log
-//! -plugin FILE,entry=PC,low=PC,high=PC,out=FILE      what each visit of an interrupt costs
+//! -plugin FILE,entry=PC,out=FILE                     what each visit of an interrupt costs
 //! -plugin FILE,stack=LOW,out=FILE                    the lowest store from LOW on, in RAM
 //! -plugin FILE,told=LOW-HIGH,out=FILE                each store there: how far behind LOW
 //! -plugin FILE,trap=PC,out=FILE                      the longest that all interrupts are masked
@@ -10,7 +10,7 @@
 //!
 //! With `-icount shift=N` an instruction takes 2^N ns, so their number is the time. A store that is
 //! watched is a line `@COUNT ADDRESS` behind those of QEMU's own trace of the device. A visit
-//! begins at `entry` and ends with a return between `low` and `high`; each is a line
+//! begins at `entry` and ends with the return from there; each is a line
 //! `instructions cycles`, the cycles of a Cortex-M0 (see `visits.rs`).
 
 mod api;
@@ -145,7 +145,7 @@ fn task(arguments: &[String]) -> Option<Task> {
     if let Some(trap) = address("trap") {
         return Some(Task::Masked(Masked::new(trap, value("out")?).ok()?));
     }
-    let visits = Visits::new(address("entry")?, address("low")?..address("high")?, value("out")?);
+    let visits = Visits::new(address("entry")?, value("out")?);
     Some(Task::Visits(visits.ok()?))
 }
 
@@ -168,7 +168,7 @@ pub unsafe extern "C" fn qemu_plugin_install(
     let arguments: Vec<String> = (0..count.max(0) as usize).map(text).collect();
     let Some(task) = task(&arguments) else {
         eprintln!(
-            "stepwright's plugin knows watch; entry, low, high and out; stack and out; told and out; \
+            "stepwright's plugin knows watch; entry and out; stack and out; told and out; \
              trap and out"
         );
         return -1;

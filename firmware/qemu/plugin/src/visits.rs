@@ -9,7 +9,6 @@
 use std::ffi::{c_uint, c_void};
 use std::fs::File;
 use std::io::{self, Write};
-use std::ops::Range;
 use std::slice;
 use std::sync::Mutex;
 
@@ -22,7 +21,20 @@ struct Known {
     cycles: u64,
     /// Cycles more if the next instruction is not the one behind it.
     taken: u64,
-    returns: bool,
+    flow: Flow,
+}
+
+/// Where an instruction leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Flow {
+    /// On, or to another place of the same call.
+    On,
+    /// Into a call.
+    Call,
+    /// Out of one, or out of the interrupt.
+    Return,
+    /// Out of the interrupt.
+    End,
 }
 
 /// A visit under way.
@@ -34,12 +46,15 @@ struct Visit {
     /// A branch, whose next instruction is not known yet: where that is if it isn't taken, and
     /// the cycles if it is.
     branch: Option<(u64, u64)>,
+    /// Calls that have not returned.
+    depth: u64,
+    /// Likewise a call or a return, which may be conditional.
+    flow: Option<(u64, Flow)>,
 }
 
 /// All visits.
 pub struct Visits {
     entry: u64,
-    handler: Range<u64>,
     state: Mutex<(Visit, File)>,
 }
 
@@ -51,10 +66,10 @@ struct Followed {
 
 impl Visits {
     /// Visits of the interrupt whose first instruction is at `entry`, to a file.
-    pub fn new(entry: u64, handler: Range<u64>, out: &str) -> io::Result<Visits> {
+    pub fn new(entry: u64, out: &str) -> io::Result<Visits> {
         // Written at once: QEMU may be killed.
         let out = File::create(out)?;
-        Ok(Visits { entry, handler, state: Mutex::new((Visit::default(), out)) })
+        Ok(Visits { entry, state: Mutex::new((Visit::default(), out)) })
     }
 
     /// Looks at every execution of an instruction.
@@ -90,6 +105,17 @@ impl Visits {
         {
             visit.cycles += cycles;
         }
+        let flow = visit.flow.take().filter(|(behind, _)| own.at != *behind);
+        match flow {
+            Some((_, Flow::Return)) if visit.depth > 0 => visit.depth -= 1,
+            Some((_, Flow::Return | Flow::End)) => {
+                // A full disk shows in what is missing.
+                let _ = writeln!(out, "{} {}", visit.instructions, visit.cycles);
+                *visit = Visit::default();
+            }
+            Some((_, Flow::Call)) => visit.depth += 1,
+            Some((_, Flow::On)) | None => {}
+        }
         if own.at == self.entry {
             *visit = Visit { inside: true, ..Visit::default() };
         }
@@ -101,10 +127,8 @@ impl Visits {
         if own.taken != 0 {
             visit.branch = Some((own.at + own.size, own.taken));
         }
-        if own.returns && self.handler.contains(&own.at) {
-            // A full disk shows in what is missing.
-            let _ = writeln!(out, "{} {}", visit.instructions, visit.cycles);
-            *visit = Visit::default();
+        if own.flow != Flow::On {
+            visit.flow = Some((own.at + own.size, own.flow));
         }
     }
 }
@@ -118,41 +142,91 @@ unsafe extern "C" fn executed(_: c_uint, data: *mut c_void) {
 
 /// What is known of an instruction by its code: Thumb, or RISC-V's `mret`.
 fn known(at: u64, code: &[u8]) -> Known {
-    let (cycles, taken, returns) = match *code {
-        [0x73, 0x00, 0x20, 0x30] => (1, 0, true),
+    let (cycles, taken, flow) = match *code {
+        [0x73, 0x00, 0x20, 0x30] => (1, 0, Flow::End),
         [a, b] => narrow(u16::from_le_bytes([a, b])),
         [a, b, c, d] => wide(u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])),
-        _ => (1, 0, false),
+        _ => (1, 0, Flow::On),
     };
-    Known { at, size: code.len() as u64, cycles, taken, returns }
+    Known { at, size: code.len() as u64, cycles, taken, flow }
 }
 
-/// Cycles, cycles more if it branches, and whether it returns.
-fn narrow(code: u16) -> (u64, u64, bool) {
+/// Cycles, cycles more if it branches, and where it leads to.
+fn narrow(code: u16) -> (u64, u64, Flow) {
     let listed = |bits: u16| u64::from((code & bits).count_ones());
     match code {
-        // BX LR; BX and BLX of another.
-        0x4770 => (3, 0, true),
-        _ if code & 0xFF00 == 0x4700 => (3, 0, false),
+        // BX LR; BLX; BX of another.
+        0x4770 => (3, 0, Flow::Return),
+        _ if code & 0xFF80 == 0x4780 => (3, 0, Flow::Call),
+        _ if code & 0xFF00 == 0x4700 => (3, 0, Flow::On),
         // A high register: PC.
-        _ if matches!(code & 0xFF87, 0x4487 | 0x4687) => (3, 0, false),
+        _ if matches!(code & 0xFF87, 0x4487 | 0x4687) => (3, 0, Flow::On),
         // Conditional branches; the last two conditions are UDF and SVC.
-        _ if code >> 12 == 0xD && code >> 8 & 0xF < 14 => (1, 2, false),
-        _ if code >> 11 == 0b11100 => (3, 0, false),
+        _ if code >> 12 == 0xD && code >> 8 & 0xF < 14 => (1, 2, Flow::On),
+        _ if code >> 11 == 0b11100 => (3, 0, Flow::On),
         // PUSH; POP, with PC or without.
-        _ if code >> 9 == 0b1011010 => (1 + listed(0x1FF), 0, false),
-        _ if code >> 8 == 0xBD => (4 + listed(0xFF), 0, true),
-        _ if code >> 8 == 0xBC => (1 + listed(0xFF), 0, false),
+        _ if code >> 9 == 0b1011010 => (1 + listed(0x1FF), 0, Flow::On),
+        _ if code >> 8 == 0xBD => (4 + listed(0xFF), 0, Flow::Return),
+        _ if code >> 8 == 0xBC => (1 + listed(0xFF), 0, Flow::On),
         // STM, LDM.
-        _ if code >> 12 == 0xC => (1 + listed(0xFF), 0, false),
+        _ if code >> 12 == 0xC => (1 + listed(0xFF), 0, Flow::On),
         // Loads and stores: by PC, registers, an offset, SP.
-        _ if code >> 11 == 0b01001 || matches!(code >> 12, 5..=9) => (2, 0, false),
-        _ => (1, 0, false),
+        _ if code >> 11 == 0b01001 || matches!(code >> 12, 5..=9) => (2, 0, Flow::On),
+        _ => (1, 0, Flow::On),
     }
 }
 
 /// Likewise: BL, and barriers; of other cores POP and LDR with PC.
-fn wide(first: u16, second: u16) -> (u64, u64, bool) {
-    let returns = (first == 0xE8BD && second & 0x8000 != 0) || (first, second) == (0xF85D, 0xFB04);
-    (4, 0, returns)
+fn wide(first: u16, second: u16) -> (u64, u64, Flow) {
+    let flow = match (first, second) {
+        (0xE8BD, _) if second & 0x8000 != 0 => Flow::Return,
+        (0xF85D, 0xFB04) => Flow::Return,
+        _ if first & 0xF800 == 0xF000 && second & 0xD000 == 0xD000 => Flow::Call,
+        _ => Flow::On,
+    };
+    (4, 0, flow)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn calls_and_returns_are_known_by_their_codes() {
+        let flow = |code: &[u8]| known(0, code).flow;
+        assert_eq!(flow(&[0x70, 0x47]), Flow::Return); // bx lr
+        assert_eq!(flow(&[0x10, 0x47]), Flow::On); // bx r2
+        assert_eq!(flow(&[0x90, 0x47]), Flow::Call); // blx r2
+        assert_eq!(flow(&[0xF0, 0xBD]), Flow::Return); // pop {r4-r7, pc}
+        assert_eq!(flow(&[0xF0, 0xBC]), Flow::On); // pop {r4-r7}
+        assert_eq!(flow(&[0xBD, 0xE8, 0xF0, 0x81]), Flow::Return); // pop.w {r4-r8, pc}
+        assert_eq!(flow(&[0xBD, 0xE8, 0xF0, 0x41]), Flow::On); // pop.w {r4-r8, lr}
+        assert_eq!(flow(&[0x00, 0xF0, 0x01, 0xF8]), Flow::Call); // bl
+        assert_eq!(flow(&[0x00, 0xF0, 0x01, 0xB8]), Flow::On); // b.w
+        assert_eq!(flow(&[0x73, 0x00, 0x20, 0x30]), Flow::End); // mret
+    }
+
+    /// A visit that calls, comes back, and leaves by the return of what it has jumped to.
+    #[test]
+    fn a_visit_ends_with_its_own_return() {
+        let path = std::env::temp_dir().join(format!("stepwright-flow-{}", std::process::id()));
+        let visits = Visits::new(0x100, path.to_str().unwrap()).unwrap();
+        let one = |at, flow| {
+            visits.executed(&Known { at, size: 2, cycles: 1, taken: 0, flow });
+        };
+        one(0x50, Flow::Return);
+        for (at, flow) in [
+            (0x100, Flow::Return), // conditional, and not taken
+            (0x102, Flow::Call),
+            (0x200, Flow::On),
+            (0x202, Flow::Return),
+            (0x104, Flow::On), // a jump
+            (0x300, Flow::Return),
+            (0x52, Flow::On),
+        ] {
+            one(at, flow);
+        }
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "6 6\n");
+        std::fs::remove_file(path).unwrap();
+    }
 }

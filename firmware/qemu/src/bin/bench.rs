@@ -1,4 +1,4 @@
-//! Measures the controller on a Cortex-M0: `bench FILE [--check]`.
+//! Measures the controller on a Cortex-M0 and on a Cortex-M4: `bench FILE [--check]`.
 
 use std::env;
 use std::path::PathBuf;

@@ -1,5 +1,5 @@
-//! Planned motors in a program of one's own: a line there and back, then a move beside another. Linked as
-//! the controller is: it can't panic.
+//! Planned motors in a program of one's own: a line there and back, a move beside another, a line along one
+//! axis, and a move alone. Linked as the controller is: it can't panic.
 #![no_std]
 #![no_main]
 
@@ -45,6 +45,10 @@ fn moves(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
     }
     motors.move_to(Axis::X, -300)?;
     motors.move_to(Axis::Z, 250)?;
+    rest(motors);
+    motors.move_line_to([(Axis::X, 0)])?;
+    rest(motors);
+    motors.move_to(Axis::X, -200)?;
     rest(motors);
     Ok(())
 }

@@ -1,0 +1,29 @@
+#![cfg_attr(target_os = "none", no_std)]
+//! Stepwright on a Cortex-M3 and a Cortex-M4: ARM's board MPS2 with the FPGA images AN385 and AN386, as QEMU
+//! has them, with the timer and the line of ARM's own design kit (CMSDK). It is the model for chips with
+//! these cores whose timers QEMU has not: an STM32F4, a SAM3X. No motor can be turned by it.
+//!
+//! | file | what |
+//! | --- | --- |
+//! | `board.rs` | the board as data; for a host too |
+//! | `timer.rs` | the dual timer as the step timer, and its interrupt held off |
+//! | `pins.rs` | a port of memory: STEP, DIR, and the enable pin |
+//! | `uart.rs` | the serial line |
+//! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/port_test.rs` | does the timer keep the contract? |
+//!
+//! `cargo xtask firmware mps2` builds it, `cargo xtask test --only qemu` runs it.
+
+pub mod board;
+
+#[cfg(target_os = "none")]
+pub mod pins;
+#[cfg(target_os = "none")]
+pub mod timer;
+#[cfg(target_os = "none")]
+pub mod uart;
+#[cfg(target_os = "none")]
+mod vectors;
+
+#[cfg(target_os = "none")]
+stepwright_controller::never_panics!();

@@ -16,7 +16,9 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
         board.build(ws)?;
     }
     qemu::plugin(ws)?;
-    let built = programs::build(qemu::cargo(ws, "test", root.as_deref()).arg("--release"))?;
+    let mut test = qemu::cargo(ws, "test", root.as_deref());
+    // The plugin's too.
+    let built = programs::build(test.args(["--release", "--workspace"]))?;
     let commands = built.iter().map(|program| {
         let mut command = program.command();
         qemu::tell(ws, &mut command, root.as_deref());

@@ -26,7 +26,6 @@ mod register;
 mod ring;
 mod trial;
 mod turned;
-mod waits;
 
 pub use compare::{CompareRegister, CompareTimer};
 #[cfg(feature = "cycles")]
@@ -40,7 +39,6 @@ pub use register::Register;
 pub use ring::Ring;
 pub use trial::TimerTrial;
 pub use turned::Turned;
-pub use waits::Waits;
 
 use stepwright::profile::Fit;
 use stepwright::{Board, Control, Cost, OrderedMotors, Rate, Timing};

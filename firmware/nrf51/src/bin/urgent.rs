@@ -3,12 +3,17 @@
 #![no_std]
 #![no_main]
 
-use stepwright_controller::{ControllerEngine, Register, Waits};
+use stepwright_controller::{ControllerEngine, Register};
 use stepwright_nrf51::board::BOARD;
 use stepwright_nrf51::pins::{BoardPins, StepPins};
 use stepwright_nrf51::timer::{StepInterrupt, Timer};
 use stepwright_nrf51::uart::{self, Uart};
 use stepwright_nrf51::vectors::TIMER1_NUMBER;
+
+#[path = "../../../qemu/chip/waits.rs"]
+mod waits;
+
+use waits::Waits;
 
 static ENGINE: ControllerEngine<Timer, StepPins, StepInterrupt> = ControllerEngine::empty();
 

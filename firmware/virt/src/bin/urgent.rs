@@ -7,11 +7,16 @@ use core::arch::asm;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use riscv::interrupt::Interrupt;
-use stepwright_controller::{ControllerEngine, Register, Waits};
+use stepwright_controller::{ControllerEngine, Register};
 use stepwright_virt::board::BOARD;
 use stepwright_virt::pins::{BoardPins, StepPins};
 use stepwright_virt::timer::{self, StepInterrupt, Timer};
 use stepwright_virt::uart::Uart;
+
+#[path = "../../../qemu/chip/waits.rs"]
+mod waits;
+
+use waits::Waits;
 
 static ENGINE: ControllerEngine<Timer, StepPins, StepInterrupt> = ControllerEngine::empty();
 

@@ -1,4 +1,5 @@
-//! How long an interrupt of a program's own waits, for whoever watches stores.
+//! How long an interrupt of a program's own waits, for whoever watches stores: a part of the programs
+//! `urgent` of several chips.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
@@ -32,11 +33,5 @@ impl Waits {
         let seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         self.seed.store(seed, Ordering::Relaxed);
         seed.wrapping_shr(32 - bits)
-    }
-}
-
-impl Default for Waits {
-    fn default() -> Self {
-        Waits::new()
     }
 }

@@ -68,7 +68,9 @@ pub struct Board<const N: usize, F = Fit> {
     /// Runs that can be planned in a second while axes move: an order is refused when the ramps
     /// of all moving axes would ask for more, of three and more for more than 15/16 of it, or those of
     /// an axis for more than 7/8. One axis with ramps of a steps/s² asks for (612·a)^0.4, or its highest speed in
-    /// steps/s if that is less, and a limit of jerk for four times as many. Ramps of less than four steps each, with a level
+    /// steps/s if that is less, and a limit of jerk for four times as many;
+    /// beside other axes a jerk of j steps/s³ asks for 2.5·(612·√(2j))^0.5, or four times its highest
+    /// speed if that is less, however gentle the ramps are. Ramps of less than four steps each, with a level
     /// of less than 15 ms between them, ask for half their highest speed; changed on the way, for all
     /// of it. Beside a ramp of another axis it takes a run
     /// for each 65.5 steps/s of its highest speed, if those are more. Measured; `u16::MAX` where

@@ -105,7 +105,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// all the while.
     ///
     /// A change of several axes is judged by their top speeds, whether they reach them or not: to look
-    /// for what each reaches takes as long as some runs, and nothing is planned meanwhile.
+    /// for what each reaches takes as long as some runs, and nothing is planned meanwhile. (Of the way back
+    /// to a target behind this is said of axes with a limit of jerk alone.)
     ///
     /// # Errors
     /// [`Refusal`], and all goes on as it was.

@@ -161,6 +161,7 @@ impl<const Q: usize> Motor<Q> {
             next = Layout::Runs;
         } else if piece == Layout::Runs {
             load.runs = self.planner.runs(load.peak, true);
+            load.bends = self.planner.bends(load.peak);
         } else {
             next = self.planner.lay(clock, piece, self.left.unsigned_abs())?;
             // A piece of its own.
@@ -218,6 +219,15 @@ impl<const Q: usize> Motor<Q> {
         let mut beyond = self.beyond;
         // What is queued moves, and is over within the horizon.
         *load = Load::QUEUED;
+        if pass == Pass::Quick && !self.planner.is_straight() {
+            // By its top speed, wherever it turns: to lay bent ramps out takes a chip 4 ms an axis.
+            if open || self.left != 0 {
+                self.planner.outline();
+                *load = self.planner.load();
+            }
+            let told = !self.beyond || self.planner.is_endless();
+            return if told { Ok(false) } else { Err(Unfit::TooLong) };
+        }
         if open && self.leg == Leg::Braking {
             // A stop has no target to come back to, or to speed up for.
             self.planner.stop();
@@ -249,7 +259,11 @@ impl<const Q: usize> Motor<Q> {
         if turns {
             self.planner.lay_out_again(left.unsigned_abs());
             let next = self.planner.load();
-            *load = Load { peak: load.peak.max(next.peak), runs: load.runs.max(next.runs) };
+            *load = Load {
+                peak: load.peak.max(next.peak),
+                runs: load.runs.max(next.runs),
+                bends: load.bends.max(next.bends),
+            };
         }
         if !self.is_open() {
             self.leg = self.next();
@@ -528,65 +542,4 @@ impl<const Q: usize> Motor<Q> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::queue::{Next, Queue, Source};
-
-    #[test]
-    fn what_is_queued_lasts_as_long_as_its_runs() {
-        let horizon = Horizon::new(256_000);
-        let mut queue = Queue::<8>::new();
-        let (mut feed, mut engine) = queue.split();
-        let mut motor = Motor::<8>::IDLE;
-        assert_eq!(motor.spans(&feed), (0, 0));
-        // Round the queue's places many times; a run of k + 1 units each.
-        for k in 0..300u32 {
-            let unit = k % 20 + 1;
-            let span = horizon.span((unit << horizon.unit) - 1);
-            motor.push(&mut feed, &Run::steady(2000, 1), span);
-            // The one before is played.
-            let last = if k == 0 { 0 } else { (k - 1) % 20 + 1 };
-            let (present, behind) = motor.spans(&feed);
-            assert_eq!(u32::from(present + behind), unit + last, "run {k}");
-            assert!(matches!(engine.take(), Next::Entry(_)));
-        }
-        engine.clear(true);
-        assert_eq!(motor.spans(&feed), (0, 0));
-    }
-
-    /// The interrupt may go on to the next entry between two looks: it does so while it is asked
-    /// what is left of the present one, which is a short wait. Behind it lies a step of 58 units
-    /// and one of 40, so that nothing is to be planned.
-    #[test]
-    fn nothing_is_planned_behind_a_long_step_that_begins_meanwhile() {
-        let horizon = Horizon::new(256_000);
-        let mut queue = Queue::<8>::new();
-        let (mut feed, mut engine) = queue.split();
-        let mut motor = Motor::<8> { leg: Leg::Open, ..Motor::IDLE };
-        for units in [1, 58, 40] {
-            motor.push(&mut feed, &Run::steady(2000, 1), units);
-        }
-        assert!(matches!(engine.take(), Next::Entry(_)));
-        let mut goes_on = || {
-            assert!(matches!(engine.take(), Next::Entry(_)));
-            Playing::Left(100)
-        };
-        assert_eq!(motor.wants(&mut feed, &horizon, &mut goes_on), u8::MAX);
-        assert_eq!(motor.spans(&feed), (58, 40));
-    }
-
-    #[test]
-    fn what_lasts_for_long_counts_as_long() {
-        let horizon = Horizon::new(256_000);
-        let mut queue = Queue::<8>::new();
-        let (mut feed, mut engine) = queue.split();
-        let mut motor = Motor::<8>::IDLE;
-        for _ in 0..3 {
-            motor.push(&mut feed, &Run::steady(2000, 1), horizon.span(200 << horizon.unit));
-        }
-        assert_eq!(motor.spans(&feed), (85, 170));
-        // The first of them has been played to its end.
-        assert!(matches!((engine.take(), engine.take()), (Next::Entry(_), Next::Entry(_))));
-        assert_eq!(motor.spans(&feed), (85, 85));
-    }
-}
+mod tests;

@@ -169,6 +169,14 @@ impl Planner {
         self.divide(clamp::less(pulses, 1));
     }
 
+    /// Of what is left only the limits count: for who asks for its [`load`](Planner::load), which is
+    /// that of its top speed then.
+    #[inline(always)]
+    pub(crate) fn outline(&mut self) {
+        (self.rise, self.level, self.fall) = (0, 1, 0);
+        self.piece = Layout::Rise;
+    }
+
     /// Goes back to the beginning of a travel.
     fn begin_again(&mut self) {
         self.carry = 0;

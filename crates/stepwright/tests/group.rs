@@ -5,7 +5,7 @@ use stepwright::entry::Entry;
 use stepwright::profile::{Fit, Ramp, Unfit};
 use stepwright::queue::{Next, Queue};
 use stepwright::{
-    Accel, Axis, AxisSet, Board, Change, Control, Cost, Order, OrderedMotors, PlannedBoard,
+    Accel, Axis, AxisSet, Board, Change, Control, Cost, Jerk, Order, OrderedMotors, PlannedBoard,
     Playing, Rate, Refusal, Report, Speed, Timing, Travel,
 };
 
@@ -171,15 +171,15 @@ fn a_change_is_for_axes_that_move() {
 /// ahead, where it passes over it and turns, and behind.
 #[test]
 fn axes_that_change_together_change_as_each_alone() {
-    let changed = |steps: i32, together: bool| {
+    let changed = |steps: i32, jerk: Option<Jerk>, together: bool| {
         let mut queues = [const { Queue::<8>::new() }; 2];
         let [x, y] = &mut queues;
         let ((x, mut x_end), (y, mut y_end)) = (x.split(), y.split());
         let mut motors = OrderedMotors::new(Silent, [x, y], UNO);
         motors
             .start([
-                (Axis::at::<0>(), order(4_000, 9_000)),
-                (Axis::at::<1>(), order(9_000, 40_000)),
+                (Axis::at::<0>(), Order { jerk, ..order(4_000, 9_000) }),
+                (Axis::at::<1>(), Order { jerk, ..order(9_000, 40_000) }),
             ])
             .unwrap();
         for _ in 0..40 {
@@ -201,9 +201,31 @@ fn axes_that_change_together_change_as_each_alone() {
         assert!(entries.iter().all(|entries| entries.len() > 4), "{entries:?}");
         entries
     };
-    for steps in [2_000, 5, -700] {
-        assert_eq!(changed(steps, true), changed(steps, false), "{steps}");
+    for jerk in [None, Some(Jerk::from_steps(400_000).unwrap())] {
+        for steps in [2_000, 5, -700] {
+            assert_eq!(changed(steps, jerk, true), changed(steps, jerk, false), "{steps} {jerk:?}");
+        }
     }
+}
+
+/// Two axes whose top speed is out of reach, and is more than the board can step together. What they
+/// reach on the way back is found at once where ramps are straight; for bent ones the top speed counts.
+#[test]
+fn bent_axes_that_turn_together_are_judged_by_their_top_speeds() {
+    let changed = |jerk, axes| {
+        let mut queues = [const { Queue::<8>::new() }; 2];
+        let feeds = queues.each_mut().map(|queue| queue.split().0);
+        let mut motors = OrderedMotors::new(Silent, feeds, UNO);
+        let order = Order { jerk, ..order(100_000, 9_000) };
+        motors.start([(Axis::at::<0>(), order), (Axis::at::<1>(), order)]).unwrap();
+        for _ in 0..40 {
+            motors.plan();
+        }
+        motors.change(AxisSet::from_bits(axes), Change::Target(-700))
+    };
+    let jerk = Some(Jerk::from_steps(400_000).unwrap());
+    assert_eq!((changed(None, 0b11), changed(jerk, 0b01)), (Ok(()), Ok(())));
+    assert!(matches!(changed(jerk, 0b11), Err(Refusal::TooFast { .. })));
 }
 
 /// The waits before the first pulse, in 2⁻¹⁶ ticks, when an order has to wait so long.

@@ -200,14 +200,15 @@ fn a_board_says_whether_it_has_s_curves() {
     assert!(said.contains(can) && said.contains(" last=no-jerk ") == (answer == "E"), "{said}");
 }
 
-/// With bends of 50 ms, under any traffic. Three axes are late at 1,300 steps/s² too, which are
-/// admitted yet.
+/// With bends of 50 ms, under any traffic.
 #[test]
 fn s_curves_that_are_admitted_are_on_time() {
     if board() != Board::Mega {
         return;
     }
-    for (axes, top, accel) in [(1, 50_000_u32, 16_000_u32), (2, 1_000, 3_500), (2, 30_000, 3_500)] {
+    for (axes, top, accel) in
+        [(1, 50_000_u32, 16_000_u32), (2, 1_000, 3_500), (2, 30_000, 3_500), (3, 3_000, 1_000)]
+    {
         for traffic in [&[][..], &["?"], &["V1", "F"]] {
             let mut chip = chip();
             let (jerk, way) = (20 * accel, (u64::from(top).pow(2) / u64::from(accel)) as u32 + top);
@@ -228,4 +229,61 @@ fn s_curves_that_are_admitted_are_on_time() {
             }
         }
     }
+}
+
+/// Nothing is planned while a line is obeyed: a target behind all three axes in no more time than
+/// three of a straight ramp take.
+#[test]
+fn a_target_of_three_s_curves_takes_less_than_a_quarter_of_what_is_queued() {
+    if board() != Board::Mega {
+        return;
+    }
+    let mut chip = chip();
+    say(&mut chip, "PO A0 s50 t900 a400 d400 j10000 g- E");
+    chip.run_for(8_000_000);
+    let image = common::image();
+    let work = image.functions(&["9main_loop4work"]).next().expect("a main loop").address;
+    chip.watch_calls(work);
+    chip.expect("@+15", "Y");
+    let longest = chip.take_calls().into_iter().max().unwrap();
+    // 4 of 16 ms.
+    assert!(longest < 64_000, "{longest} cycles");
+    rest(&mut chip);
+    assert!(chip.ask("?").unwrap().contains(" late=0 "));
+}
+
+/// Three axes whose bends are over in a few steps: two bends and two corners, a run for each step, were
+/// late where something changed soon.
+#[test]
+fn sharp_bends_of_three_axes_are_on_time_or_refused() {
+    if board() != Board::Mega {
+        return;
+    }
+    let stories = [
+        ("s494 t520 a190 d190 j1474510", 45_715, "Z"),
+        ("s381 t402 a106 d106 j2623120", 16_544, "@+15"),
+        ("s410 t927 a37 d37 j299924", 15_145, "t977 Z"),
+        ("s535 t583 a189 d189 j663698", 9_961, "Z"),
+        ("s1040 t1974 a34 d34 j34357", 32_377, "t2024 Z"),
+        ("s3598 t3672 a1029 d1029 j3145036", 53_506, "@+15"),
+        // Admitted.
+        ("s649 t944 a171 d171 j5815", 20_029, "@+15 Z"),
+        ("s0 t1153 a1153 d1153 j2990", 26_287, "@-20 Z"),
+    ];
+    let mut refused = 0;
+    for (order, micros, change) in stories {
+        let mut chip = chip();
+        say(&mut chip, &format!("PO A0 {order} g-"));
+        if chip.ask("E").as_deref() == Some("E") {
+            assert!(chip.ask("?").unwrap().contains(" last=too-steep "), "{order}");
+            refused += 1;
+            continue;
+        }
+        chip.run_for(16 * micros);
+        say(&mut chip, change);
+        rest(&mut chip);
+        let said = chip.ask("?").unwrap();
+        assert!(said.contains(" late=0 "), "{order} {change}: {said}");
+    }
+    assert_eq!(refused, 6);
 }

@@ -1,4 +1,4 @@
-//! A number that only bent ramps have: without S-curves it takes no memory.
+//! Numbers that only bent ramps have: without S-curves they take no memory.
 
 use core::ops::{Deref, DerefMut};
 
@@ -39,5 +39,32 @@ impl DerefMut for Bent {
         loop {
             core::hint::spin_loop();
         }
+    }
+}
+
+/// Runs a second that bends ask for; none without the feature `jerk`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Bends(#[cfg(feature = "jerk")] u16);
+
+impl Bends {
+    pub(crate) const NONE: Bends = Bends(
+        #[cfg(feature = "jerk")]
+        0,
+    );
+
+    #[inline(always)]
+    pub(super) fn new(_runs: u16) -> Bends {
+        Bends(
+            #[cfg(feature = "jerk")]
+            _runs,
+        )
+    }
+
+    #[inline(always)]
+    pub(crate) fn runs(self) -> u16 {
+        #[cfg(feature = "jerk")]
+        return self.0;
+        #[cfg(not(feature = "jerk"))]
+        0
     }
 }

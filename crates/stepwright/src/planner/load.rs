@@ -26,6 +26,14 @@
 //!   v* = (K·√(2J))^0.5
 //! ```
 //!
+//! A bend may be over before the next run is planned, and a stop leads through two of them and two corners,
+//! with a run for each step: that is a burst, which one axis has the time for. Beside other axes a bend counts
+//! in full, however short it is:
+//!
+//! ```text
+//!   runs a second = 4·min(⅝·(K·√(2J))^0.5, v_top)        (measured on a Mega)
+//! ```
+//!
 //! An axis ramps while it is slow. Once it is fast its steps take the time from the ramps of others:
 //! 65.536 of them count as a run.
 //!
@@ -33,6 +41,7 @@
 //! 3,000,000 steps/s², and as much again with a limit of jerk.
 
 use super::Planner;
+use super::bent::Bends;
 use crate::num::{Num, hand, whole};
 
 /// What a travel asks of its board.
@@ -42,17 +51,19 @@ pub(crate) struct Load {
     pub(crate) peak: u32,
     /// Runs a second that its ramps ask for.
     pub(crate) runs: u16,
+    /// … and their bends, beside other axes.
+    pub(crate) bends: Bends,
 }
 
 impl Load {
-    pub(crate) const NONE: Load = Load { peak: 0, runs: 0 };
+    pub(crate) const NONE: Load = Load { peak: 0, runs: 0, bends: Bends::NONE };
     /// Nothing is left to plan, but for the steps of the axis.
-    pub(crate) const QUEUED: Load = Load { peak: 1, runs: 0 };
+    pub(crate) const QUEUED: Load = Load { peak: 1, ..Load::NONE };
 
-    /// Runs a second whose time it takes from the ramps of another axis: of its own ramps, or of
-    /// its steps once it is fast.
+    /// Runs a second whose time it takes from the ramps of another axis, and asks for beside it: of
+    /// its own ramps and their bends, or of its steps once it is fast.
     pub(crate) fn takes(&self) -> u16 {
-        self.runs.max((self.peak >> 16) as u16)
+        self.runs.max(self.bends.runs()).max((self.peak >> 16) as u16)
     }
 }
 
@@ -70,12 +81,35 @@ const MILLI: Log = 2_551;
 const HALF: Log = 256;
 /// From a quarter of that of half a jerk, in steps per (1000 s)³, to v* in steps/s.
 const BEND: Log = -600;
+/// To five eighths.
+const BURST: Log = 174;
 
 impl Planner {
     /// What is left of the travel asks for.
     pub(crate) fn load(&self) -> Load {
         let peak = self.peak();
-        Load { peak, runs: self.runs(peak, false) }
+        Load { peak, runs: self.runs(peak, false), bends: self.bends(peak) }
+    }
+
+    /// Runs a second in a bend of its ramps, up to this speed; beside other axes.
+    #[inline(always)]
+    pub(crate) fn bends(&self, peak: u32) -> Bends {
+        if self.is_straight() { Bends::NONE } else { Bends::new(self.runs_of_bends(peak)) }
+    }
+
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn runs_of_bends(&self, peak: u32) -> u16 {
+        let top = whole(peak).number();
+        if peak <= Load::QUEUED.peak || self.v_end.at_least(&top) {
+            return 0;
+        }
+        let meeting = self.bend().wrapping_sub(BURST);
+        power(log(&top).wrapping_sub(MILLI).min(meeting)).saturating_mul(4)
+    }
+
+    /// Runs a second at the speed from which on a run of a bend is longer than a step.
+    fn bend(&self) -> Log {
+        (log(self.curve.half_jerk()) >> 2).wrapping_add(BEND)
     }
 
     /// Runs a second on its steepest ramp that counts, up to this speed. It has yet to begin, or it
@@ -122,7 +156,7 @@ impl Planner {
             runs = runs.min(meeting);
         }
         if !straight {
-            runs = runs.min((log(self.curve.half_jerk()) >> 2).wrapping_add(BEND));
+            runs = runs.min(self.bend());
         }
         let runs = power(runs);
         if straight { runs } else { runs.saturating_mul(4) }
@@ -182,7 +216,7 @@ mod tests {
             let (v, a) = (f64::from(top), f64::from(accel));
             let steps = (v * v - f64::from(start).powi(2)) / (2.0 * a);
             prop_assume!((steps / 4.0 - 1.0).abs() > 0.001);
-            let Load { peak, runs } = load(start, top, accel, None);
+            let Load { peak, runs, .. } = load(start, top, accel, None);
             prop_assert_eq!(peak, 1000 * top);
             let exact = if steps < 4.0 { 0.0 } else { meeting(a).min(v) };
             let runs = f64::from(runs);
@@ -222,16 +256,32 @@ mod tests {
     fn an_s_curve_counts_four_times_and_what_has_no_ramp_not_at_all() {
         let sharp = Some(100_000_000);
         assert_eq!(load(0, 5_000, 20_000, sharp).runs, 4 * load(0, 5_000, 20_000, None).runs);
-        assert_eq!(load(5_000, 5_000, 20_000, None), Load { peak: 5_000_000, runs: 0 });
-        assert_eq!(load(5_000, 5_000, 20_000, sharp), Load { peak: 5_000_000, runs: 0 });
-        assert_eq!(load(0, 1_000, 200_000, None), Load { peak: 1_000_000, runs: 0 });
+        let none = Load { peak: 5_000_000, ..Load::NONE };
+        assert_eq!(load(5_000, 5_000, 20_000, None), none);
+        assert_eq!(load(5_000, 5_000, 20_000, sharp), none);
+        assert_eq!(load(0, 1_000, 200_000, None), Load { peak: 1_000_000, ..Load::NONE });
+    }
+
+    /// However gentle the ramps are that they bend. By the formula of the module.
+    #[test]
+    fn bends_count_in_full_beside_other_axes() {
+        for jerk in [1_000, 10_000, 270_922, 10_000_000, 1_000_000_000u64] {
+            let exact = 4.0 * (0.625 * (612.37 * (2.0 * jerk as f64).sqrt()).sqrt()).min(771.0);
+            let bent = load(603, 771, 577, Some(jerk));
+            let runs = f64::from(bent.bends.runs());
+            assert!((0.94 * exact..=1.16 * exact).contains(&runs), "{jerk}: {runs} {exact}");
+            assert_eq!(bent.takes(), bent.runs.max(bent.bends.runs()));
+            // 4 · (612 · 577)^0.4
+            assert!((500..=700).contains(&bent.runs), "{jerk}: {}", bent.runs);
+        }
+        assert_eq!(load(603, 771, 577, None).takes(), load(603, 771, 577, None).runs);
     }
 
     /// The steep one has less than four steps, up or down.
     #[test]
     fn the_gentler_ramp_counts_where_the_steeper_one_is_short() {
         for slopes in [[100_000_000, 826_814], [826_814, 100_000_000]] {
-            let Load { peak, runs } = load_of(0, 113_952, slopes, None, Travel::By(18));
+            let Load { peak, runs, .. } = load_of(0, 113_952, slopes, None, Travel::By(18));
             assert!((5_200_000..5_300_000).contains(&peak), "{peak}");
             // (612 · 826,814)^0.4
             assert!((2_850..=3_520).contains(&runs), "{runs}");

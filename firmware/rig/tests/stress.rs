@@ -21,7 +21,7 @@ fn stories_are_clean() {
     assert!(sum.steps > 1000 && sum.noise > 0, "{sum:?}");
 }
 
-/// Stories that once broke a rule on a chip, and on no virtual board.
+/// Stories that once broke a rule on a chip, and on no virtual board. A board without S-curves is told of none.
 #[test]
 fn kept_stories_are_clean() {
     let (board, image) = (board(), image());
@@ -29,12 +29,16 @@ fn kept_stories_are_clean() {
     let stories = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
     let mut count = 0;
     for path in stories {
-        let story = std::fs::read_to_string(&path).unwrap().parse().unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        if board == Board::Uno && text.contains("\n> j") {
+            continue;
+        }
+        let story = text.parse().unwrap();
         let told = play(board, &image, &story, Rules::default());
         told.unwrap_or_else(|fault| panic!("{}: {fault}", path.display()));
         count += 1;
     }
-    assert!(count >= 18, "{count}");
+    assert!(count >= if board == Board::Mega { 18 } else { 17 }, "{count}");
 }
 
 /// The board works longer on an order than its lease lasts: the host is not silent meanwhile.

@@ -40,6 +40,7 @@ mod quantity;
 mod say;
 mod serve;
 mod timed;
+mod wish;
 
 use std::process::ExitCode;
 

@@ -266,7 +266,7 @@ fn a_long_job_holds_nothing_up() {
 /// The reports of a run up to its end, as a page hears them.
 fn followed(live: &mut tungstenite::WebSocket<std::net::TcpStream>) -> Vec<Value> {
     let mut all: Vec<Value> = Vec::new();
-    let going = ["running", "braking"];
+    let going = ["running", "held", "braking"];
     while all.last().is_none_or(|last| going.contains(&last["state"].as_str().unwrap())) {
         all.push(next(live, "path"));
     }
@@ -363,4 +363,136 @@ fn the_command_ends_at_the_same_place() {
     // To a tick.
     let off = number(&found, "seconds") - number(&drawing, "seconds");
     assert!(off.abs() * 16e6 < 1.0, "{off}");
+}
+
+/// Runs [`SLANT`], holds it at some 0.5 s until it stands, and has it go on: the reports.
+fn held_and_resumed(served: &Served) -> Vec<Value> {
+    let mut live = served.live();
+    served.order("/api/path/run", file("slant.nc", SLANT));
+    while number(&next(&mut live, "path"), "seconds") < 0.5 {}
+    served.order("/api/path/hold", json!({}));
+    let mut held = 0;
+    let mut all = Vec::new();
+    while held < 60 {
+        let report = next(&mut live, "path");
+        held += usize::from(report["state"] == "held");
+        let failed = report["state"] == "failed";
+        all.push(report);
+        if failed {
+            return all;
+        }
+    }
+    served.order("/api/path/resume", json!({}));
+    all.extend(followed(&mut live));
+    all
+}
+
+/// Likewise, again where a busy computer has kept the board short: it brakes then, and says so.
+fn held_on_a_board(served: &Served) -> Vec<Value> {
+    for _ in 0..10 {
+        let reports = held_and_resumed(served);
+        let trouble = reports[reports.len() - 1]["trouble"]["what"].as_str();
+        if !trouble.is_some_and(|what| what.contains("short of what comes next")) {
+            return reports;
+        }
+    }
+    panic!("the board was always short of what comes next");
+}
+
+/// It brakes on its line, stands, and ends where it would have without the hold.
+fn holds_on_its_line(reports: &[Value]) {
+    let place = |report: &Value| numbers(&report["places"]);
+    let held: Vec<_> = reports.iter().filter(|one| one["state"] == "held").collect();
+    let (first, last) = (place(held[0]), place(held[held.len() - 1]));
+    // At 50 mm/s and 1,000 mm/s²: 40 ms to rest, X has 80 % of the way.
+    assert!((0.2..3.5).contains(&((last[0] - first[0]) / MM)), "{first:?} {last:?}");
+    assert!((10.0..40.0).contains(&(last[0] / MM)), "{last:?}");
+    // At rest for more than half of the hold, and on the line.
+    assert!(held[held.len() / 2..].iter().all(|one| place(one) == last), "{held:?}");
+    assert!(reports.iter().all(|one| (place(one)[0] * 0.75 + place(one)[1]).abs() <= 2.0 * STEP));
+    let end = &reports[reports.len() - 1];
+    assert_eq!((&end["state"], &end["trouble"]), (&json!("done"), &Value::Null));
+    assert_eq!(end["places"], json!([80_000_000, -60_000_000, 0]));
+    // The time of the hold is left out, but for its ramps.
+    assert!((2.0..2.25).contains(&number(end, "seconds")), "{end}");
+}
+
+#[test]
+fn a_job_is_held_and_goes_on() {
+    let mut served = Served::board();
+    let said = served.declined("/api/path/hold", json!({}), 409);
+    assert!(said.contains("no file is being run"), "{said}");
+    holds_on_its_line(&held_and_resumed(&served));
+    let said = served.declined("/api/path/resume", json!({}), 409);
+    assert!(said.contains("no file is being run"), "{said}");
+    // A stop ends a hold.
+    let mut live = served.live();
+    served.order("/api/path/run", file("slant.nc", SLANT));
+    served.order("/api/path/hold", json!({}));
+    while next(&mut live, "path")["state"] != "held" {}
+    // Who controls, alone, has it go on; everybody may stop it.
+    let key = std::mem::take(&mut served.key);
+    served.declined("/api/path/resume", json!({}), 409);
+    served.order("/api/stop", json!({}));
+    served.key = key;
+    assert_eq!(followed(&mut live).last().unwrap()["state"], "stopped");
+    let cycle = std::fs::read_to_string(format!(
+        "{}/../../examples/cycles/drawing.toml",
+        env!("CARGO_MANIFEST_DIR")
+    ));
+    served.order("/api/path/run", file("drawing.toml", &cycle.unwrap()));
+    let said = served.declined("/api/path/hold", json!({}), 409);
+    assert!(said.contains("a cycle file can't be held"), "{said}");
+}
+
+/// The same on a board that plays streams: the virtual one at a pseudo-terminal, in real time.
+#[cfg(unix)]
+#[test]
+fn a_board_that_plays_streams_runs_a_job() {
+    let board = common::PtyBoard::new(&["--program", "stream"]);
+    let served = Served::start(&["--virtual", "--stream", &board.1]);
+    let table = served.get("/api/path/examples");
+    assert_eq!((&table["job_port"], &table["port"]), (&json!(board.1), &Value::Null));
+    assert!(table["jobs"].as_str().unwrap().contains(&board.1), "{table}");
+    let mut live = served.live();
+    // 1 axis is as good as 3.
+    served.order("/api/path/run", file("there.nc", "G1 F1200 X-3\n"));
+    let reports = followed(&mut live);
+    let last = reports.last().unwrap();
+    assert_eq!((&last["state"], &last["trouble"]), (&json!("done"), &Value::Null), "{last}");
+    assert_eq!(last["places"], json!([-3_000_000, 0, 0]));
+    // On the way it is followed.
+    assert!(reports.iter().any(|one| (-2.5e6..-0.5e6).contains(&numbers(&one["places"])[0])));
+    holds_on_its_line(&held_on_a_board(&served));
+
+    // What that told is not of this run.
+    let mut live = served.live();
+    served.order("/api/path/run", file("slant.nc", SLANT));
+    while number(&next(&mut live, "path"), "seconds") < 0.5 {}
+    served.order("/api/stop", json!({}));
+    let stopped = followed(&mut live).last().unwrap().clone();
+    assert_eq!(stopped["state"], "stopped", "{stopped}");
+    let to = numbers(&stopped["places"]);
+    assert!((to[0] * 0.75 + to[1]).abs() <= 2.0 * STEP && to[0] < 60.0 * MM, "{stopped}");
+
+    served.order("/api/path/run", file("slant.nc", SLANT));
+    while number(&next(&mut live, "path"), "seconds") < 0.3 {}
+    served.post("/api/kill", json!({}));
+    assert_eq!(followed(&mut live).last().unwrap()["state"], "killed");
+
+    // A board that is not there is told, and the page lives on.
+    drop(board);
+    served.order("/api/path/run", file("slant.nc", SLANT));
+    let failed = followed(&mut live).last().unwrap().clone();
+    assert_eq!(failed["state"], "failed");
+    assert!(failed["trouble"]["do"].is_string(), "{failed}");
+}
+
+#[test]
+fn a_port_is_one_board() {
+    for two in [["--cycles", "--stream"], ["--port", "--stream"]] {
+        let ended = stepwright(&["serve", two[0], "/dev/x", two[1], "/dev/x"]);
+        assert_eq!(ended.code(), Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.contains("are two boards"), "{}", ended.stderr);
+    }
 }

@@ -261,7 +261,7 @@ pub struct PathReport {
     pub name: String,
     /// The same for the same text: that of its drawing.
     pub id: String,
-    /// `running`, `braking` after a stop, then `done`, `stopped`, `killed` or `failed`.
+    /// `running`, `held` from a hold on, `braking` after a stop, then `done`, `stopped`, `killed` or `failed`.
     pub state: &'static str,
     /// The time that was played, in s.
     pub seconds: f64,

@@ -31,6 +31,11 @@ pub trait StepSource {
 
     /// Seconds from the start to the end, once there are no more steps.
     fn duration(&self) -> f64;
+
+    /// Whether it stands: it has no step, and is not over.
+    fn is_held(&self) -> bool {
+        false
+    }
 }
 
 /// A route that has all of its pieces, closed.
@@ -42,6 +47,10 @@ impl<const N: usize> StepSource for Route<N> {
     fn duration(&self) -> f64 {
         self.time()
     }
+
+    fn is_held(&self) -> bool {
+        Route::is_held(self)
+    }
 }
 
 /// The source, and what its axes have not played yet.
@@ -50,7 +59,7 @@ struct Open<S, const N: usize> {
     queues: [VecDeque<RouteStep>; N],
     /// Seconds from a step of each axis to the same step back, at least.
     turns: [f64; N],
-    /// The time of the last step that was made, in s.
+    /// All steps up to this time were made, in s.
     made: f64,
     /// Its end, once it is known.
     end: Option<f64>,
@@ -106,6 +115,13 @@ impl<S: StepSource, const N: usize> Stream<S, N> {
     pub fn look<T>(&self, look: impl FnOnce(&mut S) -> T) -> T {
         look(&mut lock(&self.0).source)
     }
+
+    /// Likewise, with the time up to which steps were made, in s: what is changed from then on.
+    pub fn change<T>(&self, change: impl FnOnce(&mut S, f64) -> T) -> T {
+        let mut open = lock(&self.0);
+        let made = open.made;
+        change(&mut open.source, made)
+    }
 }
 
 /// The steps of one axis of a [`Stream`], as a motor cycle plays them. All axes are over at the
@@ -158,6 +174,14 @@ impl<S: StepSource, const N: usize> Open<S, N> {
                     self.made = step.time;
                     if let Some(queue) = self.queues.get_mut(step.axis) {
                         queue.push_back(step);
+                    }
+                }
+                None if self.source.is_held() => {
+                    self.made = self.made.max(until);
+                    // No step back follows the last one while it stands.
+                    match self.queues.get(axis).and_then(VecDeque::front) {
+                        Some(step) => self.made = self.made.max(step.time + turn),
+                        None => return None,
                     }
                 }
                 None => self.end = Some(self.source.duration()),

@@ -101,6 +101,16 @@ impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
         self.stream.look(GcodeJob::cancel);
     }
 
+    /// Brakes along the path, and stands until it is resumed.
+    pub fn hold(&self) {
+        self.stream.change(|job, made| job.hold_at(made));
+    }
+
+    /// Goes on.
+    pub fn resume(&self) {
+        self.stream.change(|job, made| job.resume_at(made));
+    }
+
     /// Lets the board's time pass to `limit` ticks, or as far as some events lead, each of which is
     /// `seen`. False: nothing more happens before `limit`.
     pub fn pass(&mut self, limit: u64, mut seen: impl FnMut(&mut GcodeBoard<'b, R>)) -> bool {

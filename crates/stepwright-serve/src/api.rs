@@ -74,7 +74,9 @@ type Answer = Result<Json<Done>, Declined>;
         path::draw,
         path::examples,
         path::report,
-        path::run
+        path::run,
+        path::hold,
+        path::resume
     ),
     components(schemas(LiveMessage))
 )]

@@ -49,6 +49,12 @@ pub trait PathReader: Send + Sync {
     /// Has the run that there is stop. Does not wait.
     fn stop(&self);
 
+    /// Has the run that there is brake and stand, or go on. Does not wait.
+    ///
+    /// # Errors
+    /// There is none, or it is none that can be held.
+    fn hold(&self, held: bool) -> Result<(), Declined>;
+
     /// Has the run that there is end dead. Does not wait.
     fn kill(&self);
 }
@@ -65,7 +71,11 @@ pub struct PathTable {
     pub board: String,
     /// The same for people, and what a stop does there.
     pub player: String,
-    /// The same of G-code jobs.
+    /// The three of G-code jobs: the port,
+    pub job_port: Option<String>,
+    /// what that board is called,
+    pub job_board: String,
+    /// and the same for people.
     pub jobs: String,
     /// How the names of G-code jobs end: `.nc`.
     pub job_endings: Vec<String>,
@@ -170,6 +180,8 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
     Router::new()
         .route("/api/path", get(report).post(draw).layer(DefaultBodyLimit::max(FILE)))
         .route("/api/path/run", post(run).layer(DefaultBodyLimit::max(FILE)))
+        .route("/api/path/hold", post(hold))
+        .route("/api/path/resume", post(resume))
         .route("/api/path/examples", get(examples))
 }
 
@@ -270,4 +282,25 @@ pub(crate) async fn run(
     // A stop that came just before found nothing to stop.
     stopped().inspect_err(|_| reader.stop())?;
     Ok(Json(Done::default()))
+}
+
+/// Have the run of a G-code job brake along its path, and stand there until it is resumed.
+#[utoipa::path(post, path = "/api/path/hold", operation_id = "path_hold",
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined)))]
+pub(crate) async fn hold(State(desk): Shared, headers: HeaderMap) -> Result<Json<Done>, Declined> {
+    hand(&desk, &headers)?;
+    reader(&desk)?.hold(true).map(|()| Json(Done::default()))
+}
+
+/// Have a run that is held go on.
+#[utoipa::path(post, path = "/api/path/resume", operation_id = "path_resume",
+    params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
+    responses((status = 200, body = Done), (status = "4XX", body = Declined)))]
+pub(crate) async fn resume(
+    State(desk): Shared,
+    headers: HeaderMap,
+) -> Result<Json<Done>, Declined> {
+    hand(&desk, &headers)?;
+    reader(&desk)?.hold(false).map(|()| Json(Done::default()))
 }

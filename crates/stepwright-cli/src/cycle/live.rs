@@ -1,6 +1,5 @@
 //! A file played in real time on a virtual board of its own, as a real one would play it.
 
-use std::sync::atomic::{AtomicU8, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -12,6 +11,7 @@ use super::taken::{Taken, Wanted};
 use super::voice::Aloud;
 use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
+use crate::wish::{PlayOrder, Played, Wish};
 
 /// Between two looks at the clock: an order is heard so soon.
 const LOOK: Duration = Duration::from_millis(2);
@@ -21,45 +21,6 @@ const REPORT: Duration = Duration::from_millis(20);
 
 /// A cycle lasts this many seconds, at most.
 const LIMIT: u32 = 3_600;
-
-/// What whoever plays a file is told from elsewhere. Only ever sterner.
-#[derive(Debug, Default)]
-pub struct PlayOrder(AtomicU8);
-
-const BRAKE: u8 = 1;
-const KILL: u8 = 2;
-
-impl PlayOrder {
-    /// The motors brake, and the rest is not played.
-    pub fn stop(&self) {
-        self.0.fetch_max(BRAKE, Ordering::Relaxed);
-    }
-
-    /// Nothing more is played.
-    pub fn kill(&self) {
-        self.0.fetch_max(KILL, Ordering::Relaxed);
-    }
-
-    /// How it is to end, if it is.
-    pub fn end(&self) -> Option<Played> {
-        match self.0.load(Ordering::Relaxed) {
-            BRAKE => Some(Played::Stopped),
-            KILL => Some(Played::Killed),
-            _ => None,
-        }
-    }
-}
-
-/// How a file was played to its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Played {
-    /// All of it.
-    Done,
-    /// Up to an order to brake.
-    Stopped,
-    /// Up to an order to kill.
-    Killed,
-}
 
 /// Lets time pass as it does.
 struct RealTime<'a> {
@@ -71,13 +32,14 @@ struct RealTime<'a> {
     braking: bool,
     killed: bool,
     told: Option<Instant>,
-    tell: &'a mut dyn FnMut(f64, &[i64], bool),
+    tell: &'a mut dyn FnMut(f64, &[i64], Wish),
 }
 
 impl RealTime<'_> {
     fn report(&mut self, ticks: u64) {
         self.told = Some(Instant::now());
-        (self.tell)(ticks as f64 / self.hz, &self.places[..self.motors], self.braking);
+        let wish = if self.braking { Wish::Brake } else { Wish::Go };
+        (self.tell)(ticks as f64 / self.hz, &self.places[..self.motors], wish);
     }
 }
 
@@ -89,12 +51,12 @@ impl Onlooker for RealTime<'_> {
     }
 
     fn may(&mut self, ticks: u64) -> Result<PlayAhead, PlayError> {
-        match self.order.end() {
-            Some(Played::Killed) => {
+        match self.order.wish() {
+            Wish::Kill => {
                 self.killed = true;
                 return Err(PlayError::interrupted("killed"));
             }
-            Some(_) if !self.braking => {
+            Wish::Brake if !self.braking => {
                 self.braking = true;
                 self.report(ticks);
                 return Ok(PlayAhead::Stop);
@@ -112,8 +74,8 @@ impl Onlooker for RealTime<'_> {
     }
 }
 
-/// Plays a file in real time. `tell` hears how far it is, in s, where the motors are, and whether
-/// they brake, also at the end.
+/// Plays a file in real time; it can't be held. `tell` hears how far it is, in s, where the motors are,
+/// and what they obey, also at the end.
 ///
 /// # Errors
 /// A mistake in the file; a cycle that is refused or cancelled.
@@ -121,7 +83,7 @@ pub fn play(
     name: &str,
     text: &str,
     order: &PlayOrder,
-    tell: &mut dyn FnMut(f64, &[i64], bool),
+    tell: &mut dyn FnMut(f64, &[i64], Wish),
 ) -> Result<Played, Failure> {
     let text = PlayText::named(name, text);
     let mut plan = stepwright_cyclefile::read(&text)?;

@@ -1,5 +1,5 @@
-//! A job for a page: planned within a bounded time, and run in real time on a virtual board of its
-//! own.
+//! A job for a page: planned within a bounded time, and run in real time, on a virtual board of its
+//! own or on one that plays streams.
 
 use std::cell::Cell;
 use std::thread;
@@ -10,10 +10,14 @@ use stepwright_plan::gcode::JobPlan;
 use stepwright_play::gcode::begin;
 use stepwright_sim::Description;
 
+use super::feed::{self, JobWatch, Place};
+use super::port::Met;
 use crate::board::edge_files::EdgePaths;
-use crate::cycle::live::{PlayOrder, Played};
 use crate::cycle::taken::{self, Taken};
 use crate::failure::Failure;
+use crate::interrupt;
+use crate::order::target::PortArgs;
+use crate::wish::{PlayOrder, Played, Wish};
 
 /// A job is planned, and a drawing made, within this long, or not at all.
 pub const WITHIN: Duration = Duration::from_secs(10);
@@ -63,8 +67,17 @@ pub fn wrong(why: Unplannable) -> Failure {
     Failure::new(format!("the axes of the machine file: {why}"))
 }
 
-/// Runs a job in real time. `tell` hears how far it is, in s, where the axes are, in nm, and
-/// whether they brake, also at the end.
+/// Plans a job that is not refused.
+fn admitted(name: &str, text: &str, axes: [AxisPace; 3]) -> Result<JobPlan, Failure> {
+    let plan = planned(name, text, axes)?;
+    match &plan.refused {
+        Some(refused) => Err(super::refusal(name, refused)),
+        None => Ok(plan),
+    }
+}
+
+/// Runs a job in real time. `tell` hears how far it is, in s without the time that it was held, where
+/// the axes are, in nm, and what it obeys, also at the end.
 ///
 /// # Errors
 /// An error of the job, or what the board refuses.
@@ -73,47 +86,113 @@ pub fn play(
     text: &str,
     axes: [AxisPace; 3],
     order: &PlayOrder,
-    tell: &mut dyn FnMut(f64, &[i64], bool),
+    tell: &mut dyn FnMut(f64, &[i64], Wish),
 ) -> Result<Played, Failure> {
-    let plan = planned(name, text, axes)?;
-    if let Some(refused) = plan.refused {
-        return Err(super::refusal(name, &refused));
-    }
+    let plan = admitted(name, text, axes)?;
     let nothing =
         taken::Wanted { inverted: 0, edges: EdgePaths::default(), motions: false, events: false };
     let taken = |rate| Taken::begin(rate, 3, &nothing);
     begin(text.as_bytes().to_vec(), axes, &plan, taken, |mut job| {
         let hz = f64::from(job.rate.hz());
         let begun = Instant::now();
-        let (mut braking, mut told) = (false, None::<Instant>);
+        let (mut obeyed, mut told) = (Wish::Go, None::<Instant>);
+        // Ticks that it was held, and when the last hold began.
+        let (mut held, mut since) = (0, 0);
         while job.is_running() {
-            let order = order.end();
-            if order == Some(Played::Killed) {
+            let wish = order.wish();
+            if wish == Wish::Kill {
                 break;
             }
-            let brake = order.is_some() && !braking;
-            if brake {
-                braking = true;
-                job.brake();
+            let changes = wish != obeyed && obeyed != Wish::Brake;
+            if changes {
+                match wish {
+                    Wish::Hold => job.hold(),
+                    Wish::Go => job.resume(),
+                    Wish::Brake | Wish::Kill => job.brake(),
+                }
+                if obeyed == Wish::Hold {
+                    held += job.passed() - since;
+                }
+                (obeyed, since) = (wish, job.passed());
             }
             let limit = job.from + (begun.elapsed().as_secs_f64() * hz) as u64;
             let more = job.pass(limit, |_| ());
-            if brake || told.is_none_or(|told| told.elapsed() >= REPORT) {
+            if changes || told.is_none_or(|told| told.elapsed() >= REPORT) {
                 told = Some(Instant::now());
-                tell(job.passed() as f64 / hz, &nanometres(job.positions(), &axes), braking);
+                let stood = if obeyed == Wish::Hold { job.passed() - since } else { 0 };
+                let seconds = (job.passed() - held - stood) as f64 / hz;
+                tell(seconds, &nanometres(job.positions(), &axes), obeyed);
             }
             if !more && job.is_running() {
                 thread::sleep(LOOK);
             }
         }
-        tell(job.passed() as f64 / hz, &nanometres(job.positions(), &axes), braking);
+        let seconds = (job.passed() - held) as f64 / hz;
+        tell(seconds, &nanometres(job.positions(), &axes), obeyed);
         job.checked()?;
-        Ok(match (job.is_running(), braking) {
+        Ok(match (job.is_running(), obeyed) {
             (true, _) => Played::Killed,
-            (false, true) => Played::Stopped,
-            (false, false) => Played::Done,
+            (false, Wish::Brake) => Played::Stopped,
+            (false, _) => Played::Done,
         })
     })
+}
+
+/// Runs a job on the board at this port, which plays streams: `tell` hears as above.
+///
+/// # Errors
+/// An error of the job; no such board is there, or it has left the path.
+pub fn play_on(
+    port: &PortArgs,
+    name: &str,
+    text: &str,
+    axes: [AxisPace; 3],
+    order: &PlayOrder,
+    tell: &mut dyn FnMut(f64, &[i64], Wish),
+) -> Result<Played, Failure> {
+    let plan = admitted(name, text, axes)?;
+    let met = Met::at(port, "serve")?;
+    let (from, board) = (met.places, met.name.clone());
+    let mut watch = Page { order, axes, tell, steps: [0; 3], killed: false };
+    let fed = feed::feed(met, port.baud, text.as_bytes().to_vec(), axes, &plan, &mut watch);
+    let steps = watch.steps;
+    let elsewhere = |to: [Option<i64>; 3]| {
+        (0..3).any(|n| matches!((from[n], to[n]), (Some(a), Some(b)) if b - a != steps[n]))
+    };
+    match fed {
+        Ok(streamed) if elsewhere(streamed.position) => {
+            Err(Failure::new(format!("{board} counts another place than the path's end")))
+        }
+        Ok(streamed) if streamed.braked => Ok(Played::Stopped),
+        Ok(_) => Ok(Played::Done),
+        Err(_) if watch.killed => Ok(Played::Killed),
+        Err(why) => Err(why),
+    }
+}
+
+/// A page that follows a run on a board.
+struct Page<'a> {
+    order: &'a PlayOrder,
+    axes: [AxisPace; 3],
+    tell: &'a mut dyn FnMut(f64, &[i64], Wish),
+    /// Where it was last.
+    steps: [i64; 3],
+    killed: bool,
+}
+
+impl JobWatch for Page<'_> {
+    fn wish(&mut self) -> Wish {
+        // The server ends: its board brakes.
+        let end = if interrupt::asked() { Wish::Brake } else { Wish::Go };
+        let wish = self.order.wish().max(end);
+        self.killed |= wish == Wish::Kill;
+        wish
+    }
+
+    fn tell(&mut self, place: &Place) {
+        self.steps = place.steps;
+        (self.tell)(place.seconds, &nanometres(place.steps, &self.axes), place.wish);
+    }
 }
 
 fn nanometres(steps: [i64; 3], axes: &[AxisPace; 3]) -> [i64; 3] {

@@ -4,16 +4,17 @@
 //! | --- | --- |
 //! | `axes` | what the axes can do |
 //! | `play` | on the virtual board |
-//! | `port` | streamed to a board |
+//! | `port`, `feed` | streamed to a board: how that is met, and fed |
 //! | `drawing`, `thin` | for a page: points with their times and speeds; as few as a picture takes |
 //! | `facts` | what its plan says, in words |
-//! | `live` | on a virtual board in real time |
+//! | `live` | for a page, in real time: on a virtual board, or streamed to one |
 //!
 //! The job itself, its plan and its steps are `stepwright_plan::gcode`.
 
 pub mod axes;
 pub mod drawing;
 mod facts;
+mod feed;
 pub mod live;
 mod play;
 pub mod port;
@@ -40,8 +41,8 @@ use crate::order::progress::Line;
 use crate::order::target::PortArgs;
 use crate::{plot, say};
 use axes::{AxesArgs, NAMES};
+use feed::Streamed;
 use play::{Played, Wanted};
-use port::Streamed;
 
 /// Run a G-code job on a board or a virtual one, or plan it: its exact time before it starts
 ///
@@ -136,7 +137,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
                 "a board tells no edges: --format csv is for the virtual one",
             ));
         }
-        let streamed = port::stream(&args.port, job, axes, &plan)?;
+        let streamed = feed::stream(&args.port, job, axes, &plan)?;
         return report_streamed(&args, &plan, &axes, &streamed);
     }
     let wanted = Wanted {

@@ -54,6 +54,13 @@ pub struct PortArgs {
     pub baud: u32,
 }
 
+impl PortArgs {
+    /// This port, at the usual speed.
+    pub fn at(path: PathBuf) -> PortArgs {
+        PortArgs { port: Some(path), baud: 115_200 }
+    }
+}
+
 /// The options of a virtual board that lives as long as its order.
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Virtual board (without --port)")]

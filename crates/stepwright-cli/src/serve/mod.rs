@@ -9,7 +9,7 @@
 //! | [`board`] | the board's thread: its line, also when it is lost and comes back |
 //! | [`tap`] | the lines as they are said |
 //! | [`paths`] | cycle files and G-code jobs |
-//! | [`path_board`] | the same on a board that plays cycles |
+//! | [`path_board`] | cycle files on a board that plays cycles |
 //!
 //! What is asked for is carried out by [`stepwright_keeper`].
 
@@ -34,7 +34,7 @@ use crate::order::target::PortArgs;
 use crate::quantity::GeometryArgs;
 use crate::say;
 use board::{BoardThread, ServedBoard};
-use paths::PathFiles;
+use paths::{PathBoards, PathFiles};
 use stepwright_sim::{AxisDrive, Switch};
 
 /// Where the page is, unless `--bind` says otherwise.
@@ -83,6 +83,10 @@ pub struct Args {
     /// run on it, not on a virtual board
     #[arg(long, value_name = "PATH", help_heading = "Board")]
     cycles: Option<PathBuf>,
+    /// Serial port of another board, which runs the program `stream`: the page's G-code jobs are
+    /// run on it, not on a virtual board
+    #[arg(long, value_name = "PATH", help_heading = "Board")]
+    stream: Option<PathBuf>,
     /// A limit switch on the machine of the virtual board, which the axis closes at this place
     /// and beyond, in steps; the setting `switches` has the board look at it [default: 1:-1000]
     #[arg(long, value_name = "AXIS:PLACE", conflicts_with = "port", help_heading = "Board")]
@@ -127,13 +131,19 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         )
         .hint("`stepwright cycle FILE --port PATH` plays a file on the board"));
     }
-    if args.cycles.is_some() && args.cycles == args.port.port {
-        return Err(Failure::usage(
-            "--port and --cycles are two boards, each with its own program",
-        )
-        .hint("leave --port out: a virtual board is served then"));
+    let ports =
+        [("--port", &args.port.port), ("--cycles", &args.cycles), ("--stream", &args.stream)];
+    for (n, (name, port)) in ports.into_iter().enumerate() {
+        let same = ports[..n].iter().find(|(_, other)| port.is_some() && *other == port);
+        if let Some((other, _)) = same {
+            let what = format!("{other} and {name} are two boards, each with its own program");
+            return Err(
+                Failure::usage(what).hint("leave --port out: a virtual board is served then")
+            );
+        }
     }
-    let paths = PathFiles::on(args.cycles, machine);
+    let boards = PathBoards { cycles: args.cycles, stream: args.stream };
+    let paths = Arc::new(PathFiles::on(boards, machine));
     let home_within = machine::home_within(machine, &args.geometry)?;
     let machine = machine::shown(machine)?;
     let listener = TcpListener::bind(args.bind.0).map_err(|error| {
@@ -145,7 +155,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     interrupt::listen(While::Holding)?;
     let desk = Arc::new(ServeDesk::default());
     desk.calculate_by(calc::calculators());
-    desk.read_paths_by(Arc::new(paths));
+    desk.read_paths_by(paths.clone());
     let switches = match args.switch.is_empty() {
         true => SWITCH.parse().into_iter().collect(),
         false => args.switch,
@@ -171,6 +181,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         greet(address, &guard);
         stepwright_serve::serve(listener, desk, guard).map_err(failed)?;
     }
+    paths.finish();
     board.join().unwrap_or_else(|_| Err(Failure::new("the conversation with the board broke off")))
 }
 

@@ -16,8 +16,8 @@ use std::time::Duration;
 
 use stepwright_serve::path::PathFile;
 
-use crate::cycle::live::{PlayOrder, Played};
 use crate::failure::Failure;
+use crate::wish::{PlayOrder, Played, Wish};
 use stepwright_plan::sheet::quoted;
 
 /// An order is heard so soon.
@@ -36,8 +36,8 @@ impl BoardPlayer {
         BoardPlayer { port, names: names.iter().map(|name| quoted(name).to_string()).collect() }
     }
 
-    /// Plays a file. `tell` hears how far the board is, in s, where its motors are, and whether
-    /// they were told to stop.
+    /// Plays a file. `tell` hears how far the board is, in s, where its motors are, and what
+    /// they obey. It can't be held.
     ///
     /// # Errors
     /// The board is not there, refuses the file, or has cancelled a cycle.
@@ -45,7 +45,7 @@ impl BoardPlayer {
         &self,
         file: &PathFile,
         order: &PlayOrder,
-        tell: &mut dyn FnMut(f64, &[i64], bool),
+        tell: &mut dyn FnMut(f64, &[i64], Wish),
     ) -> Result<Played, Failure> {
         let failed = |error| Failure::new(format!("can't play {}: {error}", file.name));
         let mut child = self.begin().map_err(failed)?;
@@ -57,18 +57,19 @@ impl BoardPlayer {
         let (mut places, mut seconds, mut ended) = (vec![0; self.names.len()], 0.0, None);
         loop {
             if ended.is_none()
-                && let Some(end) = order.end()
+                && let Some(end) = end(order.wish())
             {
                 ended = Some(end);
                 finish(&child).map_err(failed)?;
-                tell(seconds, &places, true);
+                tell(seconds, &places, Wish::Brake);
             }
             match rows.recv_timeout(LOOK) {
                 Ok(row) => {
                     if let Some((motor, time, place)) = self.read(&row) {
                         (places[motor], seconds) = (place, time);
                         if motor + 1 == places.len() {
-                            tell(seconds, &places, ended.is_some());
+                            let wish = if ended.is_some() { Wish::Brake } else { Wish::Go };
+                            tell(seconds, &places, wish);
                         }
                     }
                 }
@@ -98,6 +99,15 @@ impl BoardPlayer {
         let (time, motor) = rest.strip_suffix(",at,")?.split_once(',')?;
         let motor = self.names.iter().position(|name| name == motor)?;
         Some((motor, time.parse::<f64>().ok()? / 1e6, place.parse().ok()?))
+    }
+}
+
+/// How it ends by this wish.
+fn end(wish: Wish) -> Option<Played> {
+    match wish {
+        Wish::Go | Wish::Hold => None,
+        Wish::Brake => Some(Played::Stopped),
+        Wish::Kill => Some(Played::Killed),
     }
 }
 

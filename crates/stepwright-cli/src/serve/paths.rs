@@ -14,11 +14,13 @@ use stepwright_serve::path::{FILE, PathDrawing, PathFile, PathListener, PathRead
 
 use super::path_board::BoardPlayer;
 use crate::cycle::drawing;
-use crate::cycle::live::{self, PlayOrder, Played};
+use crate::cycle::live;
 use crate::failure::Failure;
 use crate::gcode;
 use crate::gcode::axes::AxesArgs;
 use crate::machine::{MachineArgs, MachineAxes};
+use crate::order::target::PortArgs;
+use crate::wish::{PlayOrder, Played, Wish};
 
 /// The examples, as they lie in the folders `examples/cycles` and `examples/gcode`.
 const EXAMPLES: [(&str, &str); 8] = [
@@ -40,15 +42,24 @@ const CYCLES: usize = 200_000;
 
 /// Reads files, and plays one at a time.
 pub struct PathFiles {
-    /// The port of a board that plays cycles; none: a virtual board does.
-    board: Option<PathBuf>,
+    boards: PathBoards,
     /// What the axes of a job can do, by the machine file.
     axes: Result<[AxisPace; 3], Failure>,
     playing: Mutex<Option<Playing>>,
 }
 
+/// The ports of boards that files are run on; none: a virtual board does.
+#[derive(Clone, Debug, Default)]
+pub struct PathBoards {
+    /// Of a board that plays cycles.
+    pub cycles: Option<PathBuf>,
+    /// Of a board that plays streams: for jobs.
+    pub stream: Option<PathBuf>,
+}
+
 /// A file that is played, or was.
 struct Playing {
+    kind: Kind,
     order: Arc<PlayOrder>,
     over: Arc<AtomicBool>,
     thread: JoinHandle<()>,
@@ -66,8 +77,8 @@ const VIRTUAL: &str = "On a virtual board of its own, in real time: the program 
                        program cycles plays it by the command, or here with `serve --cycles PORT`.";
 
 const JOB: &str = "On a virtual board of its own, an Uno by its speed, in real time. Steps, speeds and \
-                   accelerations are those of the machine file. A stop brakes along the path. A real \
-                   board takes a job from the command: stepwright gcode FILE --port PORT.";
+                   accelerations are those of the machine file. A hold and a stop brake along the path. \
+                   A board with the program stream runs jobs with `serve --stream PORT`.";
 
 /// What a file is.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -87,11 +98,19 @@ impl Kind {
 }
 
 impl PathFiles {
-    /// Cycle files are run on this board, if there is one; jobs by the axes of this machine. What
+    /// Files are run on these boards; jobs by the axes of this machine. What
     /// is wrong with those is said of a job alone.
-    pub fn on(board: Option<PathBuf>, machine: &MachineArgs) -> PathFiles {
+    pub fn on(boards: PathBoards, machine: &MachineArgs) -> PathFiles {
         let axes = MachineAxes::quiet(machine).and_then(|file| AxesArgs::default().of(&file));
-        PathFiles { board, axes, playing: Mutex::default() }
+        PathFiles { boards, axes, playing: Mutex::default() }
+    }
+
+    /// Has what is played brake, and waits until it has: the server ends.
+    pub fn finish(&self) {
+        self.stop();
+        let playing = self.playing().take();
+        // One that broke off has said nothing.
+        playing.map(|playing| playing.thread.join());
     }
 
     fn axes(&self) -> Result<[AxisPace; 3], Declined> {
@@ -110,7 +129,17 @@ impl PathFiles {
 impl PathReader for PathFiles {
     fn table(&self) -> PathTable {
         let file = |(name, text): (&str, &str)| PathFile { name: name.into(), text: text.into() };
-        let port = self.board.as_ref().map(|port| port.display().to_string());
+        let name = |port: &PathBuf| port.display().to_string();
+        let port = self.boards.cycles.as_ref().map(name);
+        let job_port = self.boards.stream.as_ref().map(name);
+        let jobs = match &job_port {
+            None => JOB.to_owned(),
+            Some(port) => format!(
+                "On the board at {port}, streamed. Steps, speeds and accelerations are those of the \
+                 machine file. The place where the board stands is the job's zero. A hold and a stop brake \
+                 along the path; a board that hears nothing more brakes by itself."
+            ),
+        };
         let player = match &port {
             None => VIRTUAL.to_owned(),
             Some(port) => format!(
@@ -123,7 +152,9 @@ impl PathReader for PathFiles {
             port,
             board,
             player,
-            jobs: JOB.to_owned(),
+            jobs,
+            job_board: job_port.clone().unwrap_or_else(|| "a virtual board".to_owned()),
+            job_port,
             job_endings: JOBS.map(str::to_owned).into(),
             longest: FILE,
             examples: EXAMPLES.map(file).into(),
@@ -162,6 +193,7 @@ impl PathReader for PathFiles {
                 .remedy("a lower top-speed of this axis in the machine file"));
         }
         let (order, over) = (Arc::new(PlayOrder::default()), Arc::new(AtomicBool::new(false)));
+        let kind = Kind::of(file);
         let first = |places: &Vec<f64>| places.first().map_or(0, |place| place.round() as i64);
         let last = PathReport {
             name: file.name.clone(),
@@ -174,23 +206,37 @@ impl PathReader for PathFiles {
         tell(last.clone());
         let thread = thread::spawn({
             let (file, order, over) = (file.clone(), order.clone(), over.clone());
-            let player = match (&self.board, Kind::of(&file)) {
-                (_, Kind::Job) => Player::Job(self.axes()?),
-                (None, Kind::Cycles) => Player::Virtual,
-                (Some(port), Kind::Cycles) => {
+            let player = match (kind, &self.boards) {
+                (Kind::Job, PathBoards { stream, .. }) => Player::Job(self.axes()?, stream.clone()),
+                (Kind::Cycles, PathBoards { cycles: None, .. }) => Player::Virtual,
+                (Kind::Cycles, PathBoards { cycles: Some(port), .. }) => {
                     let names = drawing.motors.iter().map(|motor| motor.name.clone()).collect();
                     Player::Board(BoardPlayer::new(port.clone(), names))
                 }
             };
             move || play(&file, player, last, (&order, &over), &tell)
         });
-        *playing = Some(Playing { order, over, thread });
+        *playing = Some(Playing { kind, order, over, thread });
         Ok(())
     }
 
     fn stop(&self) {
         if let Some(playing) = &*self.playing() {
             playing.order.stop();
+        }
+    }
+
+    fn hold(&self, held: bool) -> Result<(), Declined> {
+        match &*self.playing() {
+            Some(playing) if !playing.is_over() => match playing.kind {
+                Kind::Job => {
+                    playing.order.hold(held);
+                    Ok(())
+                }
+                Kind::Cycles => Err(Declined::refused("a cycle file can't be held")
+                    .remedy("stop it: POST /api/stop")),
+            },
+            _ => Err(Declined::refused("no file is being run")),
         }
     }
 
@@ -205,7 +251,7 @@ impl PathReader for PathFiles {
 enum Player {
     Virtual,
     Board(BoardPlayer),
-    Job([AxisPace; 3]),
+    Job([AxisPace; 3], Option<PathBuf>),
 }
 
 /// Plays a file, and tells how that goes on.
@@ -216,15 +262,25 @@ fn play(
     (order, over): (&PlayOrder, &AtomicBool),
     tell: &PathListener,
 ) {
-    let mut hear = |seconds: f64, places: &[i64], braking: bool| {
-        let state = if braking { "braking" } else { "running" };
+    let mut hear = |seconds: f64, places: &[i64], wish: Wish| {
+        let state = match wish {
+            Wish::Go => "running",
+            Wish::Hold => "held",
+            Wish::Brake | Wish::Kill => "braking",
+        };
         last = PathReport { state, seconds, places: places.to_vec(), ..last.clone() };
         tell(last.clone());
     };
     let played = match player {
         Player::Virtual => live::play(&file.name, &file.text, order, &mut hear),
         Player::Board(board) => board.play(file, order, &mut hear),
-        Player::Job(axes) => gcode::live::play(&file.name, &file.text, axes, order, &mut hear),
+        Player::Job(axes, None) => {
+            gcode::live::play(&file.name, &file.text, axes, order, &mut hear)
+        }
+        Player::Job(axes, Some(port)) => {
+            let port = PortArgs::at(port);
+            gcode::live::play_on(&port, &file.name, &file.text, axes, order, &mut hear)
+        }
     };
     let (state, trouble) = match &played {
         Ok(Played::Done) => ("done", None),
@@ -265,7 +321,7 @@ mod tests {
     /// By a machine file that is not there.
     fn files() -> PathFiles {
         let axes = AxesArgs::default().of(&MachineAxes::none());
-        PathFiles { board: None, axes, playing: Mutex::default() }
+        PathFiles { boards: PathBoards::default(), axes, playing: Mutex::default() }
     }
 
     #[test]

@@ -90,7 +90,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         })
     }
 
-    /// The next step; `None` at the end of the job.
+    /// The next step; `None` at the end of the job, and while it [is held](GcodeJob::is_held).
     ///
     /// # Errors
     /// [`JobError`] when all steps before it are made: the job ends at rest there.
@@ -101,7 +101,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
             }
             // Nobody asks for them.
             self.ends.clear();
-            if !self.more()? {
+            if self.route.is_held() || !self.more()? {
                 return Ok(None);
             }
         }
@@ -136,6 +136,21 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         (self.read, self.error) = (true, None);
         self.todo.clear();
         self.route.cancel(at);
+    }
+
+    /// Brakes along its way, not before this time, in s, and stands there.
+    pub fn hold_at(&mut self, at: f64) {
+        self.route.hold(at);
+    }
+
+    /// Goes on at this time, in s, or once it stands.
+    pub fn resume_at(&mut self, at: f64) {
+        self.route.resume(at);
+    }
+
+    /// Whether it stands because it is held: it has no step until it is resumed.
+    pub fn is_held(&self) -> bool {
+        self.route.is_held()
     }
 
     /// Seconds from the start to the end of what has been made, dwells included.
@@ -223,5 +238,9 @@ impl<B: Iterator<Item = u8>> StepSource for GcodeJob<B> {
 
     fn duration(&self) -> f64 {
         self.time()
+    }
+
+    fn is_held(&self) -> bool {
+        GcodeJob::is_held(self)
     }
 }

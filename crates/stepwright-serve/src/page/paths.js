@@ -12,6 +12,7 @@ const KINDS = { line: "Line", arc: "Arc", path: "Path", home: "Homing", moves: "
 /** A run that goes on, and how one has ended. */
 const RUNS = {
   running: (name, at) => `${name} is run: ${at}`,
+  held: (name, at) => `${name} is held: ${at}`,
   braking: (name, at) => `${name} brakes: ${at}`,
   done: (name, at) => `${name} was run to its end: ${at}`,
   stopped: (name, at) => `${name} was stopped: ${at}`,
@@ -202,7 +203,7 @@ export class PathsView {
     const { kind, refused } = this.sheet;
     const job = kind === "gcode" && this.jobs;
     by("paths-player").textContent = job ? this.jobs : this.cycles;
-    const board = job ? "a virtual board" : this.board;
+    const board = job ? this.job_board : this.board;
     by("paths-go").textContent = board ? `Run on ${board}` : "Run";
     by("paths-refused").textContent = refused ?? "";
   }
@@ -228,7 +229,7 @@ export class PathsView {
 
   /** Whether a file is being run. */
   get running() {
-    return this.report?.state === "running" || this.report?.state === "braking";
+    return ["running", "held", "braking"].includes(this.report?.state);
   }
 
   /** How a run goes on. */
@@ -278,6 +279,11 @@ export class PathsView {
     go.disabled = !ours || this.running || !this.sheet || Boolean(this.sheet.refused) || by("paths").classList.contains("wrong");
     go.title = ours ? "" : "Take control first";
     by("paths-time").disabled = this.running && this.isThis(this.report);
+    const state = this.report?.state;
+    const hold = by("paths-hold");
+    hold.hidden = !(this.isThis(this.report) && this.sheet.kind === "gcode" && ["running", "held"].includes(state));
+    hold.textContent = state === "held" ? "Resume" : "Hold";
+    hold.disabled = !ours;
   }
 
   run() {
@@ -285,12 +291,17 @@ export class PathsView {
     post("/api/path/run", this.file).catch(this.tell);
   }
 
+  /** Has the run brake and stand, or go on. */
+  hold() {
+    post(this.report?.state === "held" ? "/api/path/resume" : "/api/path/hold", {}).catch(this.tell);
+  }
+
   /** Copies the command that runs the file, a cycle file on a board, and shows it. */
   copy() {
     const file = /^[\w.-]+$/.test(this.name) ? this.name : `'${this.name.replaceAll("'", "'\\''")}'`;
     const example = this.examples.some((one) => one.name === this.name);
     const text = this.sheet?.kind === "gcode"
-      ? `stepwright gcode ${example ? "examples/gcode/" : ""}${file}`
+      ? `stepwright gcode ${example ? "examples/gcode/" : ""}${file}${this.job_port ? ` --port ${this.job_port}` : ""}`
       : `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port ${this.port ?? "/dev/ttyACM0"}`;
     copy(text, by("paths-copied"));
   }
@@ -399,6 +410,7 @@ export class PathsView {
       this.use(value === "own" ? this.own : this.examples[value]);
     });
     by("paths-go").onclick = () => this.run();
+    by("paths-hold").onclick = () => this.hold();
     by("paths-copy").onclick = () => this.copy();
     by("paths-save").onclick = () => this.save();
     by("paths-open").onclick = () => by("paths-pick").click();

@@ -178,6 +178,41 @@ const tests = (url) => ({
     await context.close();
   },
 
+  async "a board that plays streams is followed, held and resumed"() {
+    const { child: board, said: port } = await start("pty ", "board", "--pty", "--program", "stream");
+    const { child, said } = await serve("--virtual", "--stream", port);
+    const { page, faults, context } = await open(said);
+    await drop(page, "slant.nc", "G1 F3000 X120 Y-90\nM30\n");
+    assert.equal(await page.locator("#paths-go").textContent(), `Run on ${port}`);
+    assert.match(await page.locator("#paths-player").innerText(), /streamed\. Steps, speeds/);
+    await page.locator("#paths-copy").click();
+    assert.equal(await page.locator("#paths-copied").innerText(), `stepwright gcode slant.nc --port ${port}`);
+    const hold = page.locator("#paths-hold");
+    assert.ok(await hold.isHidden());
+    await until("it can be run", () => page.locator("#paths-go").isEnabled());
+    await page.locator("#paths-go").click();
+    await until("a part of it", async () => (await head(page)).time > 0.7);
+    assert.equal(await hold.textContent(), "Hold");
+    await hold.click();
+    await page.locator("#paths-state.held").getByText("slant.nc is held").waitFor();
+    assert.equal(await hold.textContent(), "Resume");
+    // It stands, on its line, and the space of a second changes nothing.
+    await new Promise((later) => setTimeout(later, 400));
+    const { places } = await head(page);
+    await new Promise((later) => setTimeout(later, 600));
+    assert.deepEqual((await head(page)).places, places);
+    assert.ok(places[0] > 20 && places[0] < 110 && Math.abs(places[0] * 0.75 + places[1]) < 0.04, `${places}`);
+    await hold.click();
+    await ends(page, "done");
+    assert.deepEqual((await head(page)).places, [120, -90, 0]);
+    assert.ok(await hold.isHidden());
+    if (folder) await page.screenshot({ path: join(folder, "job-streamed.png") });
+    assert.deepEqual(faults, []);
+    await context.close();
+    await end(child);
+    await end(board);
+  },
+
   async "what the board can't do is drawn, and not run"() {
     const machine = join(mkdtempSync(join(tmpdir(), "stepwright-")), "fast.toml");
     writeFileSync(machine, '[axis.1]\nsteps-per-rev = 12800\nmm-per-rev = 40\ntop-speed = "500mm/s"\n');

@@ -7,8 +7,10 @@
 //! ```
 //!
 //! which stays within its limit A where |dv/dt| ≤ (A − bend·w) / tilt: what turning takes of the
-//! limit is not there for speeding up. Over a cell the acceleration is constant, w a straight
-//! line over s, and the limit at the higher end holds for all of it:
+//! limit is not there for speeding up. Where both parts have the same sign all over a cell, that is
+//! so of speeding up alone, and to brake by there is all of A; where they differ it is the other way
+//! about. Over a cell the acceleration is constant, w a straight line over s, and the limit at the
+//! higher end holds for all of it:
 //!
 //! ```text
 //!   w₁ ≤ (w₀ + 2·L·A/tilt) / (1 + 2·L·bend/tilt)                       one way
@@ -27,9 +29,7 @@ pub(crate) struct Cell<const N: usize> {
     /// The direction at both ends.
     pub first: [f64; N],
     pub last: [f64; N],
-    /// Of each axis: the acceleration along the route that its limit allows at rest, and by how
-    /// much that falls in a unit of w.
-    room: [(f64, f64); N],
+    room: [Room; N],
     /// The ordered speed and what part of it is in force, the w that the axes can follow, and the w
     /// of both as it is now.
     pub feed: f64,
@@ -42,6 +42,26 @@ pub(crate) struct Cell<const N: usize> {
     /// one of a curve.
     pub cap: f64,
     pub zone: f64,
+}
+
+/// What the limit of an axis allows along the route.
+#[derive(Clone, Copy, Debug)]
+struct Room {
+    /// The acceleration at rest, and by how much that falls in a unit of w: of speeding up, and of
+    /// braking.
+    accel: f64,
+    curbs: [f64; 2],
+}
+
+/// How a stretch turns, of each axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bend<const N: usize> {
+    /// The change of its direction in a unit, and its direction, at most.
+    pub bend: [f64; N],
+    pub tilt: [f64; N],
+    /// The sign of their product where it is the same all over: above 0 where turning takes of what
+    /// there is to speed up by, below where of what there is to brake by. 0 where of either.
+    pub lean: [f64; N],
 }
 
 /// Parts of the ordered speed: overrides.
@@ -60,24 +80,40 @@ pub(crate) struct Trip {
 }
 
 impl<const N: usize> Cell<N> {
-    /// Of a shape, between two places of it: `bend` and `tilt` of each axis beside those of the
-    /// shape itself, which for a line come from its joints.
+    /// Of a shape, between two places of it. Joints bend it beside what it does itself.
     pub fn new(
         shape: &Shape<N>,
         (begin, end): (f64, f64),
-        (bend, tilt): ([f64; N], [f64; N]),
+        joints: &[Bend<N>],
         accel: &[f64; N],
         speed: &[f64; N],
         feed: f64,
     ) -> Cell<N> {
         let (own, steep) = shape.bounds(begin, end);
+        let (first, last) = (shape.direction(begin), shape.direction(end));
+        let [from, to] = [begin, end].map(|s| shape.curvature(s));
         let mut most = f64::INFINITY;
         let room = std::array::from_fn(|n| {
-            let (bend, tilt) = (own[n] + bend[n], steep[n].max(tilt[n]));
+            let turns = joints.iter().map(|joint| joint.bend[n]).fold(0.0, f64::max);
+            let tilt = joints.iter().map(|joint| joint.tilt[n]).fold(steep[n], f64::max);
+            let bend = own[n] + turns;
             most = most.min((speed[n] / tilt).powi(2)).min(FULL * accel[n] / bend);
-            if tilt > 0.0 { (accel[n] / tilt, bend / tilt) } else { (f64::INFINITY, 0.0) }
+            if tilt == 0.0 {
+                return Room { accel: f64::INFINITY, curbs: [0.0; 2] };
+            }
+            // What turns it: the shape, and each joint.
+            let itself = [first[n] * from[n], last[n] * to[n]];
+            let itself = itself.into_iter().filter(|_| own[n] > 0.0);
+            let bends = joints.iter().filter(|joint| joint.bend[n] > 0.0);
+            let mut leans = itself.chain(bends.map(|joint| joint.lean[n]));
+            let curb = bend / tilt;
+            let curbs = match leans.next() {
+                Some(lean) if lean > 0.0 && leans.all(|lean| lean > 0.0) => [curb, 0.0],
+                Some(lean) if lean < 0.0 && leans.all(|lean| lean < 0.0) => [0.0, curb],
+                _ => [curb; 2],
+            };
+            Room { accel: accel[n] / tilt, curbs }
         });
-        let (first, last) = (shape.direction(begin), shape.direction(end));
         let top = most.min(feed * feed);
         let (shape, scale, cap, zone, rapid) = (*shape, 1.0, f64::INFINITY, 0.0, false);
         Cell { shape, begin, end, first, last, room, feed, scale, rapid, most, top, cap, zone }
@@ -93,13 +129,13 @@ impl<const N: usize> Cell<N> {
     /// The w up to which the axes can turn, in whatever direction: that of a circle is the same all
     /// around.
     pub fn turning(&self) -> f64 {
-        let parts = self.room.iter().map(|(accel, curb)| (curb / accel).powi(2));
+        let parts = self.room.iter().map(|room| (room.curb() / room.accel).powi(2));
         1.0 / parts.filter(|part| part.is_finite()).sum::<f64>().sqrt()
     }
 
     /// Whether it turns: what it does in a curve of chords, too.
     pub fn turns(&self) -> bool {
-        self.room.iter().any(|(_, curb)| *curb > 0.0)
+        self.room.iter().any(|room| room.curb() > 0.0)
     }
 
     pub fn length(&self) -> f64 {
@@ -117,40 +153,69 @@ impl<const N: usize> Cell<N> {
         self.feed * self.scale
     }
 
-    /// The w at the other end, at most, by speeding up from this w.
+    /// The w at its end, at most, by speeding up from this w.
     pub fn rise(&self, w: f64) -> f64 {
+        self.higher(w, |room| room.curbs[0])
+    }
+
+    /// The w at its beginning, at most, from which it can brake to this w.
+    pub fn back(&self, w: f64) -> f64 {
+        self.higher(w, |room| room.curbs[1])
+    }
+
+    /// The w at the other end, at most, whichever way it turns.
+    pub fn least_rise(&self, w: f64) -> f64 {
+        self.higher(w, Room::curb)
+    }
+
+    fn higher(&self, w: f64, curb: impl Fn(&Room) -> f64) -> f64 {
         let way = 2.0 * self.length();
-        self.least(|accel, curb| (w + way * accel) / (1.0 + way * curb))
+        self.least(|room| (w + way * room.accel) / (1.0 + way * curb(room)))
     }
 
-    /// The w at the other end by braking from this w; below 0 if it stands before.
+    /// The w at its end by braking from this w; below 0 if it stands before.
     pub fn fall(&self, w: f64) -> f64 {
-        w - 2.0 * self.length() * self.slope(w)
+        w - 2.0 * self.length() * self.brake(w)
     }
 
-    /// The acceleration that is there at this w.
+    /// The acceleration that is there at this w to speed up by.
+    fn speed_up(&self, w: f64) -> f64 {
+        self.least(|room| room.accel - room.curbs[0] * w).max(0.0)
+    }
+
+    /// The acceleration that is there at this w to brake by.
+    pub fn brake(&self, w: f64) -> f64 {
+        self.least(|room| room.accel - room.curbs[1] * w).max(0.0)
+    }
+
+    /// The acceleration that is there at this w for both.
     pub fn slope(&self, w: f64) -> f64 {
-        self.least(|accel, curb| accel - curb * w).max(0.0)
+        self.least(|room| room.accel - room.curb() * w).max(0.0)
     }
 
-    fn least(&self, of: impl Fn(f64, f64) -> f64) -> f64 {
-        self.room.iter().map(|(accel, curb)| of(*accel, *curb)).fold(f64::INFINITY, f64::min)
+    fn least(&self, of: impl Fn(&Room) -> f64) -> f64 {
+        self.room.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 
     /// The speed from w to w, which the cell allows.
     pub fn trip(&self, from: f64, to: f64) -> Trip {
         let all = self.length();
-        let (level, slope) = if from > self.top {
-            (self.top.max(to).min(from), self.slope(from))
+        let level = if from > self.top {
+            self.top.max(to).min(from)
         } else {
+            // With the less of both: with each by itself it would be a little higher.
             let sum = from + to;
-            let peak = self.least(|a, curb| (sum + 2.0 * all * a) / (2.0 + 2.0 * all * curb));
-            let level = peak.min(self.top).max(from).max(to);
-            (level, self.slope(level))
+            let way = 2.0 * all;
+            let peak = self.least(|room| (sum + way * room.accel) / (2.0 + way * room.curb()));
+            peak.min(self.top).max(from).max(to)
         };
-        let way = |w: f64| if w == level { 0.0 } else { ((w - level) / slope / 2.0).abs() };
-        let begin = way(from).min(all);
-        let end = way(to).min(all - begin);
+        let brake = self.brake(from.max(level));
+        let first = if from > level { brake } else { self.speed_up(level) };
+        let way = |w: f64, slope: f64| {
+            if w == level { 0.0 } else { (w - level).abs() / slope / 2.0 }
+        };
+        let begin = way(from, first).min(all);
+        let end = way(to, brake).min(all - begin);
         Trip { w: [from, level, level, to], ways: [begin, all - begin - end, end] }
     }
 
@@ -165,6 +230,13 @@ impl<const N: usize> Cell<N> {
             (t, s) = (t + time, if n == 2 { self.end } else { s + trip.ways[n] });
             Piece { from, to: Moment { t, s, v: to, a }, jerk: 0.0 }
         })
+    }
+}
+
+impl Room {
+    /// Whichever way it turns.
+    fn curb(&self) -> f64 {
+        self.curbs[0].max(self.curbs[1])
     }
 }
 
@@ -190,8 +262,8 @@ mod tests {
 
     fn cell(length: f64, bend: f64, feed: f64) -> Cell<2> {
         let shape = Shape::line(0.0, [0.0; 2], [length * 0.6, length * 0.8]);
-        let ends = (0.0, length);
-        Cell::new(&shape, ends, ([bend; 2], [0.0; 2]), &[600.0, 1_000.0], &[1e3; 2], feed)
+        let joint = Bend { bend: [bend; 2], tilt: [0.0; 2], lean: [1.0; 2] };
+        Cell::new(&shape, (0.0, length), &[joint], &[600.0, 1_000.0], &[1e3; 2], feed)
     }
 
     #[test]
@@ -213,7 +285,9 @@ mod tests {
         assert!((cell.slope(1_000.0) - 500.0 / 0.6).abs() < 1e-9);
         let w = cell.rise(1_000.0);
         assert!((w - 1_000.0 - 2.0 * 0.1 * cell.slope(w)).abs() < 1e-9);
-        // Both ends of a cell agree on how much it can fall.
-        assert!((cell.fall(w) - 1_000.0).abs() < 1e-9);
+        // To brake by there is all of it, and both ends agree on how much it can fall.
+        assert!((cell.brake(w) - 1_000.0).abs() < 1e-9);
+        let back = cell.back(1_000.0);
+        assert!((back - 1_200.0).abs() < 1e-9 && (cell.fall(back) - 1_000.0).abs() < 1e-9);
     }
 }

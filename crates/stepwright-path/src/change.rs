@@ -173,7 +173,7 @@ impl<const N: usize> Route<N> {
             }
             let mut cell = cell.clone();
             let to = cell.fall(from);
-            let way = from / cell.slope(from) / 2.0;
+            let way = from / cell.brake(from) / 2.0;
             if to <= 0.0 && cell.length() - way > cell.shape.length() * SLIVER {
                 let mut behind = cell.clone();
                 cell.end = cell.begin + way;

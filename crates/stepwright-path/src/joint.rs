@@ -23,6 +23,7 @@
 //!
 //! with a jump that nobody has checked.
 
+use crate::cell::Bend;
 use crate::route::AxisPace;
 
 /// What a joint allows.
@@ -30,11 +31,9 @@ use crate::route::AxisPace;
 pub(crate) struct Joint<const N: usize> {
     /// w = v² at most.
     pub cap: f64,
-    /// Units at each side in which it turns, and there, of each axis: the change of direction in a
-    /// unit, and the direction.
+    /// Units at each side in which it turns, and how it turns there.
     pub zone: f64,
-    pub bend: [f64; N],
-    pub tilt: [f64; N],
+    pub bend: Bend<N>,
 }
 
 /// A joint is a corner by itself where turning takes this part of the acceleration at most,
@@ -45,7 +44,11 @@ const SHARP: f64 = 0.94;
 
 impl<const N: usize> Joint<N> {
     /// At rest.
-    pub const REST: Joint<N> = Joint { cap: 0.0, zone: 0.0, bend: [0.0; N], tilt: [0.0; N] };
+    pub const REST: Joint<N> = Joint {
+        cap: 0.0,
+        zone: 0.0,
+        bend: Bend { bend: [0.0; N], tilt: [0.0; N], lean: [0.0; N] },
+    };
 
     /// Between two directions, where the shorter piece has this length, both can be passed at
     /// the speed `top`.
@@ -75,8 +78,15 @@ impl<const N: usize> Joint<N> {
             return Joint { cap, ..Joint::REST };
         }
         cap = cap.min(over(|axis| axis.accel) * length);
-        let tilt = std::array::from_fn(|n| (after[n] + before[n]).abs() / 2.0);
-        Joint { cap, zone: length / 2.0, bend: turn.map(|turn| turn / length), tilt }
+        let bend = Bend {
+            bend: turn.map(|turn| turn / length),
+            tilt: std::array::from_fn(|n| (after[n] + before[n]).abs() / 2.0),
+            lean: std::array::from_fn(|n| {
+                let same = after[n] * before[n] > 0.0;
+                if same { (after[n] - before[n]) * after[n] } else { 0.0 }
+            }),
+        };
+        Joint { cap, zone: length / 2.0, bend }
     }
 }
 

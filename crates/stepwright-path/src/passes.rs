@@ -55,7 +55,7 @@ impl Passes {
             let mut back = caps.clone();
             for n in (1..count).rev() {
                 // What rises on the way back.
-                let rise = cells[n].rise(back[n + 1]);
+                let rise = cells[n].back(back[n + 1]);
                 if rise < back[n] {
                     back[n] = rise;
                 } else if round == 0 {

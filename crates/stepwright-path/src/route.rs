@@ -421,18 +421,17 @@ impl<const N: usize> Route<N> {
         let (mut cap, mut zone) = (begin.cap, begin.zone);
         let mut from = 0.0;
         for to in cuts.into_iter().chain([length]) {
-            let (mut bend, mut tilt) = ([0.0f64; N], [0.0f64; N]);
             let zones = [(begin, from < begin.zone), (*end, to > length - end.zone)];
-            for (joint, _) in zones.into_iter().filter(|(_, within)| *within) {
-                for n in 0..N {
-                    bend[n] = bend[n].max(joint.bend[n]);
-                    tilt[n] = tilt[n].max(joint.tilt[n]);
-                }
+            let mut within = [Joint::REST.bend; 2];
+            let mut count = 0;
+            for (joint, _) in zones.iter().filter(|(_, within)| *within) {
+                within[count] = joint.bend;
+                count += 1;
             }
             let last = if to < length { shape.begin + to } else { shape.end };
             let ends = (shape.begin + from, last);
             from = to;
-            let mut cell = Cell::new(&shape, ends, (bend, tilt), &accel, &speed, feed);
+            let mut cell = Cell::new(&shape, ends, &within[..count], &accel, &speed, feed);
             cell.rapid = rapid;
             cell.scale(self.scales);
             cell.cap = std::mem::replace(&mut cap, f64::INFINITY);

@@ -206,7 +206,7 @@ impl<const N: usize> Route<N> {
         let mut back = caps.clone();
         let mut free = 0;
         for n in (1..count).rev() {
-            let rise = self.cells[n].rise(back[n + 1]);
+            let rise = self.cells[n].least_rise(back[n + 1]);
             if rise < back[n] {
                 back[n] = rise;
             } else {

@@ -1,0 +1,82 @@
+//! How far routes are from an offline optimum, as executed: to the end of their last step.
+//!
+//! `STEPWRIGHT_OPTIMA` says of how many random paths; docs/paths.md has the figures of 60.
+
+mod jobs;
+mod optimal;
+
+use optimal::Grid;
+use optimal::paths::{Kinds, Path};
+
+/// What a path is compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Best {
+    /// The least time within the acceleration, and that with the speed at which it can turn.
+    Accel,
+    Level,
+    /// The least time with the jerk limited along the path.
+    Jerk,
+}
+
+/// Per cent by which a path takes longer than its optimum.
+fn over<const N: usize>(seed: u64, kinds: Kinds, best: Best) -> f64 {
+    let path: Path<N> = Path::random(seed, kinds);
+    let axes = path.axes(best == Best::Jerk);
+    let grid = Grid::new(&path.pieces, &axes, best == Best::Level);
+    let least = if best == Best::Jerk {
+        optimal::barrier::fastest(&grid, &axes)
+    } else {
+        grid.time(&optimal::passes::fastest(&grid, &axes), false)
+    };
+    assert!(least.is_finite() && least > 0.0);
+    let executed = path.executed(best == Best::Jerk);
+    let over = 100.0 * (executed / least - 1.0);
+    println!("path {seed} of {N} axes: {executed:.3} s, at best {least:.3} s, {over:+.2} %");
+    over
+}
+
+/// The mean and the most, of as many as the variable says or these.
+fn spread(count: u64, kinds: Kinds, best: Best) -> [f64; 2] {
+    let count = std::env::var("STEPWRIGHT_OPTIMA")
+        .map_or(count, |text| text.parse().expect("a number of paths"));
+    let one = |seed: u64| {
+        if seed.is_multiple_of(2) {
+            over::<2>(seed, kinds, best)
+        } else {
+            over::<3>(seed, kinds, best)
+        }
+    };
+    let each: Vec<f64> = (0..count).map(one).collect();
+    let mean = each.iter().sum::<f64>() / count as f64;
+    let most = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = each.iter().copied().fold(f64::INFINITY, f64::min);
+    let within = each.iter().filter(|over| **over <= 2.0).count();
+    println!(
+        "{count} paths of {kinds:?} beside {best:?}: {mean:+.2} % in the mean, {least:+.2} to \
+         {most:+.2} %, {within} within 2 %"
+    );
+    // An optimum that is slower is none: the grid's error is below this.
+    assert!(least > -0.1, "{least} %");
+    [mean, most]
+}
+
+#[test]
+fn paths_without_jerk_are_near_their_optimum() {
+    let [mean, most] = spread(12, Kinds::All, Best::Level);
+    assert!(mean <= 0.4 && most <= 2.0, "{mean} %, {most} %");
+    let [mean, most] = spread(12, Kinds::All, Best::Accel);
+    assert!(mean <= 0.6 && most <= 2.0, "{mean} %, {most} %");
+}
+
+#[test]
+fn lines_with_jerk_are_near_their_optimum() {
+    let [mean, most] = spread(2, Kinds::Lines, Best::Jerk);
+    assert!(mean <= 2.0 && most <= 3.0, "{mean} %, {most} %");
+}
+
+/// This optimum does not limit the jerk of turning: a motor can't do it.
+#[test]
+fn curves_with_jerk_are_as_near_to_it_as_they_were() {
+    let [mean, most] = spread(2, Kinds::All, Best::Jerk);
+    assert!(mean <= 8.5 && most <= 9.0, "{mean} %, {most} %");
+}

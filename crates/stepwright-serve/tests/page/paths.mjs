@@ -245,7 +245,7 @@ async function drawn(url) {
   await page.locator("#paths-sum").getByText("1 part, 4.3186 s, at most 60 mm/s").waitFor();
   await choose(page, "badge.nc");
   await page.locator("#paths-sum").getByText("17 parts, 26.645 s").waitFor();
-  await page.locator("#paths-facts").getByText("26.645402 s").waitFor();
+  await page.locator("#paths-facts").getByText("26.645400 s").waitFor();
   // Another text takes the server, and nothing can be run.
   await page.locator("#paths-text").fill(ONE);
   await page.locator("#paths-wrong").getByText("`stepwright serve` draws any file").waitFor();

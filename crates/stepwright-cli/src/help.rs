@@ -7,7 +7,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Move a motor", &["move", "line", "run", "home", "jog", "retarget", "stop", "kill", "serve"]),
     ("See where it is", &["status", "position", "watch", "zero"]),
     ("Plan and look", &["plan", "timed", "cycle", "gcode", "figures", "calc"]),
-    ("Boards", &["ports", "flash", "board", "grbl", "settings", "init", "send"]),
+    ("Boards", &["ports", "flash", "selftest", "board", "grbl", "settings", "init", "send"]),
     ("Other", &["completions", "help"]),
 ];
 

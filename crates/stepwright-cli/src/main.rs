@@ -38,6 +38,7 @@ mod programs;
 mod pty;
 mod quantity;
 mod say;
+mod selftest;
 mod serve;
 mod timed;
 mod wish;
@@ -95,6 +96,7 @@ enum Command {
     Serve(serve::Args),
     Board(board::Args),
     Flash(flash::Args),
+    Selftest(selftest::Args),
     Plan(Box<plan::Args>),
     Timed(Box<timed::Args>),
     Cycle(cycle::Args),
@@ -142,6 +144,7 @@ fn main() -> ExitCode {
         Command::Serve(args) => serve::run(args, &cli.machine),
         Command::Board(args) => board::run(args),
         Command::Flash(args) => flash::run(args),
+        Command::Selftest(args) => selftest::run(args),
         Command::Plan(args) => plan::run(*args),
         Command::Timed(args) => timed::run(*args),
         Command::Cycle(args) => cycle::run(args),

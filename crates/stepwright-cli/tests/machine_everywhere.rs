@@ -40,7 +40,7 @@ use Fate::{Ends, Stays};
 
 /// A subcommand with its words, and what becomes of it on a board whose axis 1 rests. `PORT`
 /// stands for the port where no machine file names it.
-const CASES: [(&str, Fate); 27] = [
+const CASES: [(&str, Fate); 28] = [
     ("settings set switches=1 PORT", Ends(0)),
     ("home --within 9000 PORT", Ends(0)),
     ("move 40 PORT", Ends(0)),
@@ -61,6 +61,8 @@ const CASES: [(&str, Fate); 27] = [
     ("init --file NEW --top-speed 5", Ends(0)),
     ("board --stdio", Ends(0)),
     ("flash uno --port /nonexistent --dry-run", Ends(0)),
+    // No line, and none on standard input.
+    ("selftest", Ends(1)),
     ("plan trapezoid --steps 400 --accel 2000 --top-speed 900", Ends(0)),
     ("timed --top 64000 --steps 5", Ends(0)),
     ("cycle CYCLE", Ends(0)),

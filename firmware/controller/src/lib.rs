@@ -24,6 +24,8 @@ mod never_panics;
 mod port_pins;
 mod register;
 mod ring;
+#[cfg(feature = "selftest")]
+mod selftest;
 mod trial;
 mod turned;
 
@@ -37,6 +39,8 @@ pub use laws::{LawEngine, run_laws};
 pub use port_pins::{PinPort, PortPins};
 pub use register::Register;
 pub use ring::Ring;
+#[cfg(feature = "selftest")]
+pub use selftest::{StampPort, StampedPins, Stamps, flash_sum, run_stamped, tell};
 pub use trial::TimerTrial;
 pub use turned::Turned;
 

@@ -1,4 +1,6 @@
 #![no_std]
+//! No hardware was seen: these programs run in QEMU. What to check: `docs/embassy.md`.
+//!
 //! What the programs for the micro:bit have in common: its step timer, its pins, and a line to say
 //! something on.
 //!
@@ -8,10 +10,8 @@
 //! | `bin/rtic.rs` | RTIC 2: the program owns the step interrupt |
 //! | `bin/bare.rs` | a main loop that sleeps |
 //!
-//! X steps at P15 (P0.21), Y at P14; DIR is P2 (P0.1) and P1. No motor was turned by these on a real
-//! board: `cargo xtask test --only qemu` runs them in QEMU, and holds their edges against the virtual
-//! board's. With an oscilloscope look at the width of a pulse, 2 µs or more, and at DIR, which has to
-//! change 1 µs before STEP.
+//! X steps at P15 (P0.21), Y at P14; DIR is P2 (P0.1) and P1. `cargo xtask test --only qemu` runs them, and
+//! holds their edges against the virtual board's.
 
 use core::fmt::{Arguments, Write};
 

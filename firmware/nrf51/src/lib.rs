@@ -1,4 +1,6 @@
 #![cfg_attr(target_os = "none", no_std)]
+//! No hardware was seen: this runs in QEMU. See `README.md` for what to check.
+//!
 //! Stepwright on an nRF51822 (Cortex-M0, 16 MHz): the first BBC micro:bit, and QEMU's `microbit`.
 //!
 //! | file | what |
@@ -12,6 +14,7 @@
 //! | `src/bin/awaits.rs` | moves that are awaited, and can't panic |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |
 //! | `src/bin/urgent.rs` | how long does a more urgent interrupt wait? |
+//! | `src/bin/selftest.rs` | plays seeded orders, looks at its own STEP, says a line |
 //!
 //! Programs with an executor, with RTIC and with a main loop of their own: `firmware/microbit`.
 //! `cargo xtask firmware nrf51` builds it, `cargo xtask test --only qemu` runs it in QEMU.

@@ -1,7 +1,7 @@
 //! STEP and DIR, and the pins around the motors.
 
 use stepwright::drive::Axes;
-use stepwright_controller::{Panel, PinPort, PortPins, Register, Turned};
+use stepwright_controller::{AXES, Panel, PinPort, PortPins, Register, StampPort, Stamps, Turned};
 use stepwright_device::Reset;
 
 use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, STEP, SWITCHES};
@@ -43,6 +43,31 @@ impl PinPort for Port {
     fn start(pins: u32) {
         CLEAR.write(pins);
         OUTPUTS.write(pins);
+    }
+}
+
+impl StampPort for Port {
+    #[inline(always)]
+    fn count() -> u32 {
+        timer::captured()
+    }
+
+    #[inline(always)]
+    fn is_high(bit: u32) -> bool {
+        IN.read() & bit != 0
+    }
+
+    fn stamps() -> &'static Stamps {
+        static STAMPS: Stamps = Stamps::new();
+        &STAMPS
+    }
+}
+
+/// Lets the levels of all STEP pins be read while they are outputs.
+pub fn read_back() {
+    for axis in 0..AXES as u32 {
+        // An output, whose input buffer is connected.
+        port(0x700 + 4 * (STEP + axis) as usize).write(1);
     }
 }
 

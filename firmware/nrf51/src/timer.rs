@@ -74,6 +74,13 @@ pub fn count() -> u32 {
     COMPARE[2].read()
 }
 
+/// Likewise, for a test within the step interrupt.
+#[inline(always)]
+pub fn captured() -> u32 {
+    CAPTURE[1].write(1);
+    COMPARE[1].read()
+}
+
 impl StepTimer for Timer {
     type Count = u32;
     /// Leaving and entering takes 32 cycles, and what the handler saves.

@@ -85,6 +85,38 @@ pub unsafe fn start_usb() {
     until(register(RESETS + 8), 1 << 24);
 }
 
+/// Takes the second PIO and the DMA out of their resets.
+///
+/// # Safety
+/// Called once, behind [`start`].
+pub unsafe fn start_capture() {
+    const BOTH: u32 = 1 << 11 | 1 << 2;
+    register(RESETS + CLEAR).write(BOTH);
+    until(register(RESETS + 8), BOTH);
+}
+
+/// The processor's clock in kHz, as the timer sees it, which has the crystal's microseconds.
+pub fn khz() -> u32 {
+    const MICROS: u32 = 10_000;
+    // SysTick, by the processor's clock, 24 bits downward: 134 ms.
+    let (control, reload, count) = (0xE000_E010, 0xE000_E014, 0xE000_E018);
+    register(reload).write(0x00FF_FFFF);
+    register(count).write(0);
+    register(control).write(1 << 2 | 1);
+    let edge = || {
+        let now = micros_low();
+        while micros_low() == now {}
+        (micros_low(), register(count).read())
+    };
+    let (begun, first) = edge();
+    while micros_low().wrapping_sub(begun) < MICROS {}
+    let (ended, last) = edge();
+    let cycles = first.wrapping_sub(last) & 0x00FF_FFFF;
+    let micros = ended.wrapping_sub(begun);
+    // Rounded: 1,250,000 cycles are known to some ten.
+    (cycles.saturating_mul(1_000).wrapping_add(micros / 2)).checked_div(micros).unwrap_or(0)
+}
+
 /// Microseconds since the start.
 #[inline(always)]
 pub fn micros() -> u64 {

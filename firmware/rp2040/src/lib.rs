@@ -1,8 +1,9 @@
 #![cfg_attr(target_os = "none", no_std)]
+//! No hardware was seen yet: it runs in rp2040js, processor and PIO in lock-step. What to check:
+//! `docs/pico.md`.
+//!
 //! Stepwright on an RP2040 (Cortex-M0+, 125 MHz): the Raspberry Pi Pico. Its PIO makes the steps, a
 //! state machine an axis; an interrupt a group of steps keeps its FIFO filled.
-//!
-//! No hardware was seen yet: it runs in rp2040js, processor and PIO in lock-step.
 //!
 //! | file | what |
 //! | --- | --- |
@@ -14,6 +15,8 @@
 //! | `lines.rs` | the serial line: over USB while that is open, over the UART else |
 //! | `uart.rs`, `usb.rs` | the two; `usb_answers.rs`, for a host too, has what a USB device says of itself |
 //! | `src/bin/controller.rs` | the serial controller |
+//! | `capture.rs`, `watcher.rs` | STEP captured by the other PIO; its program, for a host too |
+//! | `src/bin/selftest.rs` | plays seeded orders, captures its own STEP, says a line |
 //! | `src/bin/trial.rs` | four axes, ordered about by a test |
 //!
 //! `cargo xtask firmware rp2040` builds it, `cargo xtask test --only pico` tries it.
@@ -21,7 +24,10 @@
 pub mod board;
 pub mod program;
 pub mod usb_answers;
+pub mod watcher;
 
+#[cfg(target_os = "none")]
+pub mod capture;
 #[cfg(target_os = "none")]
 pub mod chip;
 #[cfg(target_os = "none")]

@@ -13,7 +13,7 @@ class Machine {
     const chip = (this.chip = new RP2040());
     const complain = (...words) => { throw new Error(words.join(' ')); };
     chip.logger = { debug() {}, info() {}, warn() {}, error: complain };
-    this.load(fs.readFileSync(elf));
+    this.program = this.load(fs.readFileSync(elf));
     this.pio = chip.pio[0];
     this.pio.run = () => {};
     this.now = 0;
@@ -46,6 +46,22 @@ class Machine {
       };
     }
     this.pio.machines.forEach((m, axis) => this.asInTheDatasheet(m, axis));
+    // The other PIO, one machine of which may look at the pins of the first.
+    const other = (this.other = chip.pio[1]);
+    other.run = () => {};
+    for (const name of ['readUint32', 'writeUint32']) {
+      const plain = other[name].bind(other);
+      other[name] = (...words) => {
+        this.follow(chip.core.cycles);
+        const answer = plain(...words);
+        this.wake = 0;
+        return answer;
+      };
+    }
+    // rp2040js leaves the input of a pin alone that is an output.
+    const [watcher] = other.machines;
+    const condition = watcher.jmpCondition.bind(watcher);
+    watcher.jmpCondition = (which) => which === 6 ? this.pins[watcher.jmpPin] === 1 : condition(which);
     const core = chip.core;
     core.VTOR = 0x10000100;
     core.SP = chip.readUint32(core.VTOR);
@@ -54,15 +70,22 @@ class Machine {
 
   load(elf) {
     const at = elf.readUInt32LE(28);
+    let end = 0;
     for (let n = 0; n < elf.readUInt16LE(44); n++) {
       const head = at + 32 * n;
       const [type, offset, , to, size] = [0, 4, 8, 12, 16].map((k) => elf.readUInt32LE(head + k));
-      if (type === 1 && size) this.chip.flash.set(elf.subarray(offset, offset + size), to - 0x10000000);
+      if (type === 1 && size) {
+        this.chip.flash.set(elf.subarray(offset, offset + size), to - 0x10000000);
+        end = Math.max(end, to - 0x10000000 + size);
+      }
     }
+    // Behind the boot loader's second stage.
+    return this.chip.flash.subarray(0x100, end);
   }
 
   pin(pin, level) {
     if (this.pins[pin] === level) return;
+    this.watch(this.now);
     this.pins[pin] = level;
     if (pin >= 2 && pin < 6) {
       const axis = pin - 2;
@@ -110,6 +133,29 @@ class Machine {
         enabled = on;
       },
     });
+  }
+
+  /// The other PIO's first machine catches up: what it looks at has stayed since the last call. A change
+  /// of a pin reaches it two cycles later, which is the synchroniser's time.
+  watch(time) {
+    const [m] = this.other.machines;
+    if (!m.enabled) { m.cycles = time; return; }
+    const code = this.other.instructions;
+    const until = time + 2;
+    while (m.cycles < until) {
+      const level = this.pins[m.jmpPin] === 1;
+      // Two lines that count X and ask for the pin, again and again: all but the last times at once.
+      const [op, next] = [code[m.pc], code[m.pc + 1]];
+      const low = !level && op === (0x40 | m.pc + 1) && next >>> 5 === 6 && m.wrapTop === m.pc + 1 && m.wrapBottom === m.pc;
+      const high = level && op >>> 5 === 6 && code[op & 31] === (0x40 | m.pc);
+      const times = low || high ? Math.floor((until - m.cycles) / 2) - 1 : 0;
+      if (times > 0 && m.x > times) {
+        m.x -= times;
+        m.cycles += 2 * times;
+        continue;
+      }
+      m.step();
+    }
   }
 
   /// The machines catch up with the processor. Until `wake` they only count down.

@@ -109,7 +109,8 @@ const tests = {
       `by ${(off.at(-1) / MICRO).toFixed(3)} µs; a group costs ${median(each).toFixed(0)} cycles, ` +
       `${(m.busy / m.groups).toFixed(0)} on average; the interrupt takes ${(100 * m.busy / took).toFixed(1)} %, ` +
       `its longest visit ${Math.max(...m.visits.map(([cycles]) => cycles))} cycles`);
-    assert(most <= 1.5 * MICRO, `${most} cycles off the closed form`);
+    assert(most <= MICRO, `${most} cycles off the closed form`);
+    assert(Math.abs(off.at(-1)) <= 1, `the last step is ${off.at(-1)} cycles off`);
     assert(median(each) <= REFILL && m.busy / m.groups <= REFILL, 'what a group costs');
     if (wordsFile) {
       const dump = AXES.map((axis) => ({ words: m.words[axis].map(([, word]) => word), want: computed(m.words[axis], 0, MICRO) }));

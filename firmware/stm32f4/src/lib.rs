@@ -12,6 +12,7 @@
 //! | `uart.rs` | the serial line |
 //! | `src/bin/controller.rs` | the serial controller |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |
+//! | `src/bin/selftest.rs` | plays seeded orders, looks at its own STEP, says a line |
 //!
 //! `cargo xtask firmware stm32f4` builds it.
 

@@ -1,7 +1,7 @@
 //! STEP and DIR, and the pins around the motors: all of them of port C.
 
 use stepwright::drive::Axes;
-use stepwright_controller::{AXES, Panel, PinPort, PortPins, Turned};
+use stepwright_controller::{AXES, Panel, PinPort, PortPins, StampPort, Stamps, Turned};
 use stepwright_device::Reset;
 use stm32f4xx_hal::pac::{GPIOC, IWDG};
 
@@ -24,7 +24,7 @@ const fn pairs(bits: u32, value: u32) -> u32 {
 }
 
 /// Makes the port's pins what they are: all of them inputs, but STEP, DIR and the enable pin.
-pub fn start(port: GPIOC, watchdog: IWDG, reasons: u32) -> (StepPins, BoardPins) {
+pub fn start_pins(port: &GPIOC) -> StepPins {
     const OUTPUTS: u32 = ALL << STEP | ALL << DIR | 1 << ENABLE;
     const INPUTS: u32 = ALL << SWITCHES | 1 << EMERGENCY | 1 << FAULT;
     // SAFETY: once, as there is one `GPIOC`.
@@ -36,6 +36,12 @@ pub fn start(port: GPIOC, watchdog: IWDG, reasons: u32) -> (StepPins, BoardPins)
         port.ospeedr().write(|w| w.bits(const { pairs(OUTPUTS, 1) }));
         port.pupdr().write(|w| w.bits(const { pairs(INPUTS, 1) }));
     }
+    pins
+}
+
+/// Likewise, and starts the watchdog.
+pub fn start(port: GPIOC, watchdog: IWDG, reasons: u32) -> (StepPins, BoardPins) {
+    let pins = start_pins(&port);
     // 32 kHz / 4, 250 ms. It runs on its own clock, and is never off again.
     // SAFETY: keys and values that the reference manual has.
     unsafe {
@@ -64,6 +70,24 @@ impl PinPort for Port {
     fn turned() -> &'static Turned {
         static TURNED: Turned = Turned::new();
         &TURNED
+    }
+}
+
+impl StampPort for Port {
+    #[inline(always)]
+    fn count() -> u32 {
+        timer::count()
+    }
+
+    #[inline(always)]
+    fn is_high(bit: u32) -> bool {
+        // SAFETY: a look at one register, which has the levels of outputs too.
+        unsafe { (*GPIOC::ptr()).idr().read().bits() & bit != 0 }
+    }
+
+    fn stamps() -> &'static Stamps {
+        static STAMPS: Stamps = Stamps::new();
+        &STAMPS
     }
 }
 

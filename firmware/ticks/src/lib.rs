@@ -47,46 +47,12 @@ mod planned;
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use stepwright::{Accel, Jerk, Rate, Speed};
 use stepwright_austin::{C0, Divisor};
+use stepwright_selftest::Luck;
 
 pub use laws::{
     AUSTIN, AUSTIN_FIXED, LAWS, LINEAR_FACTOR, PIECEWISE, POWER, RAMP, S_CURVE, TRAPEZOID,
 };
 pub use planned::{BOARD, BOARD_JERK};
-
-/// Random numbers from a seed.
-#[derive(Clone, Copy, Debug)]
-pub struct Luck(u32);
-
-impl Luck {
-    /// Those of a travel.
-    pub fn of(law: u32, number: u32) -> Luck {
-        let seed = number.wrapping_add(1).wrapping_mul(2_654_435_769);
-        let seed = seed.wrapping_add(law.wrapping_mul(2_246_822_519));
-        let mut luck = Luck(if seed == 0 { 1 } else { seed });
-        for _ in 0..8 {
-            luck.next();
-        }
-        luck
-    }
-
-    fn next(&mut self) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 17;
-        self.0 ^= self.0 << 5;
-        self.0
-    }
-
-    /// 0 to `limit` − 1, or 0.
-    fn below(&mut self, limit: u32) -> u32 {
-        self.next().checked_rem(limit).unwrap_or(0)
-    }
-
-    /// 2^`low` to 2^`high` − 1: as often between any two neighbouring powers of two.
-    fn about(&mut self, low: u32, high: u32) -> u32 {
-        let size = 1u32.wrapping_shl(low.wrapping_add(self.below(high.wrapping_sub(low))));
-        size.wrapping_add(self.below(size))
-    }
-}
 
 /// A travel, of which each law takes what it needs.
 #[derive(Clone, Copy, Debug)]

@@ -1,4 +1,6 @@
 #![cfg_attr(target_os = "none", no_std)]
+//! No hardware was seen: QEMU's board is all there is, and nothing can be checked with an oscilloscope.
+//!
 //! Stepwright on RISC-V: the board `virt` of QEMU, with the timer that every RISC-V has (`mtime`,
 //! `mtimecmp`) and a line that most PCs have (16550). No such board can be bought: it is the model for
 //! a RISC-V that can.

@@ -21,6 +21,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
             "stepwright-protocol",
             "stepwright-device",
             "stepwright-gcode",
+            "stepwright-selftest",
             "stepwright-sink",
             "stepwright-tmc2209",
         ],

@@ -12,6 +12,7 @@ const ONLY: &[(&str, &[&str])] = &[
     ("stepwright", &["critical-section", "embedded-hal"]),
     ("stepwright-embassy", &["embassy-sync", "stepwright"]),
     ("stepwright-port-test", &["stepwright"]),
+    ("stepwright-selftest", &["stepwright"]),
     (
         "stepwright-tmc2209",
         &[
@@ -73,6 +74,7 @@ const SMALL: &[&str] = &[
     "stepwright-embassy",
     "stepwright-port-test",
     "stepwright-protocol",
+    "stepwright-selftest",
     "stepwright-sink",
     "stepwright-stream",
     "stepwright-timed",

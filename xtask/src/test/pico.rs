@@ -1,9 +1,11 @@
 //! The firmware for a Pico in rp2040js, processor and PIO in lock-step, and the words that it gave the PIO
 //! in a second emulator.
 
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 
 use crate::node::RP2040JS;
 use crate::python::PIO;
@@ -29,10 +31,33 @@ pub fn run(ws: &Workspace) -> Result<()> {
         node.env("NODE_PATH", RP2040JS.modules(ws)).arg(folder.join("test").join(script));
         carry_out(node.arg(&programs).arg(&words))?;
     }
+    selftest(ws, &programs)?;
     let mut second = Command::new(PIO.interpreter(ws));
     carry_out(second.arg(folder.join("test/second_opinion.py")).arg(&words).arg(WORDS))?;
     // A workspace of its own: nothing else looks at its style.
     carry_out(ws.cargo(["fmt", "--all", "--check"]).current_dir(&folder))?;
     let mut host = ws.cargo(["test", "--lib", "--target-dir"]);
     carry_out(host.arg(ws.target.join("rp2040-host")).current_dir(&folder))
+}
+
+/// The self-test's line is what the pins show, and the command takes it; one with an edge less it refuses.
+fn selftest(ws: &Workspace, programs: &Path) -> Result<()> {
+    let line = ws.target.join("pico-selftest.txt");
+    let mut node = Command::new("node");
+    node.env("NODE_PATH", RP2040JS.modules(ws));
+    node.arg(ws.root.join("firmware/rp2040/test/selftest.cjs"));
+    carry_out(node.arg(programs).arg(&line))?;
+    let judge = |file: PathBuf| -> Result<Command> {
+        let mut command = ws.cargo(["run", "--quiet", "--package", "stepwright-cli", "--"]);
+        command.arg("selftest").stdin(File::open(file)?);
+        Ok(command)
+    };
+    carry_out(&mut judge(line.clone())?)?;
+    let refused = judge(line.with_extension("txt.spoilt"))?.output()?;
+    let said = String::from_utf8_lossy(&refused.stderr);
+    ensure!(
+        refused.status.code() == Some(1) && said.contains("edges were captured on STEP"),
+        "an edge that is missing is not refused: {said}"
+    );
+    Ok(())
 }

@@ -175,7 +175,7 @@ fn its_commands_work() {
         let mut words: Vec<_> = line.split_whitespace().map(str::to_owned).collect();
         match (&*words[0], words.iter().position(|word| word == "--port")) {
             // Tests of their own: it waits for a program, for a switch, for keys,
-            // for a boot loader, for a browser.
+            // for a boot loader, for a browser, for a chip.
             ("board" | "home" | "jog" | "flash" | "serve" | "selftest", _) => continue,
             (_, Some(at)) => words[at + 1] = port.clone(),
             ("move" | "run" | "line", None) => words.push("--fast".to_owned()),

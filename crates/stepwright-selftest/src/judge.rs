@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::{Chip, Crc32, Line, ORDERS, plan};
 
-/// How far a measured clock may be off: one in so many. Its own clocks tell a chip no more than that a
+/// How far a measured clock may be off: a thousandth. Its own clocks tell a chip no more than that a
 /// divider or a crystal is another one.
 const CLOCK: u32 = 1_000;
 
@@ -21,9 +21,9 @@ pub enum Fault {
     Steps(u32, u32),
     /// What was captured is not what it planned: edges, and steps.
     Edges(u32, u32),
-    /// An edge came so many nanoseconds from its time, and as many are allowed.
+    /// How many nanoseconds an edge came from its time, and how many are allowed.
     Off(u32, u32),
-    /// So many steps were late.
+    /// How many steps were late.
     Late(u32),
     /// Its clock is another one: what it measured, and what it should be, in kHz.
     Clock(u32, u32),

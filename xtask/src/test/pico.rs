@@ -1,7 +1,7 @@
 //! The firmware for a Pico in rp2040js, processor and PIO in lock-step, and the words that it gave the PIO
 //! in a second emulator.
 
-use std::fs::File;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -49,7 +49,7 @@ fn selftest(ws: &Workspace, programs: &Path) -> Result<()> {
     carry_out(node.arg(programs).arg(&line))?;
     let judge = |file: PathBuf| -> Result<Command> {
         let mut command = ws.cargo(["run", "--quiet", "--package", "stepwright-cli", "--"]);
-        command.arg("selftest").stdin(File::open(file)?);
+        command.arg("selftest").arg(fs::read_to_string(file)?.trim());
         Ok(command)
     };
     carry_out(&mut judge(line.clone())?)?;

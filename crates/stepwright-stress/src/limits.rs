@@ -16,6 +16,8 @@
 pub const HORIZON: f64 = 0.016;
 /// A run that begins within the horizon lasts for no longer than this, in s, or is a step.
 pub const RUN: f64 = 0.008;
+/// The foreground of a board has a look this often, in s, at least: so long what was said may wait.
+pub const VISIT: f64 = 0.001;
 /// A travel that waits for nothing makes its first step within this time, in s.
 const START: f64 = 0.030;
 
@@ -83,7 +85,7 @@ impl Limits {
         (v + self.up / 2.0 / v.max(1e-9)).min(most * v).min(self.top.max(v))
     }
 
-    /// The way to rest of an axis that learns of it now, `v` being its speed at the end of its
+    /// The way to rest of an axis that is told so now, and learns of it at the next visit, `v` being its speed at the end of its
     /// last interval, with what is planned in front of it: all that begins within the horizon, and
     /// the present step and the next. That step was made `since` seconds ago, and the next one was
     /// not: so the axis is faster by now, by `up` for that time and over a step at most. `first`
@@ -91,7 +93,7 @@ impl Limits {
     pub fn way(&self, v: f64, since: f64, first: f64) -> Way {
         // Its last interval may have been a rest, before a leg that begins with its start speed.
         let v = v.max(self.start);
-        let (ahead, bend) = (HORIZON + RUN, self.bend(self.top.max(v)));
+        let (ahead, bend) = (VISIT + HORIZON + RUN, self.bend(self.top.max(v)));
         let present = (v + self.up * since).min((v * v + 2.0 * self.up).sqrt());
         let timed = present + self.up * (ahead + bend);
         let counted = (v * v + 4.0 * self.up).sqrt() + self.up * bend;

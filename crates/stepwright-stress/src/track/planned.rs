@@ -8,10 +8,7 @@
 //!  ───┴──────────────────────────────┬──────────────────────┬── the present step and the next
 //! ```
 
-use crate::limits::{HORIZON, RUN};
-
-/// The foreground of a board has a look this often, in s, at least.
-const VISIT: f64 = 0.001;
+use crate::limits::{HORIZON, RUN, VISIT};
 
 /// What is planned, until it is played.
 #[derive(Clone, Copy, Debug)]

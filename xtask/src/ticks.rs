@@ -38,9 +38,9 @@ const ALONE: &str = "s-curve";
 /// Travels of each law in the tests: a simulated AVR makes two or three a second.
 const SAMPLE: [(&str, u32); 6] = [
     (AVR, 40),
-    ("cortex-m0", 1_000),
+    ("cortex-m0", 200),
     ("cortex-m3", 1_000),
-    ("cortex-m4", 1_000),
+    ("cortex-m4", 200),
     ("risc-v", 1_000),
     (WASM, 1_000),
 ];

@@ -1,5 +1,6 @@
 //! Foreign senders of G-code drive `stepwright grbl`.
 
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
@@ -28,27 +29,33 @@ pub struct Senders {
     /// Lines of the job
     #[arg(long, default_value_t = 5_000)]
     lines: u32,
+    /// A board that plays streams has the motors, also `cargo xtask sim uno --program stream`
+    #[arg(long, value_name = "PATH")]
+    port: Option<PathBuf>,
 }
 
 impl Senders {
     /// Runs them, one after another.
     pub fn run(&self, ws: &Workspace) -> Result<()> {
         setup::ensure(NEEDS)?;
-        drive(ws, self.lines, &self.sender)
+        drive(ws, self.lines, &self.sender, self.port.as_deref())
     }
 }
 
 /// Two of them, with a short job.
 pub fn test(ws: &Workspace) -> Result<()> {
-    drive(ws, FEW, &["pygrbl-streamer".to_owned(), "cncjs".to_owned()])
+    drive(ws, FEW, &["pygrbl-streamer".to_owned(), "cncjs".to_owned()], None)
 }
 
-fn drive(ws: &Workspace, lines: u32, senders: &[String]) -> Result<()> {
+fn drive(ws: &Workspace, lines: u32, senders: &[String], port: Option<&Path>) -> Result<()> {
     python::SENDERS.prepare(ws)?;
     node::CNCJS.prepare(ws)?;
     run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
     let script = ws.root.join("crates/stepwright-cli/tests/senders/senders.py");
     let mut python = Command::new(python::SENDERS.interpreter(ws));
     python.arg(script).arg(ws.built("stepwright")).arg(lines.to_string()).args(senders);
+    if let Some(port) = port {
+        python.env("STEPWRIGHT_PORT", port);
+    }
     run_within(LIMIT, python.env("NODE_PATH", node::CNCJS.modules(ws)))
 }

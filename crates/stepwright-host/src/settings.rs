@@ -35,7 +35,8 @@ impl ChangedSettings {
 /// (`steepest` in docs/benchmarks.md, and the stories of docs/reliability.md).
 pub const STEEPEST: &str = "one axis takes ramps of up to some 500,000 steps/s², two at once \
                             120,000, three 41,000, and less beside a fast one; with a limit of \
-                            jerk a thirtieth of that";
+                            jerk a thirtieth of that, and a jerk of some 150,000 steps/s³ for \
+                            two, 20,000 for three";
 
 /// The settings that may be behind a refusal.
 pub const fn behind(why: Refusal) -> &'static [Setting] {

@@ -254,7 +254,7 @@ impl Refusal {
             Refusal::TooFast => "faster than the board can step: lower the top speed",
             Refusal::TooSteep => {
                 "ramps steeper than the board can plan for all moving axes: lower a and d, \
-                 or move fewer axes at once"
+                 or j where it is not 0, or move fewer axes at once"
             }
             Refusal::TooSlow => {
                 "slower than the board can wait, or on the way than the start speed: \

@@ -145,7 +145,7 @@ const CASES: &[Case] = &[
     case(Uno, "timed", "timed --case 2 --latched", Timed { whole: false }, TIMED),
     case(Uno, "timed", "timed --case 3 --latched", Timed { whole: true }, TIMED),
     case(Mega, CONTROLLER, "move 900 --law s-curve --jerk 40000", Travel(1), ALONE),
-    case(Mega, CONTROLLER, "line -300 700 500 --accel 1700 --jerk 40000", Travel(3), BESIDE),
+    case(Mega, CONTROLLER, "line -300 700 500 --accel 1700 --jerk 30000", Travel(3), BESIDE),
     case(Mega, CONTROLLER, "home --within 3000 --slow 90 --jerk 40000", Home(&["1:-1000"]), ALONE),
     case(Mega, CONTROLLER, "jog --top-speed 700 --jerk 200000", Jog, ALONE),
     case(Mega, "laws", "move 500 --law piecewise --top-speed 450 --accel 900", Travel(1), LAW),

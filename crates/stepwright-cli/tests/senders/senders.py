@@ -2,6 +2,8 @@
 
     senders.py COMMAND LINES [SENDER ...]
 
+`STEPWRIGHT_PORT` is that of a board that plays streams, which has the motors then.
+
 Each ends at its exact end. How many bytes are on their way without an answer is the sender's
 doing: 127 by grbl's rule, which pygrbl-streamer and gantrix keep; grbl-streamer counts to 128 and
 says a line twice at times.
@@ -200,7 +202,9 @@ def main():
     for name in names or SENDERS:
         drive, extra, settings, most = SENDERS[name]
         with tempfile.TemporaryDirectory() as folder:
-            grbl = Grbl(command, folder, extra, settings)
+            port = os.environ.get("STEPWRIGHT_PORT")
+            board = ["--port", port] if port else []
+            grbl = Grbl(command, folder, [*extra, *board], settings)
             begun = time.monotonic()
             place = drive(grbl, folder, int(lines))
             assert not grbl.errors, grbl.errors

@@ -241,7 +241,12 @@ export class PathsView {
     const whole = this.isThis(report) ? ` of ${this.sheet.seconds.toFixed(2)}` : "";
     said.textContent = RUNS[state](name, `${seconds.toFixed(2)}${state === "done" ? "" : whole} s`);
     said.className = state;
-    if (trouble && before?.state !== state) this.wrong(new Error([trouble.what, trouble.do].filter(Boolean).join(". ")));
+    if (trouble && before?.state !== state) {
+      const error = new Error([trouble.what, trouble.do].filter(Boolean).join(". "));
+      // What is not the file's fault leaves it to be run again.
+      if (/, line \d+/.test(trouble.what)) this.wrong(error);
+      else this.tell(error);
+    }
     if (before?.state !== state) this.allow(this.ours);
     this.follow(before);
   }

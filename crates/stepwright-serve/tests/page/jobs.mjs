@@ -189,20 +189,34 @@ const tests = (url) => ({
     assert.equal(await page.locator("#paths-copied").innerText(), `stepwright gcode slant.nc --port ${port}`);
     const hold = page.locator("#paths-hold");
     assert.ok(await hold.isHidden());
-    await until("it can be run", () => page.locator("#paths-go").isEnabled());
-    await page.locator("#paths-go").click();
-    await until("a part of it", async () => (await head(page)).time > 0.7);
-    assert.equal(await hold.textContent(), "Hold");
-    await hold.click();
-    await page.locator("#paths-state.held").getByText("slant.nc is held").waitFor();
-    assert.equal(await hold.textContent(), "Resume");
-    // It stands, on its line, and the space of a second changes nothing.
-    await new Promise((later) => setTimeout(later, 400));
-    const { places } = await head(page);
-    await new Promise((later) => setTimeout(later, 600));
-    assert.deepEqual((await head(page)).places, places);
-    assert.ok(places[0] > 20 && places[0] < 110 && Math.abs(places[0] * 0.75 + places[1]) < 0.04, `${places}`);
-    await hold.click();
+    /** Whether the run came so far: a busy computer may keep the board short, which brakes then. */
+    const comes = async (what, so) => {
+      let now;
+      await until(what, async () => (now = await report(said)) && (so(now) || now.state === "failed"));
+      if (now.state === "failed") assert.match(now.trouble.what, /short of what comes next/);
+      return now.state !== "failed";
+    };
+    const held = async () => {
+      await until("it can be run", () => page.locator("#paths-go").isEnabled());
+      await page.locator("#paths-go").click();
+      if (!(await comes("a part of it", ({ state, seconds }) => state === "running" && seconds > 0.7))) return false;
+      assert.equal(await hold.textContent(), "Hold");
+      await hold.click({ timeout: 5_000 });
+      if (!(await comes("a hold", ({ state }) => state === "held"))) return false;
+      await page.locator("#paths-state.held").getByText("slant.nc is held").waitFor();
+      assert.equal(await hold.textContent(), "Resume");
+      // It stands, on its line.
+      await new Promise((later) => setTimeout(later, 400));
+      const { places } = await head(page);
+      await new Promise((later) => setTimeout(later, 600));
+      if ((await report(said)).state === "failed") return false;
+      assert.deepEqual((await head(page)).places, places);
+      assert.ok(places[0] > 20 && places[0] < 110 && Math.abs(places[0] * 0.75 + places[1]) < 0.04, `${places}`);
+      await hold.click({ timeout: 5_000 });
+      return comes("the end", ({ state }) => state === "done");
+    };
+    let again = 5;
+    while (!(await held())) assert.ok(again--, "the board was always short");
     await ends(page, "done");
     assert.deepEqual((await head(page)).places, [120, -90, 0]);
     assert.ok(await hold.isHidden());

@@ -15,6 +15,34 @@ pub enum Wish {
     Kill,
 }
 
+/// What a run does, and for how long it was held. Times are s since its start.
+#[derive(Clone, Copy, Debug)]
+pub struct Obeyed {
+    pub wish: Wish,
+    /// Seconds of the holds before, and since when it does what it does.
+    held: f64,
+    since: f64,
+}
+
+impl Default for Obeyed {
+    fn default() -> Self {
+        Obeyed { wish: Wish::Go, held: 0.0, since: 0.0 }
+    }
+}
+
+impl Obeyed {
+    /// From this time on it does something else.
+    pub fn then(self, wish: Wish, at: f64) -> Obeyed {
+        Obeyed { wish, held: at - self.without_holds(at), since: at }
+    }
+
+    /// A time without the holds up to then.
+    pub fn without_holds(self, at: f64) -> f64 {
+        let present = if self.wish == Wish::Hold { (at - self.since).max(0.0) } else { 0.0 };
+        at - self.held - present
+    }
+}
+
 /// What is wished. A run may be held and go on any number of times; an end is only ever sterner.
 #[derive(Debug, Default)]
 pub struct PlayOrder {
@@ -78,5 +106,14 @@ mod tests {
         order.stop();
         order.hold(true);
         assert_eq!(order.wish(), Wish::Kill);
+    }
+
+    #[test]
+    fn the_time_of_holds_is_left_out() {
+        let run = Obeyed::default();
+        let held = run.then(Wish::Hold, 2.0);
+        assert_eq!((run.without_holds(1.5), held.without_holds(7.0)), (1.5, 2.0));
+        let again = held.then(Wish::Go, 5.0).then(Wish::Hold, 6.0).then(Wish::Go, 10.0);
+        assert_eq!(again.without_holds(12.0), 5.0);
     }
 }

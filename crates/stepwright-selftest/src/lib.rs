@@ -23,6 +23,6 @@ pub use chips::{CHIPS, Chip, NRF51, RP2040, STM32F411};
 pub use judge::{Fault, Judgement, judge};
 pub use line::{FORMAT, Line, LineError, WORD};
 pub use luck::Luck;
-pub use orders::{MOST_PULSES, ORDERS, plan};
+pub use orders::{MOST_PULSES, ORDERS, STEP, groups, plan};
 pub use sum::Crc32;
 pub use trial::{Capture, Found, run};

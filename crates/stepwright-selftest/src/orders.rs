@@ -4,7 +4,7 @@ use stepwright::entry::Wiring;
 use stepwright::profile::Ramp;
 use stepwright::queue::{Next, Queue};
 use stepwright::{
-    Accel, Axis, Control, Jerk, Order, OrderedMotors, Playing, Report, Speed, Timing, Travel,
+    Accel, Axis, Board, Control, Jerk, Order, OrderedMotors, Playing, Report, Speed, Timing, Travel,
 };
 
 use crate::{Chip, Crc32, Luck};
@@ -18,8 +18,8 @@ pub const MOST_PULSES: u32 = 1_023;
 /// The series of [`Luck`] that they are of: no law of `firmware/ticks` has it.
 const SERIES: u32 = 29;
 
-/// The pin of STEP in an entry, and that of DIR.
-const STEP: u8 = 1;
+/// The pin of STEP in a group, and that of DIR.
+pub const STEP: u8 = 1;
 const DIR: u8 = 2;
 
 impl Chip {
@@ -70,31 +70,37 @@ impl Control for Silent {
     fn clear_late(&mut self) {}
 }
 
-/// Plans an order of a chip. `sum` gets the entries' groups, in the form that every chip can make: pins,
-/// events, and the wait after each in 2⁻¹⁶ ticks; `edge` the time of each pulse, in 2⁻¹⁶ ticks from the first
-/// wait. False if it is refused.
-pub fn plan(chip: &Chip, number: u32, sum: &mut Crc32, mut edge: impl FnMut(u64)) -> bool {
+/// Plans one order of an axis. `group` gets what its entries are made of, in the form that every chip can
+/// make: pins, events, and the wait after each in 2⁻¹⁶ ticks. False if it is refused.
+pub fn groups(board: Board<1>, order: Order, mut group: impl FnMut(u8, u32, u32)) -> bool {
     let mut queue = Queue::<8>::new();
     let (feed, mut end) = queue.split_as(Wiring::new(STEP, DIR));
-    let mut motors = OrderedMotors::<Silent, 1, 8>::new(Silent, [feed], chip.board());
-    if motors.start([(Axis::<1>::at::<0>(), chip.order(number))]).is_err() {
+    let mut motors = OrderedMotors::<Silent, 1, 8>::new(Silent, [feed], board);
+    if motors.start([(Axis::<1>::at::<0>(), order)]).is_err() {
         return false;
     }
-    let mut time = 0u64;
     loop {
-        let entry = match end.take() {
-            Next::Entry(entry) => entry,
-            Next::Late if motors.plan() => continue,
-            Next::Late | Next::End => return true,
-        };
-        for (pins, events, wait) in entry.groups() {
-            [u32::from(pins), events, wait].into_iter().for_each(|word| sum.add(word));
-            for _ in 0..events {
-                if pins & STEP != 0 {
-                    edge(time);
-                }
-                time = time.wrapping_add(wait.into());
+        match end.take() {
+            Next::Entry(entry) => {
+                entry.groups().for_each(|(pins, events, wait)| group(pins, events, wait));
             }
+            Next::Late if motors.plan() => {}
+            Next::Late | Next::End => return true,
         }
     }
+}
+
+/// Plans an order of a chip. `sum` gets its [`groups`]; `edge` the time of each pulse, in 2⁻¹⁶ ticks from the
+/// first wait. False if it is refused.
+pub fn plan(chip: &Chip, number: u32, sum: &mut Crc32, mut edge: impl FnMut(u64)) -> bool {
+    let mut time = 0u64;
+    groups(chip.board(), chip.order(number), |pins, events, wait| {
+        [u32::from(pins), events, wait].into_iter().for_each(|word| sum.add(word));
+        for _ in 0..events {
+            if pins & STEP != 0 {
+                edge(time);
+            }
+            time = time.wrapping_add(wait.into());
+        }
+    })
 }

@@ -1,8 +1,10 @@
 //! Checksums.
 
-/// CRC-32 as zlib has it, a bit at a time.
-#[derive(Clone, Copy, Debug)]
-pub struct Crc32(u32);
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
+
+/// CRC-32 as zlib has it.
+#[derive(Clone)]
+pub struct Crc32(Digest<'static, u32, NoTable>);
 
 impl Default for Crc32 {
     fn default() -> Self {
@@ -12,8 +14,9 @@ impl Default for Crc32 {
 
 impl Crc32 {
     /// Of nothing yet.
-    pub const fn new() -> Crc32 {
-        Crc32(u32::MAX)
+    pub fn new() -> Crc32 {
+        static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+        Crc32(CRC.digest())
     }
 
     /// A word, the lowest byte first.
@@ -23,17 +26,11 @@ impl Crc32 {
 
     /// Bytes.
     pub fn bytes(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.0 ^= u32::from(*byte);
-            for _ in 0..8 {
-                let low = self.0 & 1;
-                self.0 = self.0 >> 1 ^ 0xEDB8_8320 & low.wrapping_neg();
-            }
-        }
+        self.0.update(bytes);
     }
 
     /// What it is.
-    pub const fn end(self) -> u32 {
-        !self.0
+    pub fn end(self) -> u32 {
+        self.0.finalize()
     }
 }

@@ -44,10 +44,9 @@ mod laws;
 mod module;
 mod planned;
 
-use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use stepwright::{Accel, Jerk, Rate, Speed};
 use stepwright_austin::{C0, Divisor};
-use stepwright_selftest::Luck;
+use stepwright_selftest::{Crc32, Luck};
 
 pub use laws::{
     AUSTIN, AUSTIN_FIXED, LAWS, LINEAR_FACTOR, PIECEWISE, POWER, RAMP, S_CURVE, TRAPEZOID,
@@ -137,24 +136,6 @@ impl Sum {
             pulses = pulses.wrapping_add(1);
         });
         Sum { pulses, crc: crc.end() }
-    }
-}
-
-/// CRC-32 as zlib has it, over words.
-struct Crc32(Digest<'static, u32, NoTable>);
-
-impl Crc32 {
-    fn new() -> Crc32 {
-        static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
-        Crc32(CRC.digest())
-    }
-
-    fn add(&mut self, word: u32) {
-        self.0.update(&word.to_le_bytes());
-    }
-
-    fn end(self) -> u32 {
-        self.0.finalize()
     }
 }
 

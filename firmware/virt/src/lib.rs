@@ -9,7 +9,7 @@
 //! | --- | --- |
 //! | `board.rs` | the board as data; for a host too |
 //! | `timer.rs` | `mtime` as the step timer, and its interrupt held off |
-//! | `pins.rs` | a port of memory: STEP, DIR, and the enable pin |
+//! | `../qemu/chip/pins.rs` | a port of memory: STEP, DIR, and the enable pin |
 //! | `uart.rs` | the serial line |
 //! | `src/bin/controller.rs` | the serial controller |
 //! | `src/bin/laws.rs`, `cycles.rs` | Austin's laws and motor cycles over the line |
@@ -22,6 +22,7 @@
 pub mod board;
 
 #[cfg(target_os = "none")]
+#[path = "../../qemu/chip/pins.rs"]
 pub mod pins;
 #[cfg(target_os = "none")]
 pub mod timer;

@@ -12,7 +12,7 @@ const ONLY: &[(&str, &[&str])] = &[
     ("stepwright", &["critical-section", "embedded-hal"]),
     ("stepwright-embassy", &["embassy-sync", "stepwright"]),
     ("stepwright-port-test", &["stepwright"]),
-    ("stepwright-selftest", &["stepwright"]),
+    ("stepwright-selftest", &["stepwright", "crc"]),
     (
         "stepwright-tmc2209",
         &[

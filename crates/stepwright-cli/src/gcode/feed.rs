@@ -18,7 +18,7 @@ use super::port::{Met, ask, brakes, off, positions, word};
 use crate::failure::Failure;
 use crate::order::progress::Line;
 use crate::order::target::PortArgs;
-use crate::wish::Wish;
+use crate::wish::{Obeyed, Wish};
 use crate::{interrupt, say};
 
 /// Between two looks at the line.
@@ -141,7 +141,7 @@ pub fn feed(
     let mut run = JobRun {
         feeder: StreamFeeder::new(terms, 0),
         job: Lead::new(Job(job)),
-        obeyed: Obeyed { wish: Wish::Go, held: 0.0, since: 0.0 },
+        obeyed: Obeyed::default(),
         before: None,
         steps: [0; 3],
         known: 0.0,
@@ -212,26 +212,6 @@ impl Planned for Job {
 
     fn stays(_: &(Wish, f64)) -> bool {
         false
-    }
-}
-
-/// What the plan does.
-#[derive(Clone, Copy)]
-struct Obeyed {
-    wish: Wish,
-    /// Seconds that it was held, and since when it does what it does.
-    held: f64,
-    since: f64,
-}
-
-impl Obeyed {
-    fn then(self, wish: Wish, at: f64) -> Obeyed {
-        Obeyed { wish, held: self.held_by(at), since: at }
-    }
-
-    fn held_by(self, at: f64) -> f64 {
-        let now = if self.wish == Wish::Hold { (at - self.since).max(0.0) } else { 0.0 };
-        self.held + now
     }
 }
 
@@ -311,6 +291,6 @@ impl JobRun {
 
     fn place_at(&self, time: f64) -> Place {
         let (obeyed, steps) = (self.obeyed, self.steps);
-        Place { seconds: time - obeyed.held_by(time), steps, wish: obeyed.wish }
+        Place { seconds: obeyed.without_holds(time), steps, wish: obeyed.wish }
     }
 }

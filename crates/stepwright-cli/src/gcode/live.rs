@@ -17,7 +17,7 @@ use crate::cycle::taken::{self, Taken};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::order::target::PortArgs;
-use crate::wish::{PlayOrder, Played, Wish};
+use crate::wish::{Obeyed, PlayOrder, Played, Wish};
 
 /// A job is planned, and a drawing made, within this long, or not at all.
 pub const WITHIN: Duration = Duration::from_secs(10);
@@ -95,42 +95,36 @@ pub fn play(
     begin(text.as_bytes().to_vec(), axes, &plan, taken, |mut job| {
         let hz = f64::from(job.rate.hz());
         let begun = Instant::now();
-        let (mut obeyed, mut told) = (Wish::Go, None::<Instant>);
-        // Ticks that it was held, and when the last hold began.
-        let (mut held, mut since) = (0, 0);
+        let (mut obeyed, mut told) = (Obeyed::default(), None::<Instant>);
         while job.is_running() {
             let wish = order.wish();
             if wish == Wish::Kill {
                 break;
             }
-            let changes = wish != obeyed && obeyed != Wish::Brake;
+            let changes = wish != obeyed.wish && obeyed.wish < Wish::Brake;
             if changes {
                 match wish {
                     Wish::Hold => job.hold(),
                     Wish::Go => job.resume(),
                     Wish::Brake | Wish::Kill => job.brake(),
                 }
-                if obeyed == Wish::Hold {
-                    held += job.passed() - since;
-                }
-                (obeyed, since) = (wish, job.passed());
+                obeyed = obeyed.then(wish, job.passed() as f64 / hz);
             }
             let limit = job.from + (begun.elapsed().as_secs_f64() * hz) as u64;
             let more = job.pass(limit, |_| ());
             if changes || told.is_none_or(|told| told.elapsed() >= REPORT) {
                 told = Some(Instant::now());
-                let stood = if obeyed == Wish::Hold { job.passed() - since } else { 0 };
-                let seconds = (job.passed() - held - stood) as f64 / hz;
-                tell(seconds, &nanometres(job.positions(), &axes), obeyed);
+                let seconds = obeyed.without_holds(job.passed() as f64 / hz);
+                tell(seconds, &nanometres(job.positions(), &axes), obeyed.wish);
             }
             if !more && job.is_running() {
                 thread::sleep(LOOK);
             }
         }
-        let seconds = (job.passed() - held) as f64 / hz;
-        tell(seconds, &nanometres(job.positions(), &axes), obeyed);
+        let seconds = obeyed.without_holds(job.passed() as f64 / hz);
+        tell(seconds, &nanometres(job.positions(), &axes), obeyed.wish);
         job.checked()?;
-        Ok(match (job.is_running(), obeyed) {
+        Ok(match (job.is_running(), obeyed.wish) {
             (true, _) => Played::Killed,
             (false, Wish::Brake) => Played::Stopped,
             (false, _) => Played::Done,

@@ -4,6 +4,7 @@
 //! the others, so that one run tells all. A step whose subject is absent
 //! fails: nothing is ever skipped in silence.
 
+mod apart;
 mod api;
 mod book;
 mod chips;
@@ -29,9 +30,10 @@ mod uno;
 mod wasm;
 mod words;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::Result;
+use apart::Said;
 use clap::builder::PossibleValuesParser;
 
 use crate::setup::{self, Need};
@@ -247,8 +249,8 @@ fn names() -> PossibleValuesParser {
 }
 
 impl Test {
-    /// Runs the steps, then says how each ended. The last line on stdout is
-    /// `N passed, M failed`, which CI counts; the exit status is 1 if M > 0.
+    /// Runs the steps. Of several it says how each ended, and repeats the end of each that failed; the
+    /// last line on stdout is `N passed, M failed` then, which CI counts. The exit status is 1 if one failed.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         let steps = if self.quick { QUICK } else { STEPS };
         if self.list {
@@ -259,30 +261,53 @@ impl Test {
         }
         let wanted =
             |step: &&Step| self.only.is_empty() || self.only.iter().any(|s| s == step.name);
-        let mut ended: Vec<(&str, Duration, Result<()>)> = Vec::new();
-        for step in steps.iter().filter(wanted) {
-            println!("\n=== {}: {}", step.name, step.what);
-            let start = Instant::now();
-            let result = setup::ensure(step.needs).and_then(|()| (step.run)(ws));
-            let time = start.elapsed();
-            match &result {
-                Ok(()) => println!("=== {} passed in {:.1} s", step.name, time.as_secs_f32()),
-                Err(error) => println!("{error:#}\n=== {} FAILED", step.name),
-            }
-            ended.push((step.name, time, result));
-        }
-
-        println!();
-        for (name, time, result) in &ended {
-            let verdict = if result.is_ok() { "passed" } else { "FAILED" };
-            println!("{name:<12}{verdict}{:>8.1} s", time.as_secs_f32());
-        }
-        let passed = ended.iter().filter(|(_, _, result)| result.is_ok()).count();
-        let failed = ended.len() - passed;
-        println!("{passed} passed, {failed} failed");
-        if failed > 0 {
+        let steps: Vec<_> = steps.iter().filter(wanted).collect();
+        let passed = match steps[..] {
+            [step] => here(step, ws),
+            _ => self.several(&steps, ws)?,
+        };
+        if !passed {
             std::process::exit(1);
         }
         Ok(())
     }
+
+    /// Whether all passed.
+    fn several(&self, steps: &[&Step], ws: &Workspace) -> Result<bool> {
+        let mut ended = Vec::new();
+        for step in steps {
+            let start = Instant::now();
+            // The quick ones are for a person, who sees the log.
+            let said = if self.quick {
+                Said { passed: here(step, ws), last: Vec::new() }
+            } else {
+                apart::tell(apart::step(step.name)?)?
+            };
+            ended.push((step.name, start.elapsed(), said));
+        }
+        for (name, _, said) in ended.iter().filter(|(_, _, said)| !said.passed) {
+            println!("\n=== the end of {name}, which FAILED");
+            said.last.iter().for_each(|line| println!("{line}"));
+        }
+        println!();
+        for (name, time, said) in &ended {
+            let verdict = if said.passed { "passed" } else { "FAILED" };
+            println!("{name:<12}{verdict}{:>8.1} s", time.as_secs_f32());
+        }
+        let passed = ended.iter().filter(|(_, _, said)| said.passed).count();
+        println!("{passed} passed, {} failed", ended.len() - passed);
+        Ok(passed == ended.len())
+    }
+}
+
+/// Runs a step in this process; whether it passed.
+fn here(step: &Step, ws: &Workspace) -> bool {
+    println!("\n=== {}: {}", step.name, step.what);
+    let start = Instant::now();
+    let result = setup::ensure(step.needs).and_then(|()| (step.run)(ws));
+    match &result {
+        Ok(()) => println!("=== {} passed in {:.1} s", step.name, start.elapsed().as_secs_f32()),
+        Err(error) => println!("{error:#}\n=== {} FAILED", step.name),
+    }
+    result.is_ok()
 }

@@ -81,10 +81,10 @@ fn program(message: &Value) -> Option<TestProgram> {
 /// Runs them all, whatever fails.
 ///
 /// # Errors
-/// The names of those that failed.
+/// The names of those that failed, and the last lines of each.
 pub fn run(commands: Vec<(String, Command)>) -> Result<()> {
     let waiting = Mutex::new(VecDeque::from(commands));
-    let lane = || -> Result<Vec<String>> {
+    let lane = || -> Result<Vec<(String, String)>> {
         let mut failed = Vec::new();
         loop {
             let next = waiting.lock().map(|mut all| all.pop_front()).ok().flatten();
@@ -97,7 +97,7 @@ pub fn run(commands: Vec<(String, Command)>) -> Result<()> {
             text += &String::from_utf8_lossy(&out.stdout);
             print!("{text}");
             if !out.status.success() {
-                failed.push(name);
+                failed.push((name, end(&text)));
             }
         }
     };
@@ -109,9 +109,17 @@ pub fn run(commands: Vec<(String, Command)>) -> Result<()> {
     })?;
     let failed = failed.concat();
     if !failed.is_empty() {
-        bail!("{} test programs failed: {}", failed.len(), failed.join(", "));
+        let (names, ends): (Vec<_>, Vec<_>) = failed.into_iter().unzip();
+        bail!("{}{} test programs failed: {}", ends.concat(), names.len(), names.join(", "));
     }
     Ok(())
+}
+
+/// The last lines of what a program has printed: there libtest repeats what failed.
+fn end(text: &str) -> String {
+    let lines: Vec<_> = text.lines().collect();
+    let last = &lines[lines.len().saturating_sub(20)..];
+    last.iter().map(|line| format!("{line}\n")).collect()
 }
 
 #[cfg(test)]
@@ -142,7 +150,17 @@ mod tests {
         let run_one = |name: &str| (name.to_owned(), Command::new(name));
         assert!(run(vec![run_one("true"), run_one("true"), run_one("true")]).is_ok());
         let error = run(vec![run_one("false"), run_one("true"), run_one("false")]).unwrap_err();
-        assert_eq!(error.to_string(), "2 test programs failed: false, false");
+        let error = error.to_string();
+        assert!(error.ends_with("\n2 test programs failed: false, false"), "{error}");
         assert!(run(vec![run_one("no such program")]).is_err());
+    }
+
+    #[test]
+    fn the_last_lines_of_a_program_that_fails_are_told() {
+        let mut command = Command::new("sh");
+        command.args(["-c", "seq 100; echo why >&2; exit 1"]);
+        let error = run(vec![("odd".to_owned(), command)]).unwrap_err().to_string();
+        assert!(error.starts_with("81\n82\n"), "{error}");
+        assert!(error.ends_with("100\n1 test programs failed: odd"), "{error}");
     }
 }

@@ -1,0 +1,78 @@
+//! A step in a process of its own.
+//!
+//! What it prints goes on as it comes, and its last lines are kept: a CI shows the end of a long log
+//! alone, and there a failed step must say why.
+
+use std::collections::VecDeque;
+use std::env;
+use std::io::{BufRead, BufReader, pipe};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result};
+
+/// Lines that are kept.
+const KEPT: usize = 60;
+
+/// What a program said at its end.
+pub struct Said {
+    /// Whether it says that all is well.
+    pub passed: bool,
+    /// The last lines of its stdout and stderr, in their order.
+    pub last: Vec<String>,
+}
+
+/// A command that runs one step: this program.
+pub fn step(name: &str) -> Result<Command> {
+    let mut command = Command::new(env::current_exe().context("where this program is")?);
+    command.args(["test", "--only", name]);
+    Ok(command)
+}
+
+/// Runs a program to its end and passes on what it prints.
+///
+/// # Errors
+/// It can't be started, or what it prints can't be passed on.
+pub fn tell(mut command: Command) -> Result<Said> {
+    let (reader, writer) = pipe()?;
+    command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer);
+    let mut child = command.spawn().context("starting a step")?;
+    // It holds the ends that this process would write to: without them the last line is an end.
+    drop(command);
+    let mut last = VecDeque::with_capacity(KEPT);
+    for line in BufReader::new(reader).split(b'\n') {
+        let line = String::from_utf8_lossy(&line?).into_owned();
+        println!("{line}");
+        if last.len() == KEPT {
+            last.pop_front();
+        }
+        last.push_back(line);
+    }
+    Ok(Said { passed: child.wait()?.success(), last: last.into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shell(script: &str) -> Said {
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        tell(command).unwrap()
+    }
+
+    #[test]
+    fn the_last_lines_of_both_outputs_are_kept_in_their_order() {
+        let said = shell("for k in $(seq 100); do echo $k; echo -$k >&2; done; exit 3");
+        assert!(!said.passed);
+        assert_eq!(said.last.len(), KEPT);
+        assert_eq!(said.last[KEPT - 2..], ["100", "-100"]);
+        assert_eq!(said.last[0], "71");
+    }
+
+    #[test]
+    fn a_last_line_needs_no_end() {
+        let said = shell("printf 'no end'");
+        assert!(said.passed);
+        assert_eq!(said.last, ["no end"]);
+    }
+}

@@ -79,10 +79,12 @@ fn the_travel_order_of_the_document() {
     assert_eq!(steps, [1634, 0, 0]);
 }
 
+/// At a step a second: it is to move still when it is killed, however long the lines before take.
 #[test]
 fn while_busy_no_line_of_an_order_is_taken() {
     talk(
-        "g+      Y
+        "T1      Y
+         g+      Y
          PO      E
          S5      E
          T5      E
@@ -106,10 +108,11 @@ fn while_busy_no_line_of_an_order_is_taken() {
     );
 }
 
+/// At a step a second, likewise.
 #[test]
 fn drive_until_stopped() {
     talk(
-        "T50     Y
+        "T1      Y
          g-      Y
          F       B
          Z       Y
@@ -122,7 +125,7 @@ fn drive_until_stopped() {
 
 #[test]
 fn a_kill_loses_the_position() {
-    talk("K Y\nV1 0\ng+ Y\nK Y\nF R\nV2 0\n~V1 *\nI1 Y\nV1 0");
+    talk("K Y\nV1 0\nT1 Y\ng+ Y\nK Y\nF R\nV2 0\n~V1 *\nI1 Y\nV1 0");
 }
 
 #[test]

@@ -30,7 +30,7 @@ pub fn unit(ws: &Workspace) -> Result<()> {
         command.env("STEPWRIGHT_COMMAND", &shipped);
         (program.name.clone(), command)
     });
-    let ran = programs::run(commands.collect());
+    let ran = programs::run_by_the_clock(commands.collect());
     let doc = run(&mut ws.cargo(["test", "--workspace", "--doc", "--no-fail-fast"]));
     ran.and(doc)
 }

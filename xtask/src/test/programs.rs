@@ -78,13 +78,41 @@ fn program(message: &Value) -> Option<TestProgram> {
     })
 }
 
+/// A program that failed: its name, itself, and its last lines.
+type Failed = (String, Command, String);
+
 /// Runs them all, whatever fails.
 ///
 /// # Errors
 /// The names of those that failed, and the last lines of each.
 pub fn run(commands: Vec<(String, Command)>) -> Result<()> {
+    verdict(beside(commands, thread::available_parallelism().map_or(2, usize::from))?)
+}
+
+/// Likewise, of programs that go by the clock of this machine: of those that fail beside others each runs
+/// again alone, and that counts. Both outputs are printed.
+pub fn run_by_the_clock(commands: Vec<(String, Command)>) -> Result<()> {
+    let failed = beside(commands, thread::available_parallelism().map_or(2, usize::from))?;
+    if !failed.is_empty() {
+        let names: Vec<_> = failed.iter().map(|(name, ..)| name.as_str()).collect();
+        println!("=== once more, alone: {}", names.join(", "));
+    }
+    verdict(beside(failed.into_iter().map(|(name, command, _)| (name, command)).collect(), 1)?)
+}
+
+fn verdict(failed: Vec<Failed>) -> Result<()> {
+    if failed.is_empty() {
+        return Ok(());
+    }
+    let ends: String = failed.iter().map(|(.., end)| end.as_str()).collect();
+    let names: Vec<_> = failed.iter().map(|(name, ..)| name.as_str()).collect();
+    bail!("{ends}{} test programs failed: {}", names.len(), names.join(", "))
+}
+
+/// Runs them all, some at a time; those that fail.
+fn beside(commands: Vec<(String, Command)>, lanes: usize) -> Result<Vec<Failed>> {
     let waiting = Mutex::new(VecDeque::from(commands));
-    let lane = || -> Result<Vec<(String, String)>> {
+    let lane = || -> Result<Vec<Failed>> {
         let mut failed = Vec::new();
         loop {
             let next = waiting.lock().map(|mut all| all.pop_front()).ok().flatten();
@@ -97,22 +125,16 @@ pub fn run(commands: Vec<(String, Command)>) -> Result<()> {
             text += &String::from_utf8_lossy(&out.stdout);
             print!("{text}");
             if !out.status.success() {
-                failed.push((name, end(&text)));
+                failed.push((name, command, end(&text)));
             }
         }
     };
-    let lanes = thread::available_parallelism().map_or(2, usize::from);
     let failed = thread::scope(|scope| {
         let lanes: Vec<_> = (0..lanes).map(|_| scope.spawn(lane)).collect();
         let ended = lanes.into_iter().map(|lane| lane.join().unwrap_or_else(|p| resume_unwind(p)));
         ended.collect::<Result<Vec<_>>>()
     })?;
-    let failed = failed.concat();
-    if !failed.is_empty() {
-        let (names, ends): (Vec<_>, Vec<_>) = failed.into_iter().unzip();
-        bail!("{}{} test programs failed: {}", ends.concat(), names.len(), names.join(", "));
-    }
-    Ok(())
+    Ok(failed.into_iter().flatten().collect())
 }
 
 /// The last lines of what a program has printed: there libtest repeats what failed.
@@ -162,5 +184,18 @@ mod tests {
         let error = run(vec![("odd".to_owned(), command)]).unwrap_err().to_string();
         assert!(error.starts_with("81\n82\n"), "{error}");
         assert!(error.ends_with("100\n1 test programs failed: odd"), "{error}");
+    }
+
+    #[test]
+    fn a_program_that_goes_by_the_clock_is_judged_by_its_second_run_alone() {
+        // The first run leaves a file, and fails where there is none.
+        let file = env::temp_dir().join(format!("stepwright-again-{}", std::process::id()));
+        let mut once = Command::new("sh");
+        once.args(["-c", "test -e \"$0\" || { touch \"$0\"; exit 1; }"]).arg(&file);
+        let never = Command::new("false");
+        let commands = vec![("once".to_owned(), once), ("never".to_owned(), never)];
+        let error = run_by_the_clock(commands).unwrap_err().to_string();
+        std::fs::remove_file(&file).unwrap();
+        assert!(error.ends_with("\n1 test programs failed: never"), "{error}");
     }
 }

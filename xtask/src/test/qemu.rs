@@ -24,7 +24,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
         qemu::tell(ws, &mut command, root.as_deref());
         (program.name.clone(), command)
     });
-    programs::run(commands.collect())?;
+    programs::run_by_the_clock(commands.collect())?;
     bench::cortex_m(ws, true)?;
     let mut controller = ws.cargo(["test", "--target-dir"]);
     controller.arg(ws.target.join("qemu")).current_dir(ws.root.join("firmware/controller"));

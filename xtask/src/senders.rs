@@ -24,7 +24,7 @@ const FEW: u32 = 800;
 #[derive(clap::Args)]
 pub struct Senders {
     /// Which; all if none is named: pygrbl-streamer, grbl-streamer, gantrix,
-    /// grbl-link, cncjs
+    /// grbl-link, cncjs, bcnc
     sender: Vec<String>,
     /// Lines of the job
     #[arg(long, default_value_t = 5_000)]
@@ -38,6 +38,9 @@ impl Senders {
     /// Runs them, one after another.
     pub fn run(&self, ws: &Workspace) -> Result<()> {
         setup::ensure(NEEDS)?;
+        if self.sender.is_empty() || self.sender.iter().any(|name| name == "bcnc") {
+            setup::ensure(&[setup::BCNC])?;
+        }
         drive(ws, self.lines, &self.sender, self.port.as_deref())
     }
 }

@@ -113,6 +113,18 @@ pub const NODE: &Need = &Need {
     or_else: "",
 };
 
+/// A sender of G-code with windows, and a screen for them that nobody sees.
+pub const BCNC: &Need = &Need {
+    name: "bCNC",
+    found: || {
+        ["/usr/bin/bCNC", "/usr/bin/xvfb-run", "/usr/bin/xauth"]
+            .iter()
+            .all(|file| Path::new(file).is_file())
+    },
+    packages: &["bcnc", "xvfb", "xauth"],
+    or_else: "",
+};
+
 /// A logic analyser that reads our dumps.
 pub const SIGROK: &Need = &Need {
     name: "sigrok-cli",

@@ -13,12 +13,15 @@ import contextlib
 import json
 import os
 import queue
+import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+import urllib.parse
+import urllib.request
 
 from line import Grbl, spiral
 
@@ -160,6 +163,58 @@ def cncjs(grbl, folder, lines):
     return place
 
 
+def bcnc(grbl, folder, lines):
+    """bCNC on a screen that nobody sees, driven by its web pendant: `?` five times a second."""
+    web = free_port()
+    job, end = spiral(lines)
+    path = f"{folder}/job.nc"
+    with open(path, "w", encoding="ascii") as file:
+        file.write("\n".join(job) + "\n")
+    with open(f"{folder}/.bCNC", "w", encoding="ascii") as file:
+        file.write(
+            f"[Connection]\nopenserial = 1\nport = {grbl.path}\nbaud = 115200\n"
+            f"controller = GRBL1\npendant = 1\npendantport = {web}\n"
+        )
+    # Debian's runs with Debian's Python. A group of its own: the screen ends with it.
+    env = dict(os.environ, HOME=folder, PATH="/usr/bin:" + os.environ["PATH"])
+    words = ["xvfb-run", "--auto-servernum", "bCNC", path]
+    sender = subprocess.Popen(
+        words, env=env, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+
+    def get(page):
+        with urllib.request.urlopen(f"http://127.0.0.1:{web}/{page}", timeout=10) as answer:
+            return answer.read()
+
+    def order(command):
+        get(f"send?cmd={command}")
+
+    try:
+        for _ in range(600):
+            with contextlib.suppress(OSError):
+                if json.loads(get("state"))["state"] == "Idle":
+                    break
+            time.sleep(0.1)
+        order("RUN")
+        grbl.until("Run")
+        hold_and_resume(grbl, lambda: order("FEEDHOLD"), lambda: order("RESUME"))
+        until = time.monotonic() + 300
+        while (place := grbl.until("Idle", within=300)) != end and time.monotonic() < until:
+            time.sleep(0.2)
+        assert place == end, (place, end)
+        # A jog, then a reset on its way.
+        get("send?gcode=" + urllib.parse.quote("$J=G91 X-50 F3000"))
+        grbl.until("Jog")
+        order("RESET")
+        place = grbl.until("Idle")
+        assert end[0] - 5000 < place[0] < end[0] and place[1:] == end[1:], place
+    finally:
+        os.killpg(sender.pid, signal.SIGKILL)
+        sender.wait()
+    return place
+
+
 def link(grbl, folder, lines):
     """grbl-link: a line at a time, real-time bytes between them."""
     import serial
@@ -194,6 +249,7 @@ SENDERS = {
     "gantrix": (gantrix, LIMITS, "$32=1\n", 127),
     "grbl-link": (link, [], "", 127),
     "cncjs": (cncjs, [], "", 127),
+    "bcnc": (bcnc, [], "", 127),
 }
 
 

@@ -81,17 +81,33 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
     /// Starts what is to be started, if it has something to play and may turn.
     #[inline(never)]
     fn start_all(&mut self) {
-        let mut axes: Axes = 0;
+        let (mut axes, mut waiting): (Axes, Axes) = (0, 0);
         for (axis, track) in (0u8..).zip(&self.tracks) {
             if self.starting >> axis & 1 != 0 {
                 if track.is_ready() {
                     axes |= 1 << axis;
-                } else if track.phase != Phase::Begins {
+                } else if track.phase == Phase::Begins {
+                    waiting |= 1 << axis;
+                } else {
                     self.starting &= !(1 << axis);
                 }
             }
         }
-        if axes == 0 || self.player.now() < self.ready {
+        if axes | waiting == 0 {
+            return;
+        }
+        let now = self.player.now();
+        if now < self.ready {
+            return;
+        }
+        if waiting != 0 {
+            for (axis, track) in (0u8..).zip(&mut self.tracks) {
+                if waiting >> axis & 1 != 0 {
+                    track.waits(now);
+                }
+            }
+        }
+        if axes == 0 {
             return;
         }
         self.player.start(axes);

@@ -277,6 +277,12 @@ impl Grouper {
         self.ahead = self.ahead.saturating_sub(passed).max(0);
     }
 
+    /// Whether the next step is more than this many ticks behind the last one that was handed out.
+    pub(crate) fn is_ahead(&mut self, ticks: u64) -> bool {
+        self.settle();
+        self.ahead >> 16 > i64::try_from(ticks).unwrap_or(i64::MAX)
+    }
+
     /// From the last step handed out to the last one that is known, in ticks.
     pub fn left(&self) -> u64 {
         let mut now = *self;

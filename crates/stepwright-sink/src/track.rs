@@ -36,7 +36,7 @@ pub(crate) struct Track<'q, const Q: usize> {
     before: bool,
     /// The player has room, and the queue had nothing for it.
     pub hungry: bool,
-    /// The player rests for a turn, and so has run dry.
+    /// The player rests for a turn, or until a step that is later, and so has run dry.
     rested: bool,
     /// An entry has left the queue, or there was none for the first time, since the last [`fill`](Track::fill).
     news: bool,
@@ -53,6 +53,8 @@ pub(crate) struct Track<'q, const Q: usize> {
     pub source: Consumer<'q, Q>,
     /// How often the player has run dry.
     pub dry: u32,
+    /// When its travel has begun with a wait, while no step of it is known.
+    origin: Option<u64>,
 }
 
 impl<'q, const Q: usize> Track<'q, Q> {
@@ -69,6 +71,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
             dry: 0,
             target: 0,
             end: 0,
+            origin: None,
             groups: [NONE; REMEMBERED as usize],
             put: 0,
         }
@@ -157,13 +160,21 @@ impl<'q, const Q: usize> Track<'q, Q> {
         self.target = self.position();
         self.grouper.begin();
         (self.phase, self.end, self.ended, self.hungry) = (Phase::Begins, 0, false, false);
-        self.rested = false;
+        (self.rested, self.origin) = (false, None);
         (self.groups, self.put) = ([NONE; REMEMBERED as usize], 0);
     }
 
     /// Whether a travel is to begin, and has a group.
     pub fn is_ready(&self) -> bool {
         self.phase == Phase::Begins && self.group(0).steps != 0
+    }
+
+    /// Its travel begins now, if it begins with a wait: the player is started for its first step, which
+    /// is not known.
+    pub fn waits(&mut self, now: u64) {
+        if self.origin.is_none() && self.grouper.is_ahead(0) {
+            self.origin = Some(now);
+        }
     }
 
     /// Whether it would take a group.
@@ -231,11 +242,46 @@ impl<'q, const Q: usize> Track<'q, Q> {
             self.starve();
             return false;
         }
-        self.hungry = false;
+        // Who rests has been starved.
+        if core::mem::take(&mut self.hungry)
+            && self.catch_up(player, axis)
+            && !self.grouper.is_loaded()
+        {
+            return self.prepare(player, axis, hold);
+        }
         // Of a travel the first is a single step.
         if self.phase != Phase::Begins || self.is_ready() {
             self.grouper.approach();
         }
+        true
+    }
+
+    /// Of the wait before the next step what has passed already is over: the player rests, and plays at once
+    /// what it is given. If that step is late, it is so: the player has run dry. True if the player was
+    /// given that step, and started for it: not with the other axes, which have begun.
+    #[inline(never)]
+    fn catch_up(&mut self, player: &mut impl Player, axis: u8) -> bool {
+        let since = match (self.phase, self.origin.take()) {
+            (Phase::Begins, Some(origin)) => origin,
+            (Phase::Plays, _) if player.rests(axis) => self.end,
+            _ => return false,
+        };
+        let now = player.now();
+        let rested = now.saturating_sub(since);
+        let waits = rested != 0 && self.grouper.is_ahead(rested);
+        if self.phase == Phase::Plays {
+            if waits {
+                self.grouper.pass(rested);
+                (self.end, self.rested) = (now, true);
+            }
+            return false;
+        }
+        self.dry = self.dry.saturating_add(u32::from(rested != 0 && !waits));
+        self.grouper.pass(rested);
+        (self.phase, self.end) = (Phase::Plays, now);
+        let (interval, steps) = self.single();
+        player.put(axis, StepGroup { interval, steps: steps >> 1, forward: steps & 1 != 0 });
+        player.start(1u8.wrapping_shl(axis.into()));
         true
     }
 

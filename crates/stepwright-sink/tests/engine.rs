@@ -3,6 +3,8 @@
 use std::cell::RefCell;
 
 use proptest::prelude::*;
+use stepwright::engine::WIRING;
+use stepwright::entry::EntryParts;
 use stepwright::queue::Queue;
 use stepwright::{
     Accel, Axis, AxisLimits, Board, Control, Cost, Rate, Run, Speed, Steppers, Ticks,
@@ -286,6 +288,68 @@ fn a_turn_between_two_runs_keeps_hold_and_setup() {
     keeps_times(&told, 0);
     let turned = told.borrow().iter().filter(|edge| edge.step.is_none()).count();
     assert_eq!(turned, 1);
+}
+
+/// Waits of a stream are told piece by piece, shortly before they begin: the player has run dry long before
+/// the next step is known. An axis that begins with them is started for its first step, later than others.
+#[test]
+fn waits_that_are_told_piece_by_piece_keep_their_time() {
+    let entry = |pins, events, ticks: u32| {
+        let (groups, growth, interval) = (1, 0, ticks << 16);
+        (EntryParts { pins, then: pins, events, groups, interval, growth }.entry(), events * ticks)
+    };
+    let (wait, steps) = (|ticks| entry(0, 1, ticks), |n, ticks| entry(WIRING.step, n, ticks));
+    let lists = [
+        [vec![wait(10_000), steps(4, 1_000)], vec![wait(20_000); 5], vec![steps(3, 1_000)]]
+            .concat(),
+        [vec![wait(10_000); 6], vec![steps(3, 700), wait(30_000), steps(1, 700)]].concat(),
+    ];
+    let told = Told::default();
+    let mut queues = [const { Queue::<8>::new() }; 2];
+    let [x, y] = queues.each_mut().map(Queue::split);
+    let model = ModelPlayer::<2, _>::new(|edge| told.borrow_mut().push(edge));
+    let mut engine = SinkEngine::new(model, [x.1, y.1], board::<2>().timing, BOUND);
+    let mut feeds = [x.0, y.0];
+    let (mut next, mut at) = ([0; 2], [0; 2]);
+    // DIR has been held for long.
+    engine.pass(1_000);
+    for now in (0..200_000).step_by(500) {
+        for (n, feed) in feeds.iter_mut().enumerate() {
+            if now == 0 {
+                feed.set_open(true);
+            }
+            while let Some((entry, lasts)) = lists[n].get(next[n]).filter(|_| at[n] < now + 4_000) {
+                assert!(feed.put(*entry));
+                (next[n], at[n]) = (next[n] + 1, at[n] + lasts);
+            }
+            if next[n] == lists[n].len() {
+                feed.set_open(false);
+            }
+        }
+        if now == 0 {
+            engine.start(0b11);
+        }
+        engine.refill();
+        engine.pass(500);
+    }
+    let wanted = [
+        vec![10_000, 11_000, 12_000, 13_000, 114_000, 115_000, 116_000],
+        vec![60_000, 60_700, 61_400, 92_100],
+    ];
+    for (axis, wanted) in (0..2).zip(wanted) {
+        let edges = told.borrow();
+        let made = edges.iter().filter(|edge| edge.axis == axis && edge.step.is_some());
+        let off = made.zip(&wanted).map(|(edge, wanted)| edge.at as i64 - 1_000 - wanted);
+        assert!(off.clone().count() == wanted.len(), "axis {axis}");
+        assert!(
+            off.clone().all(|off| off.abs() <= 2),
+            "axis {axis}: {:?}",
+            off.collect::<Vec<_>>()
+        );
+        assert_eq!(net(&told, axis), wanted.len() as i64);
+        assert!(engine.is_idle(axis));
+    }
+    assert_eq!(engine.late(), 0);
 }
 
 #[test]

@@ -72,9 +72,22 @@ pub struct LinkTimes {
 
 impl LinkTimes {
     /// For a serial line of this many baud, 8 bits and two more, on a computer.
+    ///
+    /// ```
+    /// use stepwright_stream::send::LinkTimes;
+    /// let times = LinkTimes::of_baud(115_200);
+    /// assert_eq!((times.byte, times.again, times.call), (86_805, 30_000, 6_000));
+    /// // Of a slow line a frame takes longer: 64 bytes at 9,600 baud take 67 ms.
+    /// assert_eq!(LinkTimes::of_baud(9_600).again, 266_666);
+    /// ```
     pub const fn of_baud(baud: u32) -> LinkTimes {
-        let byte = (10_000_000_000 / if baud == 0 { 1 } else { baud as u64 }) as u32;
-        LinkTimes { byte, again: 30_000, call: 6_000, ping: 100_000 }
+        let byte = 10_000_000_000 / if baud == 0 { 1 } else { baud as u64 };
+        // Four of the longest frames; a call and the answer to it.
+        let (frames, call) = (byte * (4 * MOST as u64) / 1_000, byte * 16 / 1_000);
+        let again = if frames > 30_000 { frames } else { 30_000 };
+        let call = if call > 6_000 { call } else { 6_000 };
+        let byte = if byte > u32::MAX as u64 { u32::MAX } else { byte as u32 };
+        LinkTimes { byte, again, call, ping: 100_000 }
     }
 }
 

@@ -26,6 +26,8 @@ mod register;
 mod ring;
 #[cfg(feature = "selftest")]
 mod selftest;
+#[cfg(feature = "stream")]
+mod stream;
 mod trial;
 mod turned;
 
@@ -41,6 +43,8 @@ pub use register::Register;
 pub use ring::Ring;
 #[cfg(feature = "selftest")]
 pub use selftest::{StampPort, StampedPins, Stamps, flash_sum, run_stamped, tell};
+#[cfg(feature = "stream")]
+pub use stream::{STREAM_FIFO, StreamBoard, play_stream, run_stream};
 pub use trial::TimerTrial;
 pub use turned::Turned;
 

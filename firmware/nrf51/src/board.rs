@@ -1,7 +1,8 @@
 //! The board as data.
 
 use stepwright::{Board, Cost, Rate};
-use stepwright_controller::{AXES, CyclePins, board};
+use stepwright_controller::{AXES, CyclePins, StreamBoard, board};
+use stepwright_protocol::flash_text;
 
 /// TIMER0 without a prescaler.
 pub const RATE: Rate = Rate::of::<16_000_000>();
@@ -10,6 +11,10 @@ pub const RATE: Rate = Rate::of::<16_000_000>();
 /// second, which is what the chip has (`firmware/qemu/tests/edges.rs`).
 pub const BOARD: Board<AXES> =
     board(RATE, Cost::any_pulse([RATE.micros(80), RATE.micros(90), RATE.micros(100)]), 1_600);
+
+/// The player of streamed runs: an axis' step interrupt takes 100 instructions.
+pub const STREAM: StreamBoard =
+    StreamBoard { name: flash_text!("micro:bit"), rate: RATE, least: RATE.micros(13) };
 
 /// Bits of the port: STEP of axis 1, of the others in a row behind it. On the micro:bit's edge
 /// P15, P14 and P13.

@@ -10,6 +10,7 @@
 //! | `pins.rs` | STEP and DIR, and the pins around the motors |
 //! | `uart.rs` | the serial line |
 //! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/stream.rs` | streamed runs |
 //! | `src/bin/laws.rs`, `cycles.rs` | Austin's laws and motor cycles over the line |
 //! | `src/bin/awaits.rs` | moves that are awaited, and can't panic |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |

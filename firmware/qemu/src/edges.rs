@@ -93,7 +93,7 @@ pub(crate) trait Reader: Send {
     /// It is not as expected.
     fn line(&mut self, line: &str) -> Result<()>;
 
-    /// All edges whose time is known.
+    /// The edges whose time is known, once.
     fn edges(&mut self) -> Vec<Edge>;
 }
 

@@ -16,8 +16,10 @@ pub mod bench;
 pub mod boards;
 pub mod edges;
 pub mod machine;
+pub mod paced;
 pub mod virtual_board;
 
 pub use boards::Simulated;
 pub use edges::Edge;
 pub use machine::{Machine, Pace};
+pub use paced::Paced;

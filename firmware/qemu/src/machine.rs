@@ -4,10 +4,12 @@ use std::env;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::ops::Range;
+use std::os::fd::{AsFd, OwnedFd};
 use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -15,7 +17,7 @@ use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSymbol};
 
 use crate::boards::Simulated;
-use crate::edges::Edge;
+use crate::edges::{Edge, Reader};
 
 /// How long an instruction takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,13 +47,23 @@ impl Pace {
 /// The longest that anything takes, on a machine that is busy with others.
 const LIMIT: Duration = Duration::from_secs(120);
 
+/// The reader of a log, whose thread never panics.
+fn lock(reader: &Mutex<Box<dyn Reader>>) -> MutexGuard<'_, Box<dyn Reader>> {
+    reader.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// QEMU with a firmware.
 pub struct Machine {
     child: Child,
     input: ChildStdin,
     output: Receiver<u8>,
+    /// What it says, before that is read.
+    from: OwnedFd,
     /// Reads QEMU's log, which is read at once: it is long.
-    log: Option<JoinHandle<Result<Vec<Edge>>>>,
+    log: Option<JoinHandle<Result<()>>>,
+    reader: Arc<Mutex<Box<dyn Reader>>>,
+    /// Where it stands at its gate.
+    stops: Receiver<u64>,
 }
 
 /// A path from the environment, which `cargo xtask` sets.
@@ -140,6 +152,7 @@ impl Machine {
             .with_context(|| format!("starting {}", command.get_program().to_string_lossy()))?;
         let input = child.stdin.take().context("its input")?;
         let mut from = child.stdout.take().context("its output")?;
+        let same = from.as_fd().try_clone_to_owned()?;
         let (to, output) = channel();
         thread::spawn(move || {
             let mut buffer = [0; 256];
@@ -152,16 +165,23 @@ impl Machine {
             }
         });
         let log = BufReader::new(child.stderr.take().context("its log")?);
-        let mut reader = board.view.reader(pace, board.mhz());
+        let reader = Arc::new(Mutex::new(board.view.reader(pace, board.mhz())));
+        let (told, stops) = channel();
+        let reads = reader.clone();
         let log = thread::spawn(move || {
             let mut fault = Ok(());
             for line in log.lines().map_while(Result::ok) {
+                if let Some(count) = line.strip_prefix('=').and_then(|count| count.parse().ok()) {
+                    // Nobody listens where there is no gate, or at the end.
+                    let _ = told.send(count);
+                    continue;
+                }
                 // To the end, or QEMU would wait.
-                fault = fault.and_then(|()| reader.line(&line));
+                fault = fault.and_then(|()| lock(&reads).line(&line));
             }
-            fault.map(|()| reader.edges())
+            fault
         });
-        Ok(Machine { child, input, output, log: Some(log) })
+        Ok(Machine { child, input, output, from: same, log: Some(log), reader, stops })
     }
 
     /// The next line that the board says.
@@ -219,7 +239,44 @@ impl Machine {
     pub fn end(mut self) -> Result<Vec<Edge>> {
         self.stop();
         let log = self.log.take().context("its log")?;
-        log.join().unwrap_or_else(|panic| resume_unwind(panic))
+        log.join().unwrap_or_else(|panic| resume_unwind(panic))?;
+        Ok(self.edges())
+    }
+
+    /// The edges whose time is known and that were not asked for before.
+    pub(crate) fn edges(&mut self) -> Vec<Edge> {
+        lock(&self.reader).edges()
+    }
+
+    /// Puts bytes on its line, which QEMU takes when it looks for them.
+    pub(crate) fn put(&mut self, bytes: &[u8]) -> Result<()> {
+        self.input.write_all(bytes)?;
+        Ok(self.input.flush()?)
+    }
+
+    /// Whether QEMU takes them, as it does within this unless the board's receiver is full.
+    pub(crate) fn takes(&self, within: Duration) -> Result<bool> {
+        let begun = Instant::now();
+        while rustix::io::ioctl_fionread(&self.input)? > 0 {
+            if begun.elapsed() > within {
+                return Ok(false);
+            }
+            thread::yield_now();
+        }
+        Ok(true)
+    }
+
+    /// Bytes that it has said.
+    pub(crate) fn said(&mut self) -> Result<Vec<u8>> {
+        while rustix::io::ioctl_fionread(&self.from)? > 0 {
+            thread::yield_now();
+        }
+        Ok(self.output.try_iter().collect())
+    }
+
+    /// Waits until it stands at its gate: at which instruction.
+    pub(crate) fn stands(&mut self) -> Result<u64> {
+        self.stops.recv_timeout(LIMIT).context("it does not come to its gate")
     }
 
     fn stop(&mut self) {

@@ -2,6 +2,8 @@
 
 use stepwright::profile::Fit;
 use stepwright::{Board, Cost, Rate, Ticks, Timing};
+use stepwright_controller::{AXES, StreamBoard};
+use stepwright_protocol::flash_text;
 
 /// The processor's clock, which is the PIO's.
 pub const RATE: Rate = Rate::of::<125_000_000>();
@@ -12,6 +14,23 @@ pub const LEAST: Ticks = 500;
 
 /// No step comes further from the planner's time, in ticks: 1 µs.
 pub const BOUND: Ticks = RATE.micros(1);
+
+/// The timer of streamed runs: the eighth of the clock, as a record waits for less than 2¹⁶ ticks.
+pub const STREAM_RATE: Rate = Rate::of::<15_625_000>();
+
+/// The player of streamed runs. It plays up to 250,000 steps/s.
+pub const STREAM: StreamBoard =
+    StreamBoard { name: flash_text!("pico"), rate: STREAM_RATE, least: STREAM_RATE.micros(4) };
+
+/// The board of streamed runs: times in its timer's ticks, pulses of 2 µs.
+pub const STREAM_BOARD: Board<AXES> = {
+    let mut board = board();
+    let micro = STREAM_RATE.nanos(1_000);
+    board.rate = STREAM_RATE;
+    board.timing =
+        Timing { pulse: 2 * micro, setup: micro, hold: micro, min_interval: STREAM.least };
+    board
+};
 
 /// State machines of a PIO, and so axes of a program.
 pub const MACHINES: usize = 4;

@@ -10,11 +10,13 @@
 //! | `board.rs` | the board as data; for a host too |
 //! | `program.rs` | the state machines' program; for a host too |
 //! | `pio.rs` | the player over four state machines, and its interrupt held off |
+//! | `divided.rs` | a player whose ticks are several of another's; for a host too |
 //! | `chip.rs` | clocks, resets, the time, functions of pins |
 //! | `pins.rs` | the pins around the motors, the watchdog |
 //! | `lines.rs` | the serial line: over USB while that is open, over the UART else |
 //! | `uart.rs`, `usb.rs` | the two; `usb_answers.rs`, for a host too, has what a USB device says of itself |
 //! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/stream.rs` | streamed runs |
 //! | `capture.rs`, `watcher.rs` | STEP captured by the other PIO; its program, for a host too |
 //! | `src/bin/selftest.rs` | plays seeded orders, captures its own STEP, says a line |
 //! | `src/bin/trial.rs` | four axes, ordered about by a test |
@@ -22,6 +24,7 @@
 //! `cargo xtask firmware rp2040` builds it, `cargo xtask test --only pico` tries it.
 
 pub mod board;
+pub mod divided;
 pub mod program;
 pub mod usb_answers;
 pub mod watcher;

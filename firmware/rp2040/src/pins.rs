@@ -1,5 +1,6 @@
 //! The pins around the motors, why the board has begun, and its watchdog.
 
+use stepwright::Rate;
 use stepwright::drive::Axes;
 use stepwright_controller::{AXES, Panel};
 use stepwright_device::Reset;
@@ -8,14 +9,18 @@ use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, SWITCHES};
 use crate::chip::{self, Function};
 
 /// The pins around the motors.
-pub struct BoardPins(());
+pub struct BoardPins {
+    /// Ticks of the step timer in 64 µs.
+    ticks: u32,
+}
 
 impl BoardPins {
-    /// Pulls the inputs up, leaves the drivers off, and starts the watchdog: 250 ms.
+    /// Pulls the inputs up, leaves the drivers off, and starts the watchdog: 250 ms. The rate is the one that
+    /// [`count`](Panel::count) counts at, a whole number of ticks in 64 µs.
     ///
     /// # Safety
     /// Called once.
-    pub unsafe fn new() -> BoardPins {
+    pub unsafe fn new(rate: Rate) -> BoardPins {
         for pin in SWITCHES.into_iter().chain([EMERGENCY, FAULT]) {
             chip::pull_up(pin, true);
             chip::give(pin, Function::Program, false);
@@ -24,7 +29,7 @@ impl BoardPins {
         chip::make_output(ENABLE);
         chip::give(ENABLE, Function::Program, false);
         chip::start_watchdog();
-        BoardPins(())
+        BoardPins { ticks: rate.micros(64) }
     }
 }
 
@@ -36,8 +41,8 @@ fn level(pin: u32) -> bool {
 impl Panel for BoardPins {
     #[inline(always)]
     fn count(&mut self) -> u32 {
-        // 125 a microsecond, modulo 2^32.
-        chip::micros_low().wrapping_mul(125)
+        // Modulo 2^32.
+        (chip::micros().wrapping_mul(self.ticks.into()) >> 6) as u32
     }
 
     #[inline(always)]

@@ -1,7 +1,8 @@
 //! The board as data.
 
 use stepwright::{Board, Cost, Rate};
-use stepwright_controller::{AXES, CyclePins, board};
+use stepwright_controller::{AXES, CyclePins, StreamBoard, board};
+use stepwright_protocol::flash_text;
 
 /// `mtime`.
 pub const RATE: Rate = Rate::of::<10_000_000>();
@@ -10,6 +11,10 @@ pub const RATE: Rate = Rate::of::<10_000_000>();
 /// second (`firmware/qemu/tests/edges.rs`).
 pub const BOARD: Board<AXES> =
     board(RATE, Cost::any_pulse([RATE.micros(80), RATE.micros(90), RATE.micros(100)]), 1_600);
+
+/// The player of streamed runs: an axis' step interrupt takes 100 instructions.
+pub const STREAM: StreamBoard =
+    StreamBoard { name: flash_text!("virt"), rate: RATE, least: RATE.micros(13) };
 
 /// The port, which `virt` has not: 128 words of RAM that nobody reads. A store to word N raises the
 /// pins whose bits N has; one to word N of [`CLEAR`] lowers them. So the address alone tells what

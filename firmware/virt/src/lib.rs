@@ -12,6 +12,7 @@
 //! | `../qemu/chip/pins.rs` | a port of memory: STEP, DIR, and the enable pin |
 //! | `uart.rs` | the serial line |
 //! | `src/bin/controller.rs` | the serial controller |
+//! | `src/bin/stream.rs` | streamed runs |
 //! | `src/bin/laws.rs`, `cycles.rs` | Austin's laws and motor cycles over the line |
 //! | `src/bin/planned.rs` | planned motors in a program of one's own |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |

@@ -9,6 +9,7 @@ use anyhow::{Result, ensure};
 
 use crate::node::RP2040JS;
 use crate::python::PIO;
+use crate::qemu;
 use crate::setup::{self, Need};
 use crate::small::SmallBoard;
 use crate::workspace::{Workspace, run as carry_out};
@@ -32,12 +33,27 @@ pub fn run(ws: &Workspace) -> Result<()> {
         carry_out(node.arg(&programs).arg(&words))?;
     }
     selftest(ws, &programs)?;
+    streams(ws, &programs)?;
     let mut second = Command::new(PIO.interpreter(ws));
     carry_out(second.arg(folder.join("test/second_opinion.py")).arg(&words).arg(WORDS))?;
     // A workspace of its own: nothing else looks at its style.
     carry_out(ws.cargo(["fmt", "--all", "--check"]).current_dir(&folder))?;
     let mut host = ws.cargo(["test", "--lib", "--target-dir"]);
     carry_out(host.arg(ws.target.join("rp2040-host")).current_dir(&folder))
+}
+
+/// Streamed runs: its edges are the virtual board's, it brakes by itself, and the command runs a job on it.
+fn streams(ws: &Workspace, programs: &Path) -> Result<()> {
+    let (script, modules) = (ws.root.join("firmware/rp2040/test"), RP2040JS.modules(ws));
+    let mut test = qemu::cargo(ws, "test", None);
+    test.env("STEPWRIGHT_PICO", script.join("stream.cjs")).env("NODE_PATH", &modules);
+    carry_out(test.args(["--release", "--test", "pico", "--", "--ignored", "--test-threads=2"]))?;
+    carry_out(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    let mut job = Command::new(PIO.interpreter(ws));
+    job.env("NODE_PATH", &modules).arg(script.join("job.py"));
+    job.arg(ws.target.join("debug/stepwright")).arg(programs).arg(script.join("job.nc"));
+    // It goes some 5 times slower than real time, and 10 where others work as well.
+    carry_out(job.args(["11520", "--jerk", "10000mm/s3"]))
 }
 
 /// The self-test's line is what the pins show, and the command takes it; one with an edge less it refuses.

@@ -125,7 +125,7 @@ pub fn feed(
     plan: &JobPlan,
     watch: &mut dyn JobWatch,
 ) -> Result<Streamed, Failure> {
-    let Met { mut session, name, hz, .. } = met;
+    let Met { mut session, name, hz, stagger, .. } = met;
     let decels = [0, 1, 2].map(|n: usize| axes[n].accel / axes[n].step);
     let brakes = brakes(decels, hz).ok_or_else(|| {
         Failure::usage("an axis decelerates too slowly for a board that brakes by itself")
@@ -135,7 +135,8 @@ pub fn feed(
     let moving = moves.map(|(_, axis)| 1 << axis).sum();
     let times = LinkTimes::of_baud(baud);
     // A computer that does other things as well may keep this one waiting for some 0.4 s.
-    let terms = FeedTerms { hz, times, axes: moving, ahead: AHEAD, ..FeedTerms::avr(brakes) };
+    let wanted = FeedTerms { hz, times, stagger, ..FeedTerms::avr(brakes) };
+    let terms = FeedTerms { axes: moving, ahead: AHEAD, ..wanted };
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
     let job = GcodeJob::new(job, axes).map_err(|why| wrong(&why))?;
     let mut run = JobRun {

@@ -56,7 +56,7 @@ one value for all of them, or three: X,Y,Z. What is not typed is the machine fil
 one, a belt of 40 mm a turn with 16 microsteps. The spindle and the coolant change at rest; M0
 and a probe are not waited for. docs/gcode.md has all of it.
 
---port streams the job to an Uno, a Nano or a Mega with the program `stream`
+--port streams the job to an Uno, a Nano, a Mega, a Pico or a micro:bit with the program `stream`
 (`stepwright flash uno --program stream`), or to `stepwright board --pty --program stream`. When
 the line falls silent every axis brakes by its own deceleration; the positions stay known.
 

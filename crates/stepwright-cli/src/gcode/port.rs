@@ -21,6 +21,8 @@ pub struct Met {
     pub name: String,
     /// Its step timer.
     pub hz: u32,
+    /// Its axes come this many ticks after one another.
+    pub stagger: u32,
     /// Where its axes are, as far as it knows.
     pub places: [Option<i64>; 3],
 }
@@ -36,7 +38,16 @@ impl Met {
         let hz = word(&about, "hz=").and_then(|hz| u32::try_from(hz).ok()).unwrap_or(16_000_000);
         at_rest(&mut session, &name)?;
         let places = positions(&mut session)?;
-        Ok(Met { session, name, hz, places })
+        Ok(Met { session, name, hz, stagger: stagger(&about), places })
+    }
+}
+
+/// By how many ticks equal axes are kept apart: not at all on a chip of 32 bits, a visit of whose interrupt
+/// makes the steps of all at once.
+pub fn stagger(about: &str) -> u32 {
+    match about.split(' ').nth(1) {
+        Some("uno" | "mega" | "virtual") => 75,
+        _ => 0,
     }
 }
 
@@ -118,5 +129,6 @@ mod tests {
         assert_eq!(word(about, "hz="), Some(16_000_000));
         assert_eq!(word(about, "late="), Some(12));
         assert_eq!(word(about, "axis="), None);
+        assert_eq!((stagger(about), stagger("stepwright-stream pico hz=15625000")), (75, 0));
     }
 }

@@ -33,6 +33,7 @@ pub struct Fed {
     session: Session,
     name: String,
     hz: u32,
+    stagger: u32,
     baud: u32,
     /// What the board counts where the machine's zero is.
     zero: [i64; 3],
@@ -59,7 +60,7 @@ struct Run {
 impl Fed {
     /// Opens the port. The place where the board stands is the machine's zero.
     pub fn open(port: &PortArgs) -> Result<Fed, Failure> {
-        let Met { session, name, hz, places } = Met::at(port, "grbl")?;
+        let Met { session, name, hz, stagger, places } = Met::at(port, "grbl")?;
         let [Some(x), Some(y), Some(z)] = places else {
             return Err(Failure::new(format!("{name} does not know where its axes are"))
                 .hint("`I` at a terminal makes the present place 0"));
@@ -69,7 +70,10 @@ impl Fed {
         }
         let seen = session.now();
         let zero = [x, y, z];
-        Ok(Fed { session, name, hz, baud: port.baud, zero, run: None, now: 0.0, seen, dead: false })
+        let baud = port.baud;
+        let fed =
+            Fed { session, name, hz, stagger, baud, zero, run: None, now: 0.0, seen, dead: false };
+        Ok(fed)
     }
 
     /// Seconds of the session.
@@ -170,6 +174,7 @@ impl Fed {
         let brakes = brakes(decels, self.hz)?;
         let terms = FeedTerms {
             hz: self.hz,
+            stagger: self.stagger,
             times: LinkTimes::of_baud(self.baud),
             ahead: AHEAD,
             inputs: if settings.is_on(21) { 0b111 } else { 0 },

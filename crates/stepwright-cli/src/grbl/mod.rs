@@ -36,7 +36,7 @@ const KEPT: usize = 64 * 1024;
 --tcp     The first line is `tcp ADDRESS`: a sender that connects over a network.
 --stdio   Lines on standard input are answered on standard output; at the end of
           the input the machine runs to rest, and its position is said.
---port    The motors of an Uno, a Nano or a Mega with the program `stream`
+--port    The motors of an Uno, a Nano, a Mega, a Pico or a micro:bit with the program `stream`
           (`stepwright flash uno --program stream`), or of
           `stepwright board --pty --program stream`. Without homing, probe and laser;
           $21=1 watches the board's switches.

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use stepwright_feeder::{FeedTerms, StreamFeeder};
+use stepwright_feeder::{Cut, FeedTerms, StreamFeeder};
 use stepwright_stream::credit::{Answered, Credit, CreditReader};
 
 use super::{Job, MILLIS, Target};
@@ -58,6 +58,16 @@ impl Wire {
     /// How far the run is.
     pub fn feeder(&self) -> &StreamFeeder {
         &self.feeder
+    }
+
+    /// Takes back what was sent ahead: these steps come instead, none of which is sooner than it would
+    /// have been. False while the board can't be told so.
+    pub fn replan(&mut self, job: impl FnOnce(Cut) -> Job) -> bool {
+        let cut = self.feeder.cut(self.now / 16, true);
+        if let Some(cut) = cut {
+            self.job = job(cut);
+        }
+        cut.is_some()
     }
 
     /// The board alone, until this cycle: what is under way arrives.

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! -plugin FILE,watch=LOW-HIGH[+LOW-HIGH]             stores to these addresses, to QEMU's log
+//! …,gate=SOCKET                                      … and it goes no farther than it is told there
 //! -plugin FILE,entry=PC,out=FILE                     what each visit of an interrupt costs
 //! -plugin FILE,stack=LOW,out=FILE                    the lowest store from LOW on, in RAM
 //! -plugin FILE,told=LOW-HIGH,out=FILE                each store there: how far behind LOW
@@ -12,6 +13,10 @@
 //! watched is a line `@COUNT ADDRESS` behind those of QEMU's own trace of the device. A visit
 //! begins at `entry` and ends with the return from there; each is a line
 //! `instructions cycles`, the cycles of a Cortex-M0 (see `visits.rs`).
+//!
+//! At a gate the board waits from its first instruction on: a number of 64 bits, the lowest byte first, lets
+//! it go on to the block of code behind that many instructions, where it says `=COUNT` and waits again. So its
+//! time does not run away from a test that feeds it.
 
 mod api;
 mod masked;
@@ -19,8 +24,9 @@ mod visits;
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
 use std::fs::File;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::ops::Range;
+use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock};
 
@@ -51,6 +57,31 @@ enum Task {
 
 static TASK: OnceLock<Task> = OnceLock::new();
 
+/// Who lets it go on, and up to how many instructions.
+static GATE: OnceLock<Mutex<UnixStream>> = OnceLock::new();
+static UNTIL: AtomicU64 = AtomicU64::new(0);
+
+/// A block of code begins: may it?
+unsafe extern "C" fn entered(_: c_uint, _: *mut c_void) {
+    let count = COUNT.load(Ordering::Relaxed);
+    while count >= UNTIL.load(Ordering::Relaxed) {
+        log(&format!("={count}"));
+        let mut until = [0; 8];
+        let told = GATE.get().and_then(|gate| gate.lock().ok()?.read_exact(&mut until).ok());
+        // Nobody is there any more: this is the end of the test.
+        let until = told.map_or(u64::MAX, |()| u64::from_le_bytes(until));
+        UNTIL.store(until, Ordering::Relaxed);
+    }
+}
+
+/// Writes a line to QEMU's log.
+fn log(line: &str) {
+    if let Ok(line) = CString::new(format!("{line}\n")) {
+        // SAFETY: a text that ends with 0.
+        unsafe { qemu_plugin_outs(line.as_ptr()) };
+    }
+}
+
 /// A store: is it to a watched address? Is it the lowest of the stack? Does it tell something?
 unsafe extern "C" fn stored(_: c_uint, _: u32, address: u64, _: *mut c_void) {
     let ranges = match TASK.get() {
@@ -77,16 +108,17 @@ unsafe extern "C" fn stored(_: c_uint, _: u32, address: u64, _: *mut c_void) {
         _ => return,
     };
     if ranges.iter().any(|range| range.contains(&address)) {
-        let line = format!("@{} {address:#x}\n", COUNT.load(Ordering::Relaxed));
-        if let Ok(line) = CString::new(line) {
-            // SAFETY: a text that ends with 0.
-            unsafe { qemu_plugin_outs(line.as_ptr()) };
-        }
+        log(&format!("@{} {address:#x}", COUNT.load(Ordering::Relaxed)));
     }
 }
 
 /// QEMU has translated a block: what is to be done when it runs.
 unsafe extern "C" fn translated(_: PluginId, block: *mut Block) {
+    if GATE.get().is_some() {
+        let none = std::ptr::null_mut();
+        // SAFETY: QEMU's block, and a function of that type.
+        unsafe { qemu_plugin_register_vcpu_tb_exec_cb(block, entered, NO_REGISTERS, none) };
+    }
     // SAFETY: QEMU's block, and an index below its number of instructions.
     let all =
         unsafe { (0..qemu_plugin_tb_n_insns(block)).map(|n| qemu_plugin_tb_get_insn(block, n)) };
@@ -168,11 +200,20 @@ pub unsafe extern "C" fn qemu_plugin_install(
     let arguments: Vec<String> = (0..count.max(0) as usize).map(text).collect();
     let Some(task) = task(&arguments) else {
         eprintln!(
-            "stepwright's plugin knows watch; entry and out; stack and out; told and out; \
+            "stepwright's plugin knows watch and gate; entry and out; stack and out; told and out; \
              trap and out"
         );
         return -1;
     };
+    if let Some(path) = arguments.iter().find_map(|argument| argument.strip_prefix("gate=")) {
+        match UnixStream::connect(path) {
+            Ok(gate) => _ = GATE.set(Mutex::new(gate)),
+            Err(why) => {
+                eprintln!("stepwright's plugin finds no gate at {path}: {why}");
+                return -1;
+            }
+        }
+    }
     if TASK.set(task).is_err() {
         return -1;
     }

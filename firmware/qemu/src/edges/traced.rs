@@ -89,8 +89,9 @@ impl Reader for Log {
     }
 
     fn edges(&mut self) -> Vec<Edge> {
-        self.edges.truncate(self.untimed);
-        std::mem::take(&mut self.edges)
+        let untimed = self.edges.split_off(self.untimed);
+        self.untimed = 0;
+        std::mem::replace(&mut self.edges, untimed)
     }
 }
 

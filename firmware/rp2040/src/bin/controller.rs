@@ -37,7 +37,7 @@ fn main() -> ! {
     let (player, panel, mut line) = unsafe {
         chip::start();
         let line = Lines { uart: uart::Uart::start(), usb: Usb::start() };
-        (PioPlayer::new(), BoardPins::new(), line)
+        (PioPlayer::new(), BoardPins::new(RATE), line)
     };
     if let Some((engine, feeds)) = SINK.fill(player, &BOARD, BOUND) {
         let motors = OrderedMotors::new(engine, feeds, BOARD);

@@ -1,0 +1,99 @@
+// The player of streamed runs, for a host: node stream.cjs FOLDER-OF-ELVES [PORT]
+//
+// Without a port a test has its time in its hand. It says lines: `b HEX`, a byte for the UART; `u N`, go
+// on until N sixteenths of a µs since the beginning, which is answered by a line: bytes that were said, in
+// hexadecimal, `|`, and edges since, `TIME AXIS PIN LEVEL` with commas between them.
+//
+// With a port it is a board at a TCP port, in its own time, which goes slower than ours. A line that is
+// closed is the end: it says what it did.
+'use strict';
+const fs = require('fs');
+const net = require('net');
+const path = require('path');
+const { Machine } = require('./machine.cjs');
+
+const UNIT = 125 / 16;
+const BYTE = Math.round(125e6 / 11_520);
+const [, , folder, port] = process.argv;
+
+const m = new Machine(path.join(folder, 'rp2040-stream.elf'));
+let said = [];
+m.chip.uart[0].onByte = (byte) => said.push(byte);
+// Switches, emergency stop and fault outputs are pulled up.
+for (const pin of [11, 12, 13, 14, 15]) m.chip.gpio[pin].setInputValue(true);
+m.run(2_000_000);
+
+const seen = [[0, 0], [0, 0], [0, 0]];
+function edges() {
+  const all = [];
+  for (let axis = 0; axis < 3; axis++) {
+    const [steps, turns] = seen[axis];
+    for (const [time, level] of m.turns[axis].slice(turns)) all.push([time, axis, 'd', level]);
+    for (const [time] of m.edges[axis].slice(steps)) all.push([time, axis, 's', 1]);
+    seen[axis] = [m.edges[axis].length, m.turns[axis].length];
+  }
+  // DIR first, where both are of a cycle.
+  all.sort((a, b) => a[0] - b[0] || (a[2] === 'd' ? -1 : 1));
+  return all.map(([time, ...rest]) => [Math.round(time / UNIT), ...rest].join(' ')).join(',');
+}
+
+function lockStep() {
+  const buffer = Buffer.alloc(65536);
+  let text = '';
+  for (;;) {
+    const count = fs.readSync(0, buffer);
+    if (!count) return;
+    text += buffer.toString('latin1', 0, count);
+    const lines = text.split('\n');
+    text = lines.pop();
+    for (const line of lines) {
+      const [what, value] = line.split(' ');
+      if (what === 'b') m.chip.uart[0].feedByte(parseInt(value, 16));
+      else {
+        const end = Number(value) * UNIT;
+        if (end > m.time) m.run(end - m.time);
+        fs.writeSync(1, `${Buffer.from(said).toString('hex')}|${edges()}\n`);
+        said = [];
+      }
+    }
+  }
+}
+
+function overTcp() {
+  const server = net.createServer((socket) => {
+    const queue = [];
+    socket.setNoDelay(true);
+    socket.on('data', (bytes) => queue.push(...bytes));
+    const [begun, from] = [Date.now(), m.time];
+    let open = true;
+    socket.on('close', () => { open = false; });
+    socket.on('error', () => {});
+    const go = () => {
+      if (!open) {
+        const [took, own] = [(Date.now() - begun) / 1e3, (m.time - from) / 125e6];
+        const first = Math.min(...m.edges.map((edges) => edges.length ? edges[0][0] : Infinity));
+        const last = Math.max(...m.edges.map((edges) => edges.length ? edges.at(-1)[0] : 0));
+        console.log(JSON.stringify({
+          seconds: (last - first) / 125e6,
+          position: [0, 1, 2].map((axis) => m.net(axis)),
+          steps: m.edges.reduce((all, edges) => all + edges.length, 0),
+          slower: took / own,
+        }));
+        process.exit(0);
+      }
+      // Some bytes of its own time.
+      for (let n = 0; n < 8; n++) {
+        if (queue.length) m.chip.uart[0].feedByte(queue.shift());
+        m.run(BYTE);
+      }
+      if (said.length) socket.write(Buffer.from(said));
+      said = [];
+      setImmediate(go);
+    };
+    go();
+  });
+  server.listen(Number(port), '127.0.0.1', () => console.log(`port ${server.address().port}`));
+}
+
+if (port === undefined) lockStep();
+else overTcp();

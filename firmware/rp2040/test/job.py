@@ -1,7 +1,8 @@
 """A G-code job on a simulated Pico by the command: python job.py STEPWRIGHT FOLDER-OF-ELVES FILE BAUD [OPTION…]
 
-The Pico (stream.cjs) goes slower than real time, by its own clock; BAUD is what its 115,200 come to. Its pins
-have the last word: where the axes are, and how long the job took.
+The Pico (stream.cjs) goes slower than real time, by its own clock. Its line is to be faster than BAUD all the
+same: a host sends again what is not answered, and a line that is slower than that fills up. Its pins have the
+last word: where the axes are, and how long the job took.
 """
 
 import json

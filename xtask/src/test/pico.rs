@@ -52,8 +52,8 @@ fn streams(ws: &Workspace, programs: &Path) -> Result<()> {
     let mut job = Command::new(PIO.interpreter(ws));
     job.env("NODE_PATH", &modules).arg(script.join("job.py"));
     job.arg(ws.target.join("debug/stepwright")).arg(programs).arg(script.join("job.nc"));
-    // It goes some 5 times slower than real time, and 10 where others work as well.
-    carry_out(job.args(["11520", "--jerk", "10000mm/s3"]))
+    // It goes some 5 times slower than real time, and its line is faster than the command's all the same.
+    carry_out(job.args(["38400", "--jerk", "10000mm/s3"]))
 }
 
 /// The self-test's line is what the pins show, and the command takes it; one with an edge less it refuses.

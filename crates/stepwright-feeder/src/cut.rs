@@ -14,6 +14,7 @@
 
 use stepwright_stream::credit::Credit;
 use stepwright_stream::frame::{CUT, Kind};
+use stepwright_stream::send::QUEUED;
 
 use crate::axis::AxisFeed;
 use crate::clock::opening;
@@ -29,7 +30,7 @@ const MORE: u64 = 4_000;
 const LESS: u64 = 1_000;
 /// Frames behind a cut that are short.
 const SHORT: u8 = 4;
-/// From the computer to the board, in µs, with bytes that wait before the wire.
+/// From the computer to the board, in µs, with bytes of [`QUEUED`] that wait before the wire.
 const WAY: u64 = 7_000;
 
 /// From where on other steps can come.
@@ -107,7 +108,7 @@ impl StreamFeeder {
             over: self.over,
             ended: self.ended,
         };
-        let soonest = here + self.clock.ticks(self.margin);
+        let soonest = here + self.clock.ticks(self.margin + self.behind(now));
         let keep = (self.gone..)
             .zip(&self.marks)
             .find(|(_, mark)| opening(mark.start) >= soonest)
@@ -124,6 +125,7 @@ impl StreamFeeder {
         self.steps.truncate(kept);
         (self.known, self.over, self.ended) = (end, false, false);
         self.cutting = Some(Box::new(Cutting { keep, frees, end, until, sent: false, before }));
+        self.pace.changed = true;
         let time = (end as f64 - fine(LEAD) as f64) / self.units();
         Some(Cut { time, steps: self.dropped + kept as u64 })
     }
@@ -137,6 +139,11 @@ impl StreamFeeder {
     /// Whether the board has not taken the last cut yet.
     pub fn is_cutting(&self) -> bool {
         self.cutting.is_some()
+    }
+
+    /// µs of bytes before the wire, beyond those that there are at most as a rule.
+    fn behind(&self, now: u64) -> u64 {
+        self.sender.waiting(now).saturating_sub(QUEUED)
     }
 
     /// The soonest time from which on all axes can be told something else.
@@ -180,13 +187,14 @@ impl StreamFeeder {
 
     /// Hands the cut to the sender, with what comes behind it. Whether other frames may follow.
     pub(crate) fn offer_cut(&mut self, packed: bool, now: u64) -> bool {
+        let behind = self.clock.ticks(self.behind(now));
         let Some(cutting) = self.cutting.as_mut().filter(|cutting| !cutting.sent) else {
             return true;
         };
         if self.frames.is_empty() && !packed || !self.sender.has_room() {
             return false;
         }
-        if self.clock.at(now).is_some_and(|here| here > cutting.until) {
+        if self.clock.at(now).is_some_and(|here| here + behind > cutting.until) {
             self.uncut();
             return false;
         }

@@ -17,6 +17,7 @@
 mod axis;
 mod clock;
 mod cut;
+mod pace;
 
 use std::collections::VecDeque;
 
@@ -24,6 +25,7 @@ use axis::{AxisFeed, AxisMark};
 use clock::BoardClock;
 pub use cut::Cut;
 use cut::Cutting;
+use pace::Pace;
 use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::credit::{Answered, Credit, CreditReader};
 use stepwright_stream::fit::FitTerms;
@@ -105,7 +107,9 @@ const SPAN: u64 = 8_000;
 /// An axis without steps for at least this long is told to wait, in µs.
 const PATIENCE: u64 = 40_000;
 /// Of what comes after a cut this much goes before all else is planned, in µs.
-const FIRST: u64 = 100_000;
+const FIRST: u64 = 150_000;
+/// Behind a change, with this much ahead of the board, in µs, all is as before.
+const ENOUGH: u64 = 150_000;
 /// With less than this ahead, in µs, steps keep to their times less closely: by this many ns.
 const SHORT: [(u64, u32); 2] = [(60_000, 25_000), (130_000, 10_000)];
 /// Without progress for this long, in µs, the board is lost.
@@ -173,6 +177,7 @@ pub struct StreamFeeder {
     clock: BoardClock,
     /// A cut that the board has not taken yet.
     cutting: Option<Box<Cutting>>,
+    pace: Pace,
     /// The last cut came too late; and how long before a frame is opened it is to come, in µs.
     late: bool,
     margin: u64,
@@ -219,6 +224,7 @@ impl StreamFeeder {
             dropped: 0,
             clock: BoardClock::new(terms.hz),
             cutting: None,
+            pace: Pace::default(),
             late: false,
             margin: cut::MARGIN,
             over: false,
@@ -393,6 +399,8 @@ impl StreamFeeder {
         }
         let packed = self.pack();
         self.offer(packed, now);
+        self.pace.changed &= !self.has_enough();
+        self.sender.queue(self.pace.look(now, self.sender.again()));
         let mut frame = [0; MOST];
         loop {
             match self.sender.next(now, &mut frame) {
@@ -467,6 +475,13 @@ impl StreamFeeder {
             mark.cost = cost;
         }
         self.offered += 1;
+    }
+
+    /// Whether the board has taken enough to be left alone for a while.
+    fn has_enough(&self) -> bool {
+        let next = self.offered.saturating_sub(self.sender.data()).saturating_sub(self.gone);
+        let taken = self.marks.get(next as usize).map_or(self.played, |mark| mark.start);
+        !self.is_cutting() && taken >= self.played + fine(self.terms.ticks(ENOUGH))
     }
 
     /// With little ahead of the board, records keep to their steps less closely, and are fewer.

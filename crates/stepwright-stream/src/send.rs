@@ -2,7 +2,8 @@
 //!
 //! Up to [`WINDOW`] frames are under way. Those of data never have more bytes than the board's FIFO
 //! had free when it told last, and no more is handed to the wire than it sends in [`QUEUED`] µs, so
-//! that what is urgent is not behind much. When the board says that it is deaf, or nothing has gone
+//! that what is urgent is not behind much; in more where the board [has little
+//! ahead](FrameSender::queue). When the board says that it is deaf, or nothing has gone
 //! forward for some time, four [`FILL`] call it, and all frames that it has not taken are sent again.
 
 use crate::credit::Credit;
@@ -10,7 +11,7 @@ use crate::frame::{CUT, FILL, FrameBytes, Kind, LONGEST, MOST};
 use crate::record::NOTHING;
 
 /// Frames under way.
-pub const WINDOW: usize = 8;
+pub const WINDOW: usize = 16;
 /// µs of bytes that wait before the wire.
 pub const QUEUED: u64 = 3_000;
 
@@ -111,8 +112,9 @@ pub struct FrameSender {
     calls: bool,
     /// A ping has not been answered.
     pinged: bool,
-    /// When the wire has sent all, in ns.
+    /// When the wire has sent all, in ns; and µs of bytes that may wait before it.
     wire: u64,
+    queued: u64,
     /// When something last went forward, was called, and was sent.
     forward: u64,
     called: u64,
@@ -136,6 +138,7 @@ impl FrameSender {
             calls: true,
             pinged: false,
             wire: 0,
+            queued: QUEUED,
             forward: 0,
             called: 0,
             said: 0,
@@ -176,6 +179,22 @@ impl FrameSender {
     /// µs since something last went forward.
     pub fn stuck(&self, now: u64) -> u64 {
         if self.have == 0 { 0 } else { now.saturating_sub(self.forward) }
+    }
+
+    /// From now on bytes of so many µs may wait before the wire: a computer that is away for a while has
+    /// handed over more then, and what is urgent comes later.
+    pub fn queue(&mut self, micros: u64) {
+        self.queued = micros;
+    }
+
+    /// µs of bytes that wait before the wire.
+    pub fn waiting(&self, now: u64) -> u64 {
+        self.wire.saturating_sub(now.saturating_mul(1_000)) / 1_000
+    }
+
+    /// Frames of data, and cuts that bring some, that the board has not taken.
+    pub fn data(&self) -> u64 {
+        self.held.iter().take(self.have.into()).filter(|held| held.cost() != 0).count() as u64
     }
 
     /// Hands over the next frame; false if there is no room, or its payload is too long.
@@ -286,7 +305,7 @@ impl FrameSender {
     /// What may be handed to the wire now, written to `out`: how many bytes, 0 if nothing. To be asked
     /// again until there is nothing, whenever bytes came, and every millisecond.
     pub fn next(&mut self, now: u64, out: &mut [u8; MOST]) -> usize {
-        if self.wire > now.saturating_add(QUEUED).saturating_mul(1_000) {
+        if self.waiting(now) > self.queued {
             return 0;
         }
         let since = self.forward.max(self.called);

@@ -24,9 +24,10 @@
 //! are met again.
 //! What is later than [`BEHIND`] slips: from there on the schedule is that much later.
 //!
-//! **An empty queue** in the middle of a travel is asked again at the next deadline. What
-//! has come by then is on time. If nothing has, that is one late step, and what comes
-//! then is played from there on: a motor that has stood still is not asked to catch up.
+//! **An empty queue** in the middle of a travel is asked again at the next deadline, and where that is
+//! far, except on an AVR, 4,096 ticks before it, too: what has come by then need not be fetched while its
+//! step waits. What has come by the deadline is on time. If nothing has, that is one late step, and what
+//! comes then is played from there on: a motor that has stood still is not asked to catch up.
 //!
 //! On an AVR the controller has step interrupts in assembly, which do the same.
 

@@ -3,7 +3,7 @@
 use super::track::{State, Track};
 use super::{BEHIND, Engine, FACE, POLL, STEP, TURN, Timing};
 use crate::drive::Drive;
-use crate::format::Wait;
+use crate::format::{EARLY, Wait};
 use crate::late::late_after;
 use crate::queue::Source;
 use crate::timer::{Count, StepTimer};
@@ -57,7 +57,10 @@ impl<C: Count> Track<C> {
     /// that is not known: then the wait before it tells.
     #[inline(never)]
     pub(super) fn judge(&mut self, terms: &mut Terms, wait: Wait, edge: C) {
-        let ahead = C::of(self.due).since(edge);
+        let mut ahead = C::of(self.due).since(edge);
+        if EARLY != 0 {
+            ahead = ahead.wrapping_add(self.early() as i32);
+        }
         let room = self.room as i32;
         let left = if wait == 0 { ahead.wrapping_add(2 * room) } else { ahead };
         // Where half an interval is less than the µs, with the next deadline.

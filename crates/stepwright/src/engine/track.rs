@@ -4,7 +4,7 @@ use super::late::Terms;
 use super::{FACE, Playing, STEP, TURN};
 use crate::drive::Drive;
 use crate::entry::Play;
-use crate::format::{self, Alike, Half, Wait};
+use crate::format::{self, Alike, EARLY, Half, Wait};
 use crate::queue::{Loaded, Source};
 use crate::timer::Count;
 use crate::units::Ticks;
@@ -26,7 +26,7 @@ pub(super) enum State {
 #[derive(Clone, Debug)]
 #[cfg_attr(not(feature = "compact"), repr(C))] // bytes near the beginning take fewer instructions
 pub(super) struct Track<C: Count> {
-    /// Time of the next event.
+    /// Time of the next event, or of an [`early`] look at the queue.
     pub due: C::Fine,
     /// Ticks to wait beyond `due`, for the sake of the minimum interval or the hold time.
     pub push: Ticks,
@@ -68,7 +68,10 @@ impl Glance {
                 let next = (self.wait >> 16) as Ticks;
                 Playing::Left(left.saturating_add(next).saturating_add(self.play.waits(self.alike)))
             }
-            State::Starved | State::Late => Playing::Dry(left),
+            State::Starved | State::Late => {
+                let early = early(self.state, self.wait) as i32;
+                Playing::Dry(self.left.saturating_add(early).max(0) as Ticks)
+            }
         }
     }
 }
@@ -189,14 +192,16 @@ impl<C: Count> Track<C> {
         }
     }
 
-    /// A queue was empty, and what was to follow is due: whether there is something now.
+    /// A queue was empty, and what was to follow is due, or nearly so: whether there is something now
+    /// that is due.
     #[cold]
     #[inline(never)]
     pub fn ask_again(&mut self, source: &mut impl Source, terms: &mut Terms) -> bool {
-        let counted = self.state == State::Late;
+        let (counted, early) = (self.state == State::Late, self.early());
+        self.due = C::delayed(self.due, early);
         self.wait = 0;
         self.go_on_aside(source, &mut terms.news);
-        if self.state == State::Starved {
+        if self.state == State::Starved && early == 0 {
             self.state = State::Late;
             self.due = C::delayed(self.due, terms.poll);
             if !counted {
@@ -204,7 +209,13 @@ impl<C: Count> Track<C> {
             }
         }
         terms.news |= self.state == State::Idle;
-        self.state == State::Play
+        self.state == State::Play && early == 0
+    }
+
+    /// Ticks from `due` to what is to follow.
+    #[inline(always)]
+    pub fn early(&self) -> Ticks {
+        early(self.state, self.wait)
     }
 
     /// Plays the event, whose time has come, at `edge`.
@@ -337,11 +348,23 @@ impl<C: Count> Track<C> {
             match source.load(&mut self.play) {
                 Loaded::Entry if S::IS_QUEUE => *news = true,
                 Loaded::Entry => {}
-                Loaded::Late => return self.state = State::Starved,
+                Loaded::Late => {
+                    self.state = State::Starved;
+                    self.due = C::delayed(self.due, self.early().wrapping_neg());
+                    return;
+                }
                 Loaded::End => return self.state = State::Idle,
             }
         }
     }
+}
+
+/// Ticks from an early look at an empty queue to what is to follow behind this wait, if there is to be one:
+/// fetched when it is due, a step that is far would come later than others.
+#[inline(always)]
+fn early(state: State, wait: Wait) -> Ticks {
+    let far = state == State::Starved && wait >> 16 >= 4 * Wait::from(EARLY);
+    if far { EARLY } else { 0 }
 }
 
 /// Half of a wait, in ticks.

@@ -34,6 +34,9 @@ pub(crate) const fn count(groups: Groups) -> u32 {
     if groups == 0 { 256 } else { groups as u32 }
 }
 
+/// No empty queue is asked early.
+pub(crate) const EARLY: Ticks = 0;
+
 /// The wait of this event alone.
 #[inline(always)]
 pub(crate) fn joined(wait: Wait, _: &mut Play, _: Ticks) -> Wait {

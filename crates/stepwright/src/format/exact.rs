@@ -30,6 +30,10 @@ pub(crate) const fn count(groups: Groups) -> u32 {
     groups
 }
 
+/// Ticks before a step that is far at which an empty queue is asked again: enough to fetch the step at any
+/// rate of a counter, and few of a planner's horizon.
+pub(crate) const EARLY: Ticks = 4_096;
+
 /// The wait of this event, and of those after it that are waits of the same length: less than
 /// `hop` ticks in all, as a wide counter need not wait in pieces.
 #[inline(always)]

@@ -13,6 +13,7 @@
 //! | `src/bin/stream.rs` | streamed runs |
 //! | `src/bin/laws.rs`, `cycles.rs` | Austin's laws and motor cycles over the line |
 //! | `src/bin/awaits.rs` | moves that are awaited, and can't panic |
+//! | `src/bin/planned.rs` | planned motors in a program of one's own: lines and moves |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |
 //! | `src/bin/urgent.rs` | how long does a more urgent interrupt wait? |
 //! | `src/bin/selftest.rs` | plays seeded orders, looks at its own STEP, says a line |

@@ -14,7 +14,7 @@
 //! | `src/bin/controller.rs` | the serial controller |
 //! | `src/bin/stream.rs` | streamed runs |
 //! | `src/bin/laws.rs`, `cycles.rs` | Austin's laws and motor cycles over the line |
-//! | `src/bin/planned.rs` | planned motors in a program of one's own |
+//! | `src/bin/planned.rs` | planned motors in a program of one's own: lines and moves |
 //! | `src/bin/port_test.rs` | does the timer keep the contract? |
 //! | `src/bin/urgent.rs` | how long does a more urgent interrupt wait? |
 //!

@@ -1,15 +1,17 @@
-//! Planned motors in a program of one's own: a line there and back, a move beside another, a line along one
-//! axis, and a move alone. Linked as the controller is: it can't panic.
+//! Planned motors in a program of one's own: lines and moves. Linked as the controller is: it can't panic.
 #![no_std]
 #![no_main]
 
 use riscv::interrupt::Interrupt;
-use stepwright::{Axis, Control, MoveError, SharedEngine, Steppers};
+use stepwright::{Control, MoveError, SharedEngine, Steppers};
 use stepwright_device::main_loop::SerialPort;
 use stepwright_virt::board::BOARD;
 use stepwright_virt::pins::StepPins;
 use stepwright_virt::timer::{self, StepInterrupt, Timer};
 use stepwright_virt::uart::Uart;
+
+#[path = "../../../qemu/chip/planned.rs"]
+mod planned;
 
 static ENGINE: SharedEngine<Timer, StepPins, StepInterrupt, 3> = SharedEngine::empty();
 
@@ -39,22 +41,11 @@ fn main() -> ! {
 }
 
 fn moves(motors: &mut Steppers<'_, impl Control, 3>) -> Result<(), MoveError> {
-    for target in [400, 100] {
-        motors.move_line_to([(Axis::X, target), (Axis::Y, -target / 2)])?;
-        rest(motors);
+    for number in 0..planned::ORDERS {
+        planned::order(motors, number)?;
+        while motors.any_moving() {
+            motors.poll();
+        }
     }
-    motors.move_to(Axis::X, -300)?;
-    motors.move_to(Axis::Z, 250)?;
-    rest(motors);
-    motors.move_line_to([(Axis::X, 0)])?;
-    rest(motors);
-    motors.move_to(Axis::X, -200)?;
-    rest(motors);
     Ok(())
-}
-
-fn rest(motors: &mut Steppers<'_, impl Control, 3>) {
-    while motors.any_moving() {
-        motors.poll();
-    }
 }

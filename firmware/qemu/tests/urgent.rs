@@ -89,7 +89,10 @@ fn a_more_urgent_interrupt_does_not_wait() {
         waits.sort_by(f64::total_cmp);
         let (count, longest) = (waits.len(), waits[waits.len() - 1]);
         let long = waits.iter().filter(|wait| **wait > MOST).count();
-        println!("{}: {count} waits, {long} too long, the longest {longest:.1} instructions", board.name);
+        println!(
+            "{}: {count} waits, {long} too long, the longest {longest:.1} instructions",
+            board.name
+        );
         assert!(count > 10_000, "{}: {count} waits", board.name);
         let within = waits[count - 1 - count / spared];
         assert!(within <= MOST, "{}: {within:.1}, {longest:.1} instructions", board.name);

@@ -181,7 +181,7 @@ impl FrameSender {
         if self.have == 0 { 0 } else { now.saturating_sub(self.forward) }
     }
 
-    /// From now on bytes of so many µs may wait before the wire: a computer that is away for a while has
+    /// From now on bytes of this many µs may wait before the wire: a computer that is away for a while has
     /// handed over more then, and what is urgent comes later.
     pub fn queue(&mut self, micros: u64) {
         self.queued = micros;

@@ -61,14 +61,16 @@ const SOURCES: [&str; 24] = [
     "xtask/src/shrink.rs",
 ];
 
-/// All that the Pico's controller is built from.
-const PICO_SOURCES: [&str; 20] = [
+/// All that the Pico's are built from.
+const PICO_SOURCES: [&str; 22] = [
     "crates/stepwright/Cargo.toml",
     "crates/stepwright/src",
     "crates/stepwright-device/Cargo.toml",
     "crates/stepwright-device/src",
     "crates/stepwright-protocol/Cargo.toml",
     "crates/stepwright-protocol/src",
+    "crates/stepwright-selftest/Cargo.toml",
+    "crates/stepwright-selftest/src",
     "crates/stepwright-sink/Cargo.toml",
     "crates/stepwright-sink/src",
     "crates/stepwright-stream/Cargo.toml",
@@ -85,8 +87,12 @@ const PICO_SOURCES: [&str; 20] = [
     "xtask/src/small.rs",
 ];
 
-/// Its name.
+/// How their names begin.
 const PICO: &str = "pico";
+
+/// Its programs that are carried, and the names of their images.
+const PICO_PROGRAMS: [(&str, &str); 3] =
+    [("controller", PICO), ("stream", "pico-stream"), ("selftest", "pico-selftest")];
 
 impl Image {
     /// Builds and writes, or compares.
@@ -111,11 +117,13 @@ impl Image {
         }
         setup::ensure(qemu::BUILD_NEEDS)?;
         let elves = SmallBoard::named(ws, "rp2040")?.build(ws)?;
-        let controller = elves.iter().find(|elf| elf.ends_with("rp2040-controller.elf"));
-        let elf = fs::read(controller.context("the Pico's controller was not built")?)?;
-        let built = elf::flat(&elf, PICO_FLASH)?;
-        fs::write(pico(ws), &built)?;
-        println!("{}  {} bytes", pico(ws).display(), built.len());
+        for (program, name) in PICO_PROGRAMS {
+            let elf = elves.iter().find(|elf| elf.ends_with(format!("rp2040-{program}.elf")));
+            let elf = elf.with_context(|| format!("the Pico's {program} was not built"))?;
+            let (built, place) = (elf::flat(&fs::read(elf)?, PICO_FLASH)?, pico(ws, name));
+            fs::write(&place, &built)?;
+            println!("{}  {} bytes", place.display(), built.len());
+        }
         Ok(fs::write(digests, lines + &pico_digests(ws)?)?)
     }
 }
@@ -123,9 +131,9 @@ impl Image {
 /// Where a Pico has its flash.
 const PICO_FLASH: u32 = 0x1000_0000;
 
-/// The Pico's image.
-fn pico(ws: &Workspace) -> PathBuf {
-    folder(ws).join(PICO).with_extension("bin")
+/// An image of the Pico's.
+fn pico(ws: &Workspace, name: &str) -> PathBuf {
+    folder(ws).join(name).with_extension("bin")
 }
 
 /// Those that are carried.
@@ -180,10 +188,13 @@ fn digests(ws: &Workspace) -> Result<String> {
 }
 
 fn pico_digests(ws: &Workspace) -> Result<String> {
-    let mut image = Digest::NEW;
-    image.add(&fs::read(pico(ws)).unwrap_or_default());
-    let sources = digest(ws, &PICO_SOURCES)?;
-    Ok(format!("{PICO}-sources {sources:016x}\n{PICO} {:016x}\n", image.value()))
+    let mut text = format!("{PICO}-sources {:016x}\n", digest(ws, &PICO_SOURCES)?);
+    for (_, name) in PICO_PROGRAMS {
+        let mut image = Digest::NEW;
+        image.add(&fs::read(pico(ws, name)).unwrap_or_default());
+        let _ = writeln!(text, "{name} {:016x}", image.value());
+    }
+    Ok(text)
 }
 
 /// Of all these files.

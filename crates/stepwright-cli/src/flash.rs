@@ -35,7 +35,8 @@ Examples:
   stepwright flash mega --program cycles --port /dev/ttyACM0
   stepwright flash uno --port /dev/ttyACM0 --dry-run
   stepwright flash pico
-  stepwright flash pico --drive /media/me/RPI-RP2")]
+  stepwright flash pico --drive /media/me/RPI-RP2
+  stepwright flash pico --program selftest")]
 pub struct Args {
     /// Which board it is
     board: Board,
@@ -239,6 +240,7 @@ fn seen_with(program: FlashProgram, port: &str) -> String {
         }
         FlashProgram::PowerTerm => format!("stepwright move 400 --law power --port {port}"),
         FlashProgram::Stream => format!("stepwright gcode FILE --port {port}"),
+        FlashProgram::Selftest => format!("stepwright selftest --port {port}"),
     }
 }
 

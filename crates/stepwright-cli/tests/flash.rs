@@ -169,9 +169,14 @@ fn a_pico_is_written_through_its_drive() {
     ended.assert_error(&format!("{path} is no Pico's drive: Board-ID: SAMD21G18A"));
     fs::remove_dir_all(&folder.0).unwrap();
 
+    for program in ["stream", "selftest"] {
+        let ended = flash(&["--program", program, "--dry-run"]);
+        assert!(ended.stdout.starts_with(&format!("image       pico {program}, ")), "{ended:?}");
+    }
     let ended = flash(&["--program", "timed"]);
     assert_eq!(ended.code(), Some(2), "{ended:?}");
     ended.assert_error("there is no program timed for a pico");
+    assert!(ended.stderr.contains("--program is one of slave, stream, selftest"), "{ended:?}");
     let ended = flash(&["--port", "/dev/x"]);
     assert_eq!(ended.code(), Some(2), "{ended:?}");
     ended.assert_error("a Pico is written through its drive");

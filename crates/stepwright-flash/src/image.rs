@@ -49,6 +49,8 @@ pub enum FlashProgram {
     PowerTerm,
     /// What a host streams: `stepwright gcode FILE --port`
     Stream,
+    /// A Pico's test of itself: `stepwright selftest`
+    Selftest,
 }
 
 /// For which boards, which program, the image.
@@ -182,35 +184,59 @@ fn hash(bytes: &[u8]) -> String {
     })
 }
 
-/// The controller for a Raspberry Pi Pico, whose boot loader is a drive.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct PicoFirmware;
+/// A firmware for a Raspberry Pi Pico, whose boot loader is a drive.
+#[derive(Clone, Copy, Debug)]
+pub struct PicoFirmware {
+    /// As it lies in the flash, from [`PicoFirmware::ADDRESS`] on.
+    bytes: &'static [u8],
+}
 
-/// As it lies in the flash, from [`PicoFirmware::ADDRESS`] on.
-const PICO: &[u8] = include_bytes!("../images/pico.bin");
+/// Which program, the image.
+const PICO: [(FlashProgram, &[u8]); 3] = [
+    (FlashProgram::Slave, include_bytes!("../images/pico.bin")),
+    (FlashProgram::Stream, include_bytes!("../images/pico-stream.bin")),
+    (FlashProgram::Selftest, include_bytes!("../images/pico-selftest.bin")),
+];
 
 /// What its flash holds.
 const PICO_ROOM: usize = 2 << 20;
 
-const _: () = assert!(PICO.len() <= PICO_ROOM, "a Pico's flash is smaller");
+const _: () = {
+    let mut n = 0;
+    while n < PICO.len() {
+        assert!(PICO[n].1.len() <= PICO_ROOM, "a Pico's flash is smaller");
+        n += 1;
+    }
+};
 
 impl PicoFirmware {
     /// Where an RP2040 has its flash.
     pub const ADDRESS: u32 = 0x1000_0000;
 
+    /// The program for a Pico, if there is one.
+    pub fn of(program: FlashProgram) -> Option<PicoFirmware> {
+        let found = PICO.iter().find(|row| row.0 == program);
+        found.map(|row| PicoFirmware { bytes: row.1 })
+    }
+
+    /// The programs that there are for a Pico.
+    pub fn programs() -> impl Iterator<Item = FlashProgram> {
+        PICO.iter().map(|row| row.0)
+    }
+
     /// Its bytes.
     pub fn bytes(self) -> &'static [u8] {
-        PICO
+        self.bytes
     }
 
     /// Their SHA-256, in hexadecimal digits.
     pub fn hash(self) -> String {
-        hash(PICO)
+        hash(self.bytes)
     }
 
     /// The UF2 file of it.
     pub fn uf2(self) -> Vec<u8> {
-        uf2::blocks(PICO, Self::ADDRESS, uf2::RP2040)
+        uf2::blocks(self.bytes, Self::ADDRESS, uf2::RP2040)
     }
 
     /// Copies it to a drive, and waits until the board has taken it. `done` gets the bytes of the file that
@@ -234,6 +260,7 @@ impl FlashProgram {
             FlashProgram::Transitions => "transitions",
             FlashProgram::PowerTerm => "power-term",
             FlashProgram::Stream => "stream",
+            FlashProgram::Selftest => "selftest",
         }
     }
 }

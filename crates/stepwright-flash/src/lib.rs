@@ -17,8 +17,10 @@
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! use stepwright_flash::{PicoFirmware, drive::BootDrive};
-//! PicoFirmware.write(&BootDrive::find()?, |_| ())?;
+//! use stepwright_flash::{FlashProgram, PicoFirmware, drive::BootDrive};
+//! if let Some(firmware) = PicoFirmware::of(FlashProgram::Stream) {
+//!     firmware.write(&BootDrive::find()?, |_| ())?;
+//! }
 //! # Ok(())
 //! # }
 //! ```

@@ -5,10 +5,14 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
-use stepwright_flash::PicoFirmware;
 use stepwright_flash::drive::{BootDrive, DriveError};
+use stepwright_flash::{FlashProgram, PicoFirmware};
 
 const INFO: &str = "UF2 Bootloader v3.0\r\nModel: Raspberry Pi RP2\r\nBoard-ID: RPI-RP2\r\n";
+
+fn pico() -> PicoFirmware {
+    PicoFirmware::of(FlashProgram::Stream).unwrap()
+}
 
 fn drive(info: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -53,9 +57,9 @@ fn the_flash_is_the_image_and_the_board_restarts() {
     let folder = drive(INFO);
     let board = boot_loader(folder.path().into());
     let mut done = 0;
-    PicoFirmware.write(&BootDrive::at(folder.path()).unwrap(), |bytes| done = bytes).unwrap();
+    pico().write(&BootDrive::at(folder.path()).unwrap(), |bytes| done = bytes).unwrap();
     let flash = board.join().unwrap();
-    let bytes = PicoFirmware.bytes();
+    let bytes = pico().bytes();
     assert_eq!(done, bytes.len().div_ceil(256) * 512);
     assert_eq!(flash[..bytes.len()], *bytes);
     assert!(flash[bytes.len()..].iter().all(|byte| *byte == 0));
@@ -64,7 +68,7 @@ fn the_flash_is_the_image_and_the_board_restarts() {
 /// The image begins with a boot stage whose last four bytes are its CRC, and with a stack and a start.
 #[test]
 fn the_image_is_a_program_that_the_chip_begins() {
-    let bytes = PicoFirmware.bytes();
+    let bytes = pico().bytes();
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     // By the RP2040's datasheet, "Checksum": polynomial 0x04C11DB7, begun with ones, nothing reflected.
     let crc = bytes[..252].iter().fold(u32::MAX, |crc, byte| {
@@ -131,6 +135,6 @@ fn a_drive_that_takes_no_file_says_so() {
     // A folder in the file's place.
     fs::create_dir(folder.path().join("STEPWRIGHT.UF2")).unwrap();
     let there = BootDrive::at(folder.path()).unwrap();
-    let error = PicoFirmware.write(&there, |_| ()).unwrap_err();
+    let error = pico().write(&there, |_| ()).unwrap_err();
     assert!(error.to_string().starts_with("can't write "), "{error}");
 }

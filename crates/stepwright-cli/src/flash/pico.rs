@@ -15,20 +15,21 @@ const BOOTSEL: &str = "hold BOOTSEL while you plug the Pico in: it is a drive RP
 
 /// Copies the firmware, and says what was copied.
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    if args.program != FlashProgram::Slave {
-        let program = args.program.name();
-        return Err(Failure::usage(format!("there is no program {program} for a pico"))
-            .hint("--program is one of slave"));
-    }
+    let program = args.program.name();
+    let firmware = PicoFirmware::of(args.program).ok_or_else(|| {
+        let there: Vec<_> = PicoFirmware::programs().map(FlashProgram::name).collect();
+        Failure::usage(format!("there is no program {program} for a pico"))
+            .hint(format!("--program is one of {}", there.join(", ")))
+    })?;
     if args.port.is_some() {
         return Err(Failure::usage(
             "a Pico is written through its drive, and --port is a serial port's",
         )
         .hint("leave --port out; --drive PATH says which drive, if there are several"));
     }
-    let (bytes, hash) = (PicoFirmware.bytes().len(), PicoFirmware.hash());
+    let (bytes, hash) = (firmware.bytes().len(), firmware.hash());
     if args.format == Format::Text {
-        say::result(format_args!("image       pico slave, {bytes} bytes, SHA-256 {hash}"));
+        say::result(format_args!("image       pico {program}, {bytes} bytes, SHA-256 {hash}"));
     }
     let found = match &args.drive {
         Some(path) => BootDrive::at(path),
@@ -39,8 +40,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let drive = if args.dry_run { found.ok() } else { Some(found?) };
     if let Some(drive) = drive.as_ref().filter(|_| !args.dry_run) {
         let mut line = Line::new();
-        let all = PicoFirmware.uf2().len();
-        let written = PicoFirmware.write(drive, |done| {
+        let all = firmware.uf2().len();
+        let written = firmware.write(drive, |done| {
             let text = format!("writing {} %", 100 * done / all);
             line.show(&[&text], &text, false);
         });
@@ -51,7 +52,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     match args.format {
         Format::Json => say::json(json!({
             "board": "pico",
-            "program": "slave",
+            "program": program,
             "bytes": bytes,
             "sha256": hash,
             "drive": path,
@@ -67,7 +68,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         Format::Text => {
             let path = path.unwrap_or_default();
             say::result(format_args!("written     to {path}, and the board has restarted"));
-            say::note("try it with: stepwright ports, then stepwright status --port PATH");
+            let seen = super::seen_with(args.program, "PATH");
+            say::note(format_args!("try it with: stepwright ports, then {seen}"));
         }
     }
     Ok(())

@@ -35,10 +35,7 @@ pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
         let seen = pty
             .wait(!waiting.is_empty(), if hurry { Duration::ZERO } else { SLICE })
             .map_err(failed)?;
-        board.catch_up();
-        for byte in seen.bytes {
-            board.receive(byte);
-        }
+        board.receive_since(&seen.bytes);
         waiting.extend(board.board.take_answers());
         waiting.truncate(WAITING);
         if hurry {

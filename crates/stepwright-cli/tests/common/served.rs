@@ -140,9 +140,11 @@ pub fn answered(mut stream: TcpStream) -> (u16, Value) {
     (status, serde_json::from_str(body).unwrap_or(Value::Null))
 }
 
-/// The next message of a kind.
+/// The next message of a kind. Others come all the time.
 pub fn next(live: &mut WebSocket<TcpStream>, kind: &str) -> Value {
+    let begun = Instant::now();
     loop {
+        assert!(begun.elapsed() < LIMIT, "there is no message of the kind {kind} any more");
         if let Message::Text(text) = live.read().unwrap() {
             let message: Value = serde_json::from_str(&text).unwrap();
             if message["type"] == kind {

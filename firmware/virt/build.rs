@@ -7,6 +7,8 @@ fn main() {
         // `link.x` is of `riscv-rt`.
         println!("cargo:rustc-link-arg-bins=-Tmemory.x");
         println!("cargo:rustc-link-arg-bins=-Tlink.x");
+        // For its macros: which registers an interrupt saves.
+        println!("cargo:rustc-env=RISCV_RT_BASE_ISA=rv32i");
     }
     for file in ["build.rs", "memory.x"] {
         println!("cargo:rerun-if-changed={file}");

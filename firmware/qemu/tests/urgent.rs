@@ -60,7 +60,8 @@ fn carry_out(
 #[test]
 fn the_controller_never_masks_all_interrupts_for_long() {
     for board in CONTROLLERS {
-        let trap = symbol(board, "controller", "_start_trap").map_or(0, |trap| trap.start);
+        let trap =
+            symbol(board, "controller", "_start_MachineTimer_trap").map_or(0, |trap| trap.start);
         assert_eq!(trap != 0, std::ptr::eq(board, &VIRT));
         let stretches = carry_out(board, "controller", &format!("trap={trap}"), &[]);
         let (longest, end) = stretches.last().expect("it masks where it fills the engine");
@@ -69,32 +70,23 @@ fn the_controller_never_masks_all_interrupts_for_long() {
     }
 }
 
-/// On RISC-V one in some 40,000 waits for the end of a visit and for the beginning of the next: QEMU 7.2 takes
-/// the timer's interrupt first where both are pending, the privileged architecture an external one.
+/// On RISC-V one may wait for the end of a visit and for the beginning of the next: QEMU 7.2 takes the timer's
+/// interrupt first where both are pending, the privileged architecture an external one.
 #[test]
 fn a_more_urgent_interrupt_does_not_wait() {
-    // Units of a wait in a microsecond, for QEMU the clock that its timers have, and one of how many may wait
-    // for longer.
-    for (board, units, words, spared) in [
-        (&NRF51, NRF51.mhz(), &[][..], usize::MAX),
-        (&VIRT, 1e3 / 16.0, &["-rtc", "clock=vm"], 4_000),
-    ] {
+    // Units of a wait in a microsecond, and for QEMU the clock that its timers have.
+    for (board, units, words) in
+        [(&NRF51, NRF51.mhz(), &[][..]), (&VIRT, 1e3 / 16.0, &["-rtc", "clock=vm"])]
+    {
         let told = symbol(board, "urgent", "WAITS").unwrap();
         let task = format!("told={}-{}", told.start, told.start + 1024);
         let mut waits = carry_out(board, "urgent", &task, words);
         // The start-up code clears them, word by word.
         assert!((0..).zip(waits.drain(..256)).all(|(word, (at, _))| at == 4 * word));
-        let waits = waits.iter().map(|(wait, _)| *wait as f64 / units / Pace::Chip.micros());
-        let mut waits: Vec<f64> = waits.collect();
-        waits.sort_by(f64::total_cmp);
-        let (count, longest) = (waits.len(), waits[waits.len() - 1]);
-        let long = waits.iter().filter(|wait| **wait > MOST).count();
-        println!(
-            "{}: {count} waits, {long} too long, the longest {longest:.1} instructions",
-            board.name
-        );
+        let longest = waits.iter().map(|(wait, _)| *wait).max().unwrap_or(0);
+        let (count, longest) = (waits.len(), longest as f64 / units / Pace::Chip.micros());
+        println!("{}: {count} waits, the longest {longest:.1} instructions", board.name);
         assert!(count > 10_000, "{}: {count} waits", board.name);
-        let within = waits[count - 1 - count / spared];
-        assert!(within <= MOST, "{}: {within:.1}, {longest:.1} instructions", board.name);
+        assert!(longest <= MOST, "{}: {longest:.1} instructions", board.name);
     }
 }

@@ -156,7 +156,7 @@ fn one_axis_at_200_000_steps_a_second() {
 #[test]
 #[ignore = "by `cargo xtask test --only pico`"]
 fn a_motion_that_wanders() {
-    keeps_up("it wanders", &organic(1.5), 40_000.0, 12.0);
+    keeps_up("it wanders", &organic(1.5, 1.0), 40_000.0, 12.0);
 }
 
 /// One axis after another, each from rest to rest, while the others wait.
@@ -178,7 +178,7 @@ fn axes_that_take_turns() {
 #[test]
 #[ignore = "by `cargo xtask test --only pico`"]
 fn spoilt_bytes_lose_no_step() {
-    let [x, y, _] = organic(1.0);
+    let [x, y, _] = organic(1.0, 1.0);
     let job = [x, y, vec![]];
     let line = Line { spoils: 100, seed: 3, ..Line::default() };
     let (told, edges) = on_pico(&job, terms(STREAM, [40_000.0; 3]), line);
@@ -193,7 +193,7 @@ fn spoilt_bytes_lose_no_step() {
 #[test]
 #[ignore = "by `cargo xtask test --only pico`"]
 fn a_long_stall_brakes() {
-    let job = organic(2.0);
+    let job = organic(2.0, 1.0);
     let decels = [30_000.0, 20_000.0, 10_000.0];
     let sleeps = vec![(500 * MILLIS, 2_000 * MILLIS)];
     let (told, edges) = on_pico(&job, terms(STREAM, decels), Line { sleeps, ..Line::default() });

@@ -150,7 +150,7 @@ fn one_axis_at_the_pace_of_the_chip() {
 
 #[test]
 fn a_motion_that_wanders() {
-    keeps_up("it wanders", &organic(2.0), [40_000.0; 3], [12.0, 100.0]);
+    keeps_up("it wanders", &organic(2.0, 0.75), [40_000.0; 3], [12.0, 100.0]);
 }
 
 /// A host that sleeps for less than what is ahead loses nothing; one that sleeps for longer finds the board
@@ -158,7 +158,7 @@ fn a_motion_that_wanders() {
 #[test]
 fn a_stall_is_ridden_through_and_a_longer_one_brakes() {
     let (board, player) = BOARDS[1];
-    let job = organic(4.0);
+    let job = organic(4.0, 0.75);
     let decels = [30_000.0, 20_000.0, 10_000.0];
     for (sleep, state) in [(1_000, FeedState::Over), (4_000, FeedState::Off)] {
         let sleeps = vec![(1_500 * MILLIS, sleep * MILLIS)];
@@ -174,7 +174,7 @@ fn a_stall_is_ridden_through_and_a_longer_one_brakes() {
 
 #[test]
 fn spoilt_bytes_lose_no_step() {
-    let [x, y, _] = organic(2.0);
+    let [x, y, _] = organic(2.0, 0.75);
     let job = [x, y, vec![]];
     for (board, player) in BOARDS {
         let line = Line { spoils: 100, seed: 3, ..Line::default() };

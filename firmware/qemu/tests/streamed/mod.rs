@@ -64,8 +64,8 @@ pub fn apart(of: Description, edges: &[Edge], job: &[Vec<Step>; 3], terms: FeedT
 }
 
 /// A motion that turns all the time.
-pub fn organic(seconds: f64) -> [Vec<Step>; 3] {
-    let waves = [(400.0, 1.0), (150.0, 3.1), (30.0, 9.7)];
+pub fn organic(seconds: f64, size: f64) -> [Vec<Step>; 3] {
+    let waves = [(400.0, 1.0), (150.0, 3.1), (30.0, 9.7)].map(|(wave, hz)| (size * wave, hz));
     [0.0, 1.9, 0.4]
         .map(|phase| feed::wander(seconds, &waves[..if phase == 0.4 { 1 } else { 3 }], phase))
 }

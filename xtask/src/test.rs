@@ -279,6 +279,7 @@ impl Test {
 
     /// Whether all passed.
     fn several(&self, steps: &[&Step], ws: &Workspace) -> Result<bool> {
+        let program = apart::program()?;
         let mut ended = Vec::new();
         for step in steps {
             let start = Instant::now();
@@ -287,7 +288,7 @@ impl Test {
                 let passed = here(step, ws);
                 (Said { passed, last: Vec::new() }, if passed { "passed" } else { "FAILED" })
             } else {
-                in_turn(step.name, || apart::tell(apart::step(step.name)?))?
+                in_turn(step.name, || apart::tell(apart::step(&program, step.name)))
             };
             ended.push((step.name, start.elapsed(), said, verdict));
         }
@@ -309,18 +310,21 @@ impl Test {
 
 /// Runs a step, and once more if it failed and goes by the clock. Of a step that failed at any time the
 /// last lines of the first failure are returned, of another none.
-fn in_turn(name: &str, run: impl Fn() -> Result<Said>) -> Result<(Said, &'static str)> {
-    let first = run()?;
+fn in_turn(name: &str, run: impl Fn() -> Result<Said>) -> (Said, &'static str) {
+    // A step that can't be started has failed; the others go on.
+    let run =
+        || run().unwrap_or_else(|error| Said { passed: false, last: vec![format!("{error:#}")] });
+    let first = run();
     if first.passed {
-        return Ok((Said { last: Vec::new(), ..first }, "passed"));
+        return (Said { last: Vec::new(), ..first }, "passed");
     }
     if !BY_THE_CLOCK.contains(&name) {
-        return Ok((first, "FAILED"));
+        return (first, "FAILED");
     }
     println!("\n=== {name} once more");
-    let passed = run()?.passed;
+    let passed = run().passed;
     let verdict = if passed { "passed at the second run" } else { "FAILED twice" };
-    Ok((Said { passed, ..first }, verdict))
+    (Said { passed, ..first }, verdict)
 }
 
 /// Runs a step in this process; whether it passed.
@@ -349,7 +353,7 @@ mod tests {
             runs.set(runs.get() + 1);
             Ok(Said { passed: runs.get() > times, last: vec![format!("run {}", runs.get())] })
         };
-        let (said, verdict) = in_turn(name, run).unwrap();
+        let (said, verdict) = in_turn(name, run);
         (said.passed, runs.get(), said.last, verdict)
     }
 
@@ -360,6 +364,9 @@ mod tests {
         assert_eq!(fails("page", 1), (true, 2, first.clone(), "passed at the second run"));
         assert_eq!(fails("page", 2), (false, 2, first.clone(), "FAILED twice"));
         assert_eq!(fails("rig", 1), (false, 1, first, "FAILED"));
+        let (said, verdict) = in_turn("fmt", || anyhow::bail!("no such file"));
+        assert_eq!((said.passed, verdict), (false, "FAILED"));
+        assert_eq!(said.last, ["no such file"]);
         assert!(BY_THE_CLOCK.iter().all(|name| STEPS.iter().any(|step| step.name == *name)));
     }
 }

@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 use std::env;
 use std::io::{BufRead, BufReader, pipe};
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result};
@@ -21,11 +22,16 @@ pub struct Said {
     pub last: Vec<String>,
 }
 
-/// A command that runs one step: this program.
-pub fn step(name: &str) -> Result<Command> {
-    let mut command = Command::new(env::current_exe().context("where this program is")?);
+/// Where this program is. To be asked before the first step: one that builds it again puts another file there.
+pub fn program() -> Result<PathBuf> {
+    env::current_exe().context("where this program is")
+}
+
+/// A command that runs one step.
+pub fn step(program: &Path, name: &str) -> Command {
+    let mut command = Command::new(program);
     command.args(["test", "--only", name]);
-    Ok(command)
+    command
 }
 
 /// Runs a program to its end and passes on what it prints.

@@ -8,11 +8,16 @@ use std::env;
 use std::io::{BufRead, BufReader, pipe};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
 
 use anyhow::{Context, Result};
 
 /// Lines that are kept.
 const KEPT: usize = 60;
+/// With nothing printed for this long, it is asked whether a program has ended.
+const QUIET: Duration = Duration::from_secs(1);
 
 /// What a program said at its end.
 pub struct Said {
@@ -34,30 +39,47 @@ pub fn step(program: &Path, name: &str) -> Command {
     command
 }
 
-/// Runs a program to its end and passes on what it prints.
+/// Runs a program to its end and passes on what it prints. What it leaves behind is not waited for, though
+/// that holds its outputs open.
 ///
 /// # Errors
-/// It can't be started, or what it prints can't be passed on.
+/// It can't be started.
 pub fn tell(mut command: Command) -> Result<Said> {
     let (reader, writer) = pipe()?;
     command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer);
     let mut child = command.spawn().context("starting a step")?;
     // It holds the ends that this process would write to: without them the last line is an end.
     drop(command);
-    let mut last = VecDeque::with_capacity(KEPT);
-    for line in BufReader::new(reader).split(b'\n') {
-        let line = String::from_utf8_lossy(&line?).into_owned();
-        println!("{line}");
-        if last.len() == KEPT {
-            last.pop_front();
+    let (lines, heard) = channel();
+    thread::spawn(move || {
+        for line in BufReader::new(reader).split(b'\n').map_while(Result::ok) {
+            if lines.send(line).is_err() {
+                return;
+            }
         }
-        last.push_back(line);
+    });
+    let mut last = VecDeque::with_capacity(KEPT);
+    loop {
+        match heard.recv_timeout(QUIET) {
+            Ok(line) => {
+                let line = String::from_utf8_lossy(&line).into_owned();
+                println!("{line}");
+                if last.len() == KEPT {
+                    last.pop_front();
+                }
+                last.push_back(line);
+            }
+            Err(RecvTimeoutError::Timeout) if child.try_wait()?.is_none() => {}
+            Err(_) => break,
+        }
     }
     Ok(Said { passed: child.wait()?.success(), last: last.into() })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::time::Instant;
+
     use super::*;
 
     fn shell(script: &str) -> Said {
@@ -80,5 +102,14 @@ mod tests {
         let said = shell("printf 'no end'");
         assert!(said.passed);
         assert_eq!(said.last, ["no end"]);
+    }
+
+    #[test]
+    fn what_is_left_behind_is_not_waited_for() {
+        let begun = Instant::now();
+        let said = shell("sleep 20 & echo ended; exit 0");
+        assert!(said.passed);
+        assert_eq!(said.last, ["ended"]);
+        assert!(begun.elapsed() < Duration::from_secs(10));
     }
 }

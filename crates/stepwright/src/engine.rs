@@ -394,13 +394,30 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.tracks.get(usize::from(axis)).map_or(Playing::Unknown, |track| track.playing(now))
     }
 
-    /// What [`playing`](Engine::playing) looks at: for who holds the step interrupt off for the look
-    /// alone, and computes afterwards.
+    /// What [`playing`](Engine::playing) looks at; `None` of an axis that there is not. The step interrupt is
+    /// held off for the look alone: the axis is found before it, and the rest computed behind it.
+    ///
+    /// # Safety
+    /// `this` is an engine, and while the interrupt is held off nobody else uses it.
     #[cfg(feature = "critical-section")]
     #[inline(always)]
-    pub(crate) fn glance(&mut self, axis: u8) -> Option<Glance> {
-        let now = self.timer.now();
-        self.tracks.get(usize::from(axis)).map(|track| track.glance(now))
+    pub(crate) unsafe fn glance<H: crate::HoldOff>(this: *mut Self, axis: u8) -> Option<Glance> {
+        if usize::from(axis) >= N {
+            return None;
+        }
+        // SAFETY: an address within the caller's engine; nothing is read.
+        let track =
+            unsafe { (&raw const (*this).tracks).cast::<Track<T::Count>>().add(axis.into()) };
+        // By its own address, which is computed here: a step may wait for what comes behind it.
+        let track = core::hint::black_box(track);
+        H::hold();
+        // SAFETY: the caller's.
+        let seen = unsafe {
+            let now = (*this).timer.now();
+            (*track).glance(now)
+        };
+        H::release();
+        Some(seen)
     }
 
     /// Whether an axis has no travel in progress; true of one that there is not.

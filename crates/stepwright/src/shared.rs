@@ -219,8 +219,12 @@ impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize> Control
         self.with(|engine| engine.is_idle(axis))
     }
     fn playing(&mut self, axis: u8) -> Playing {
-        // Asked often, and long to compute: the interrupt waits for the look alone.
-        self.with(|engine| engine.glance(axis)).map_or(Playing::Unknown, |seen| seen.playing())
+        // SAFETY: as in `with`. Asked often, and long to compute: the interrupt waits for the look alone.
+        let seen = unsafe {
+            let shared = self.shared.unwrap_unchecked();
+            Engine::glance::<H>(shared.engine.get().cast::<Shared<T, D, N, Q>>(), axis)
+        };
+        seen.map_or(Playing::Unknown, |seen| seen.playing())
     }
     fn set_position(&mut self, axis: u8, position: i64) {
         self.with(|engine| engine.set_position(axis, position));

@@ -10,9 +10,8 @@ use stepwright_sim::{Queues, SimEngine, virtual_engine};
 mod planned;
 
 /// Ticks between an edge and the virtual board's, of one axis that moves alone, and of two: a visit of
-/// the interrupt steps both, and takes entries for both. Where a step waits for the main loop, which looks
-/// all the while at how much of an entry is left, that is 11 ticks of a Cortex-M0.
-const ALONE: f64 = 12.0;
+/// the interrupt steps both, and takes entries for both.
+const ALONE: f64 = 10.0;
 const BESIDE: f64 = 250.0;
 /// Likewise at the pace of the chip, where each visit takes eight times as long.
 const SLOWLY: f64 = 8.0 * BESIDE;

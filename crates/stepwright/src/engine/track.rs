@@ -113,8 +113,7 @@ impl<C: Count> Track<C> {
     /// What [`playing`](Track::playing) is computed of.
     #[inline(always)]
     pub fn glance(&self, now: C) -> Glance {
-        // By its own address: fewer instructions on a Cortex-M0, while a step may wait for them.
-        let Track { state, wait, alike, ref play, .. } = *core::hint::black_box(self);
+        let Track { state, wait, alike, ref play, .. } = *self;
         Glance { left: self.wake().since(now), state, wait, alike, play: play.clone() }
     }
 

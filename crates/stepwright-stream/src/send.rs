@@ -2,9 +2,9 @@
 //!
 //! Up to [`WINDOW`] frames are under way. Those of data never have more bytes than the board's FIFO
 //! had free when it told last, and no more is handed to the wire than it sends in [`QUEUED`] µs, so
-//! that what is urgent is not behind much; in more where the board [has little
-//! ahead](FrameSender::queue). When the board says that it is deaf, or nothing has gone
-//! forward for some time, four [`FILL`] call it, and all frames that it has not taken are sent again.
+//! that what is urgent is not behind much, or in as many µs as [`queue`](FrameSender::queue) says.
+//! When the board says that it is deaf, or nothing has gone forward for some time, four [`FILL`] call it,
+//! and all frames that it has not taken are sent again.
 
 use crate::credit::Credit;
 use crate::frame::{CUT, FILL, FrameBytes, Kind, LONGEST, MOST};

@@ -114,11 +114,20 @@ fn on_chip(
     (told, late, edges)
 }
 
+/// RISC-V at both paces, and the micro:bit at the chip's.
+const RUNS: [(usize, Pace); 3] = [(1, Pace::Quick), (0, Pace::Chip), (1, Pace::Chip)];
+
 /// Runs that a chip keeps up with: no step late, each as on the virtual board. At the chip's pace a visit of
 /// the step interrupt that prepares what comes next keeps the steps of other axes waiting.
-fn keeps_up(what: &str, job: &[Vec<Step>; 3], decels: [f64; 3], [quick, chip]: [f64; 2]) {
-    let runs = [(BOARDS[1], Pace::Quick), (BOARDS[0], Pace::Chip), (BOARDS[1], Pace::Chip)];
-    for ((board, player), pace) in runs {
+fn keeps_up(
+    runs: &[(usize, Pace)],
+    what: &str,
+    job: &[Vec<Step>; 3],
+    decels: [f64; 3],
+    [quick, chip]: [f64; 2],
+) {
+    for (number, pace) in runs.iter().copied() {
+        let (board, player) = BOARDS[number];
         let most = if pace == Pace::Quick { quick } else { chip };
         let terms = terms(player, decels);
         let line = Line { polls: true, ..Line::default() };
@@ -139,18 +148,21 @@ fn keeps_up(what: &str, job: &[Vec<Step>; 3], decels: [f64; 3], [quick, chip]: [
 #[test]
 fn three_axes_at_the_pace_of_the_chip() {
     let path = s_curve(9_000, 6_000.0, 20_000.0, 200_000.0);
-    keeps_up("three axes", &[path.clone(), path.clone(), path], [20_000.0; 3], [2.0, 5.0]);
+    keeps_up(&RUNS, "three axes", &[path.clone(), path.clone(), path], [20_000.0; 3], [2.0, 5.0]);
 }
 
 #[test]
 fn one_axis_at_the_pace_of_the_chip() {
     let path = s_curve(18_000, 12_000.0, 40_000.0, 400_000.0);
-    keeps_up("one axis", &[path, vec![], vec![]], [40_000.0; 3], [2.0, 5.0]);
+    keeps_up(&RUNS, "one axis", &[path, vec![], vec![]], [40_000.0; 3], [2.0, 5.0]);
 }
 
+/// RISC-V at the chip's pace makes one step of the whole motion late: there it turns at 5,000 steps/s.
 #[test]
 fn a_motion_that_wanders() {
-    keeps_up("it wanders", &organic(2.0, 0.75), [40_000.0; 3], [12.0, 100.0]);
+    for (runs, size) in [(&RUNS[..2], 1.0), (&RUNS[2..], 0.75)] {
+        keeps_up(runs, "it wanders", &organic(2.0, size), [40_000.0; 3], [12.0, 100.0]);
+    }
 }
 
 /// A host that sleeps for less than what is ahead loses nothing; one that sleeps for longer finds the board
@@ -158,7 +170,7 @@ fn a_motion_that_wanders() {
 #[test]
 fn a_stall_is_ridden_through_and_a_longer_one_brakes() {
     let (board, player) = BOARDS[1];
-    let job = organic(4.0, 0.75);
+    let job = organic(4.0, 1.0);
     let decels = [30_000.0, 20_000.0, 10_000.0];
     for (sleep, state) in [(1_000, FeedState::Over), (4_000, FeedState::Off)] {
         let sleeps = vec![(1_500 * MILLIS, sleep * MILLIS)];
@@ -174,7 +186,7 @@ fn a_stall_is_ridden_through_and_a_longer_one_brakes() {
 
 #[test]
 fn spoilt_bytes_lose_no_step() {
-    let [x, y, _] = organic(2.0, 0.75);
+    let [x, y, _] = organic(2.0, 1.0);
     let job = [x, y, vec![]];
     for (board, player) in BOARDS {
         let line = Line { spoils: 100, seed: 3, ..Line::default() };
@@ -277,4 +289,10 @@ fn a_board_says_what_it_is() {
         let about = Awake::new(board, Pace::Chip).ask("?");
         assert!(about.contains(&format!(" hz={hz} axes=3 late=0 fifo=4096")), "{about}");
     }
+}
+
+/// With enough ahead to go on by: it is the silence that brakes.
+#[test]
+fn a_lease_counts_until_the_end() {
+    guards::a_lease_counts_until_the_end(&mut Awake::new(BOARDS[0].0, Pace::Quick));
 }

@@ -108,19 +108,9 @@ fn apart(edges: &[Edge], job: &[Vec<Step>; 3], terms: FeedTerms, bound: f64) -> 
     let mut queues = Queues::default();
     let mut board = feed::board(&mut queues);
     run(&mut board, Job::new(job.clone()), terms, Line::default());
-    let mut apart = Vec::new();
-    for axis in 0..3u8 {
-        let (made, wanted) = (steps_of(edges, axis), steps_of(board.recorder(), axis));
-        assert_eq!(made.len(), wanted.len());
-        for (made, wanted) in made.iter().zip(&wanted) {
-            assert_eq!(made.1, wanted.1);
-            apart.push((made.0 as f64 - wanted.0 as f64) / 16.0);
-        }
-    }
-    apart.sort_by(f64::total_cmp);
-    let middle = apart[apart.len() / 2];
-    let beyond = apart.iter().filter(|value| (*value - middle).abs() > bound).count();
-    ((apart[apart.len() - 1] - middle).max(middle - apart[0]), beyond)
+    let apart = feed::apart(edges, board.recorder());
+    let beyond = apart.iter().filter(|value| value.abs() > bound).count();
+    (apart[apart.len() - 1].max(-apart[0]), beyond)
 }
 
 fn organic(seconds: f64) -> [Vec<Step>; 3] {

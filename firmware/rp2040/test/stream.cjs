@@ -1,6 +1,7 @@
 // The player of streamed runs, for a host: node stream.cjs FOLDER-OF-ELVES [PORT]
 //
-// Without a port a test has its time in its hand. It says lines: `b HEX`, a byte for the UART; `u N`, go
+// Without a port a test has its time in its hand. It says lines: `b HEX`, a byte for the UART; `i PIN LEVEL`,
+// the level of an input; `u N`, go
 // on until N sixteenths of a µs since the beginning, which is answered by a line: bytes that were said, in
 // hexadecimal, `|`, and edges since, `TIME AXIS PIN LEVEL` with commas between them.
 //
@@ -49,8 +50,9 @@ function lockStep() {
     const lines = text.split('\n');
     text = lines.pop();
     for (const line of lines) {
-      const [what, value] = line.split(' ');
+      const [what, value, level] = line.split(' ');
       if (what === 'b') m.chip.uart[0].feedByte(parseInt(value, 16));
+      else if (what === 'i') m.chip.gpio[Number(value)].setInputValue(level === '1');
       else {
         const end = Number(value) * UNIT;
         if (end > m.time) m.run(end - m.time);

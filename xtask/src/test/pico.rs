@@ -48,10 +48,10 @@ fn streams(ws: &Workspace, programs: &Path) -> Result<()> {
     let mut test = qemu::cargo(ws, "test", None);
     test.env("STEPWRIGHT_PICO", script.join("stream.cjs")).env("NODE_PATH", &modules);
     carry_out(test.args(["--release", "--test", "pico", "--", "--ignored", "--test-threads=2"]))?;
-    carry_out(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    let command = ws.shipped()?;
     let mut job = Command::new(PIO.interpreter(ws));
     job.env("NODE_PATH", &modules).arg(script.join("job.py"));
-    job.arg(ws.target.join("debug/stepwright")).arg(programs).arg(script.join("job.nc"));
+    job.arg(command).arg(programs).arg(script.join("job.nc"));
     // It goes some 5 times slower than real time, and its line is faster than the command's all the same.
     carry_out(job.args(["38400", "--jerk", "10000mm/s3"]))
 }

@@ -61,6 +61,23 @@ pub fn s_curve(n: usize, v: f64, a: f64, j: f64) -> Vec<Step> {
         .collect()
 }
 
+/// How far each step is from where another board made it, in µs and in order, where the one in the middle is
+/// on time; all turn as there.
+pub fn apart(made: &[Edge], wanted: &[Edge]) -> Vec<f64> {
+    let mut apart = Vec::new();
+    for axis in 0..3u8 {
+        let (made, wanted) = (steps_of(made, axis), steps_of(wanted, axis));
+        assert_eq!(made.len(), wanted.len());
+        for (made, wanted) in made.iter().zip(&wanted) {
+            assert_eq!(made.1, wanted.1);
+            apart.push((made.0 as f64 - wanted.0 as f64) / 16.0);
+        }
+    }
+    apart.sort_by(f64::total_cmp);
+    let middle = apart[apart.len() / 2];
+    apart.iter().map(|value| value - middle).collect()
+}
+
 /// Steps of a motion that wanders: a sum of sines, in steps, sampled where it passes half steps.
 pub fn wander(seconds: f64, waves: &[(f64, f64)], phase: f64) -> Vec<Step> {
     let at = |t: f64| -> f64 {

@@ -10,8 +10,9 @@
 
 use std::collections::VecDeque;
 
-use stepwright_gcode::{Length, Move, MoveKind, Spindle};
-use stepwright_path::{AxisPace, Lead, Planned, Route, RouteStep, Unplannable, millimetres};
+use stepwright_gcode::{Length, Move, Spindle};
+use stepwright_path::{AxisPace, LaserMove, Lead, Planned, Route, RouteStep};
+use stepwright_path::{Unplannable, millimetres};
 
 use crate::settings::GrblSettings;
 
@@ -37,17 +38,7 @@ struct Block {
     end: f64,
     /// The number of its line, if it has one.
     line: Option<u32>,
-    tool: ToolState,
-}
-
-/// What a laser or a spindle does along a move.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ToolState {
-    pub spindle: Spindle,
-    /// A laser is off on its way.
-    pub rapid: bool,
-    /// The ordered speed in mm/s.
-    pub feed: f64,
+    laser: LaserMove,
 }
 
 /// A route with the time at which it began.
@@ -177,8 +168,8 @@ impl Motion {
     }
 
     /// What a laser does now; `None` if nothing is on its way.
-    pub fn tool(&self) -> Option<ToolState> {
-        Some(self.here()?.blocks.front()?.tool)
+    pub fn laser(&self) -> Option<LaserMove> {
+        Some(self.here()?.blocks.front()?.laser)
     }
 
     /// Adds a move, which [`room`](Motion::room) was there for.
@@ -397,12 +388,9 @@ impl Planned for Live {
         match order {
             Order::Travel { part, line, spindle } => {
                 let added = self.route.travel(part);
-                let rapid = matches!(part.kind, MoveKind::Rapid);
-                let end = self.route.length();
-                let tool =
-                    ToolState { spindle: *spindle, rapid, feed: *added.as_ref().unwrap_or(&0.0) };
-                if added.is_ok() {
-                    self.blocks.push_back(Block { end, line: *line, tool });
+                if let Ok(feed) = added {
+                    let laser = LaserMove::new(part, *spindle, feed);
+                    self.blocks.push_back(Block { end: self.route.length(), line: *line, laser });
                 }
                 self.added = added.map(|_| ());
             }

@@ -538,15 +538,15 @@ impl<M: GrblMachine> Grbl<M> {
     /// Switches spindle and laser as they are to be now.
     pub(crate) fn switch(&mut self) {
         let rests = self.spindle_rests || matches!(self.state, State::Door | State::Sleep);
-        let ordered = if self.settings.is_on(32) { self.laser() } else { self.spindle };
-        let mut next = Outputs { spindle: ordered.mode, ..self.outputs };
+        let (mode, s) = match self.settings.is_on(32) {
+            true => self.laser(),
+            false => (self.spindle.mode, decimal(self.spindle.speed)),
+        };
+        let mut next = Outputs { spindle: mode, ..self.outputs };
         let (least, most) = (self.settings.get(31), self.settings.get(30));
-        let scaled = decimal(ordered.speed) * f64::from(self.overrides.spindle) / 100.0;
+        let scaled = s * f64::from(self.overrides.spindle) / 100.0;
         next.power = if scaled > 0.0 { scaled.clamp(least, most.max(least)) } else { 0.0 };
-        if self.settings.is_on(32) && ordered.mode == SpindleMode::CounterClockwise {
-            next.power *= self.share();
-        }
-        if rests || ordered.mode == SpindleMode::Off {
+        if rests || mode == SpindleMode::Off {
             (next.spindle, next.power) = (SpindleMode::Off, 0.0);
         }
         if next != self.outputs {
@@ -555,23 +555,18 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// The laser's order where it is: off on rapids, and at rest in M4.
-    fn laser(&self) -> Spindle {
-        let off = Spindle { mode: SpindleMode::Off, ..self.spindle };
-        match self.motion.tool() {
-            Some(tool) if tool.rapid => off,
-            Some(tool) => tool.spindle,
+    /// The laser's rule and S where it is: off on rapids, where it is held, and at rest in M4.
+    fn laser(&self) -> (SpindleMode, f64) {
+        match self.motion.laser() {
+            Some(laser) if self.motion.is_held(self.now) => (laser.mode(), 0.0),
+            Some(laser) => (laser.mode(), laser.s(self.motion.speed(self.now))),
             // Not behind an error: nobody knows for how long.
-            None if self.lock.is_closed() => off,
-            None if self.spindle.mode == SpindleMode::Clockwise => self.spindle,
-            None => off,
+            None if self.lock.is_closed() => (SpindleMode::Off, 0.0),
+            None if self.spindle.mode == SpindleMode::Clockwise => {
+                (self.spindle.mode, decimal(self.spindle.speed))
+            }
+            None => (SpindleMode::Off, 0.0),
         }
-    }
-
-    /// The speed as a part of the ordered one.
-    fn share(&self) -> f64 {
-        let ordered = self.motion.tool().map_or(0.0, |tool| tool.feed);
-        if ordered > 0.0 { (self.motion.speed(self.now) / ordered).min(1.0) } else { 0.0 }
     }
 
     /// A reader with the offsets that are kept, and the last tool.

@@ -309,6 +309,50 @@ fn a_lasers_power_goes_with_its_speed() {
     assert_eq!(sender.grbl.machine().outputs.power, 0.0);
 }
 
+/// A mm takes as much at any speed: above its feed rate M4 is above S, up to $30.
+#[test]
+fn an_override_has_its_power() {
+    let mut sender = Sender::new();
+    sender.says("$32=1", "ok");
+    sender.send(b"M4S400\nG1X40F1500\n");
+    sender.pass(0.4);
+    for (override_to, expected) in [(&b"\x91\x91\x91\x91\x91"[..], 600.0), (&[0x92; 10], 200.0)] {
+        sender.send(override_to);
+        sender.pass(0.3);
+        let power = sender.grbl.machine().outputs.power;
+        assert!((power - expected).abs() < 1.0, "{power}, not {expected}");
+    }
+    sender.send(b"\x90");
+    sender.rest();
+    sender.send(b"M4S900\nG1X0\n\x91\x91\x91\x91\x91");
+    sender.pass(0.6);
+    assert_eq!(sender.grbl.machine().outputs.power, 1_000.0);
+}
+
+/// Neither M3 nor M4 burns a hole where it is held, or on the way of a probe.
+#[test]
+fn a_held_laser_is_dark() {
+    for mode in ["M3", "M4"] {
+        let mut sender = Sender::new();
+        sender.says("$32=1", "ok");
+        sender.send(format!("{mode}S500\nG1X20F1500\n").as_bytes());
+        sender.pass(0.4);
+        assert_eq!(sender.grbl.machine().outputs.power, 500.0);
+        sender.send(b"!");
+        sender.pass(0.3);
+        sender.read();
+        assert_eq!((sender.state().as_str(), sender.grbl.machine().outputs.power), ("Hold:0", 0.0));
+        sender.send(b"~");
+        sender.pass(0.3);
+        assert_eq!(sender.grbl.machine().outputs.power, 500.0);
+        sender.rest();
+        sender.send(format!("{mode}S500\nG38.3X40F1500\n").as_bytes());
+        sender.pass(0.3);
+        sender.read();
+        assert_eq!((sender.state().as_str(), sender.grbl.machine().outputs.power), ("Run", 0.0));
+    }
+}
+
 #[test]
 fn the_door_ends_a_jog_and_a_homing() {
     let mut sender = Sender::new();

@@ -47,6 +47,7 @@ mod change;
 mod course;
 mod curve;
 mod joint;
+mod laser;
 mod law;
 mod lead;
 mod legs;
@@ -74,6 +75,7 @@ use stepwright::{Rate, Ticks};
 use stepwright_cycle as cycle;
 
 pub use curve::{Arc, Line, Mark, Marks};
+pub use laser::LaserMove;
 pub use law::{Law, SCALES};
 pub use lead::{Lead, Planned};
 pub use legs::legs;

@@ -16,6 +16,9 @@ const SCHEMA: &str = r#"{"type":"object","properties":{"level":{"type":"integer"
 /// The schema of what an axis does.
 const MOTION: &str = r#"{"type":"object","properties":{"position":{"type":"integer","description":"steps from the beginning of the file"},"speed":{"type":"number","description":"steps/s, by the time since the step before; 0 at the first step and behind the last one of a motion"}}}"#;
 
+/// The schema of a laser's power.
+const POWER: &str = r#"{"type":"object","properties":{"power":{"type":"number","description":"of full power, from 0, off, to 1"}}}"#;
+
 /// A pause is this many times longer than the interval before it.
 const PAUSE: u64 = 5;
 
@@ -26,6 +29,7 @@ pub struct McapWriter<W: Write + Seek> {
     pins: Vec<Channel>,
     /// Axes by their numbers, with their channels.
     axes: Vec<(u8, Channel, Motion)>,
+    laser: Option<Channel>,
 }
 
 /// A channel, and its messages so far.
@@ -84,7 +88,7 @@ impl<W: Write + Seek> McapWriter<W> {
             .into_iter()
             .map(|axis| Ok((axis, channel(motion, &format!("/axis{axis}"))?, Motion::default())));
         let axes = axes.collect::<io::Result<_>>()?;
-        Ok(McapWriter { writer, pins, axes })
+        Ok(McapWriter { writer, pins, axes, laser: None })
     }
 
     /// From `nanos` on the pin at this place of the names has this level. A pin that is not
@@ -96,6 +100,21 @@ impl<W: Write + Seek> McapWriter<W> {
         let Some(channel) = self.pins.get_mut(pin) else { return Ok(()) };
         let data: &[u8] = if level { br#"{"level":1}"# } else { br#"{"level":0}"# };
         channel.say(&mut self.writer, nanos, data)
+    }
+
+    /// From `nanos` on the laser has this power, 0 to 1, on a channel of its own.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn laser(&mut self, nanos: u64, power: f64) -> io::Result<()> {
+        if self.laser.is_none() {
+            let schema = self.writer.add_schema("stepwright.Power", "jsonschema", POWER.as_bytes());
+            let schema = schema.map_err(failed)?;
+            let id = self.writer.add_channel(schema, "/laser", "json", &BTreeMap::new());
+            self.laser = Some(Channel { id: id.map_err(failed)?, count: 0 });
+        }
+        let Some(channel) = &mut self.laser else { return Ok(()) };
+        channel.say(&mut self.writer, nanos, format!(r#"{{"power":{power:.4}}}"#).as_bytes())
     }
 
     /// The axis of this number makes a step at `nanos`. One that is not there is left out.

@@ -119,15 +119,15 @@ impl<const N: usize> Route<N> {
 
     /// The first cell begins here and now. Not if nothing of it is left.
     fn cut(&mut self, at: f64) -> bool {
-        let (Some(pieces), Some(cell)) = (self.front, self.cells.front_mut()) else {
-            return false;
-        };
+        let (Some(pieces), Some(cell)) = (self.front, self.cells.front()) else { return false };
         let piece = pieces.iter().find(|piece| piece.to.t >= at).unwrap_or(&pieces[2]);
         let here = piece.at(at);
         let s = here.s.max(cell.begin).min(cell.end);
         if cell.end - s <= cell.shape.length() * SLIVER {
             return false;
         }
+        self.take_down(at);
+        let Some(cell) = self.cells.front_mut() else { return false };
         (cell.begin, cell.first) = (s, cell.shape.direction(s));
         if self.smooth.is_some() {
             let cell = cell.clone();

@@ -46,6 +46,7 @@ mod cell;
 mod change;
 mod course;
 mod curve;
+mod glide;
 mod joint;
 mod laser;
 mod law;
@@ -75,6 +76,7 @@ use stepwright::{Rate, Ticks};
 use stepwright_cycle as cycle;
 
 pub use curve::{Arc, Line, Mark, Marks};
+pub use glide::Glide;
 pub use laser::LaserMove;
 pub use law::{Law, SCALES};
 pub use lead::{Lead, Planned};

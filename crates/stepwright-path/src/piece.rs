@@ -49,7 +49,7 @@ fn way(v: f64, a: f64, j: f64, t: f64) -> f64 {
 }
 
 /// From one moment to another.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
     pub from: Moment,
     pub to: Moment,

@@ -20,6 +20,7 @@ use std::collections::VecDeque;
 use crate::bucket::Bucket;
 use crate::cell::{Cell, Scales};
 use crate::change::Change;
+use crate::glide::Glides;
 use crate::joint::Joint;
 use crate::law::SCALES;
 use crate::pace::{PACES, Unplannable};
@@ -128,6 +129,8 @@ pub struct Route<const N: usize> {
     pub(crate) halt: Option<usize>,
     /// Where the jerk is limited.
     pub(crate) smooth: Option<Box<Smooth<N>>>,
+    /// Where it was when, if that is wanted.
+    pub(crate) glides: Option<Glides>,
 }
 
 /// Cells that a route keeps ahead at most.
@@ -197,6 +200,7 @@ impl<const N: usize> Route<N> {
             changes: VecDeque::new(),
             halt: None,
             smooth: Smooth::new(&axes).map(Box::new),
+            glides: None,
         };
         route.check(&place)?;
         route.at = std::array::from_fn(|n| (place[n] / axes[n].step).round() as i64);
@@ -576,6 +580,7 @@ impl<const N: usize> Iterator for Route<N> {
                 continue;
             }
             let Some((s, step)) = step else {
+                self.take_down(due);
                 self.leave();
                 continue;
             };

@@ -11,7 +11,7 @@
 //! let plan = JobPlan::of(*job, [axis; 3], &Description::uno().board, |_, _| ()).unwrap();
 //! let end = gcode::begin(job.to_vec(), [axis; 3], &plan, |_| Ok(Vec::<Edge>::new()), |mut begun| {
 //!     while begun.is_running() {
-//!         begun.pass(u64::MAX, |_| ());
+//!         begun.pass(u64::MAX, |_, _| ());
 //!     }
 //!     Ok::<_, PlayError>(begun.positions())
 //! });
@@ -36,8 +36,18 @@ const EVENTS: u32 = 10_000;
 /// The board of a job.
 pub type GcodeBoard<'a, R> = CycleBoard<'a, R, 3>;
 
+/// The laser's power changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lit {
+    /// From this tick of the board on.
+    pub time: u64,
+    /// From 0, off, to 1.
+    pub power: f64,
+}
+
 /// A job that has begun.
 pub struct BegunJob<'a, 'b, R: Recorder> {
+    lit: Option<Vec<Lit>>,
     stream: &'a Stream<GcodeJob<IntoIter<u8>>, 3>,
     /// The board that plays it.
     pub board: &'a mut GcodeBoard<'b, R>,
@@ -52,7 +62,7 @@ pub struct BegunJob<'a, 'b, R: Recorder> {
 }
 
 /// Has a job that has been planned, and is not refused, begin; `go` lets the board's time pass.
-/// `recorder` sees the edges of the pins.
+/// `recorder` sees the edges of the pins. It has a laser if its plan has.
 ///
 /// # Errors
 /// [`PlayError`] if the axes can't be planned for, or the board refuses them; what `recorder` and
@@ -67,7 +77,12 @@ pub fn begin<T, R: Recorder, E: From<PlayError>>(
     let refused = |why: &dyn Display| PlayError::new(why.to_string());
     let board = Description::uno().board;
     let rate = board.rate;
-    let job = GcodeJob::new(job, axes).map_err(|why| refused(&format_args!("the axes: {why}")))?;
+    let mut job =
+        GcodeJob::new(job, axes).map_err(|why| refused(&format_args!("the axes: {why}")))?;
+    if let Some(laser) = plan.laser {
+        job = job.with_laser(laser.most);
+    }
+    let lit = plan.laser.map(|_| Vec::new());
     let delays = plan.delays();
     let shortest = delays.map(|delay| rate.micros(delay.unwrap_or(0)));
     // No first step comes sooner than one may after another.
@@ -87,7 +102,7 @@ pub fn begin<T, R: Recorder, E: From<PlayError>>(
     }
     let from = board.now();
     let path = from + u64::from(lead);
-    go(BegunJob { stream: &stream, board: &mut board, rate, lead, from, path })
+    go(BegunJob { lit, stream: &stream, board: &mut board, rate, lead, from, path })
 }
 
 impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
@@ -112,16 +127,36 @@ impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
     }
 
     /// Lets the board's time pass to `limit` ticks, or as far as some events lead, each of which is
-    /// `seen`. False: nothing more happens before `limit`.
-    pub fn pass(&mut self, limit: u64, mut seen: impl FnMut(&mut GcodeBoard<'b, R>)) -> bool {
+    /// `seen`, with the changes of the laser's power since the one before. False: nothing more happens
+    /// before `limit`.
+    pub fn pass(
+        &mut self,
+        limit: u64,
+        mut seen: impl FnMut(&mut GcodeBoard<'b, R>, &[Lit]),
+    ) -> bool {
         for _ in 0..EVENTS {
             let more = self.board.pass(limit);
-            seen(self.board);
+            self.look_at_laser();
+            seen(self.board, self.lit.as_deref().unwrap_or_default());
             if !more || !self.is_running() {
                 return false;
             }
         }
         true
+    }
+
+    /// What its power did up to now.
+    fn look_at_laser(&mut self) {
+        let (hz, from, passed) = (f64::from(self.rate.hz()), self.path, self.passed());
+        let Some(lit) = &mut self.lit else { return };
+        lit.clear();
+        let until = passed as f64 / hz;
+        self.stream.look(|job| {
+            while let Some(change) = job.power(until) {
+                let time = from + (change.time * hz).round() as u64;
+                lit.push(Lit { time, power: change.power });
+            }
+        });
     }
 
     /// Where the axes are, in steps.

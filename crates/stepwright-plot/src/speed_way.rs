@@ -1,4 +1,4 @@
-//! The way of two axes on paper, with the speed as its colour.
+//! The way of two axes on paper, with the speed as its colour, or the power of a laser.
 
 use crate::figure::{GRID, INK, SOFT};
 use crate::picture::{Colour, Frame, Picture, Shape, Style};
@@ -22,6 +22,12 @@ const SPEEDS: [Colour; 12] = [
     [0xf7, 0xb8, 0x2d],
 ];
 
+/// A line and its colour of [`SPEEDS`].
+type Stroke = (Option<usize>, Vec<(f64, f64)>);
+
+/// Where no speed is shown.
+const PALE: Colour = [0xb8, 0xbc, 0xc2];
+
 /// Where two axes have been, and how fast they were.
 ///
 /// ```
@@ -39,9 +45,9 @@ pub struct SpeedWay {
     names: [String; 2],
     unit: String,
     speed_unit: String,
-    /// Places, and the speed from the one before to each.
+    /// Places, and the speed from the one before to each; `None` where none is shown.
     points: Vec<(f64, f64)>,
-    speeds: Vec<f64>,
+    speeds: Vec<Option<f64>>,
 }
 
 impl SpeedWay {
@@ -59,12 +65,18 @@ impl SpeedWay {
     /// On to here, at this speed.
     pub fn go(&mut self, x: f64, y: f64, speed: f64) {
         self.points.push((x, y));
-        self.speeds.push(speed);
+        self.speeds.push(Some(speed));
+    }
+
+    /// On to here without one: a thin pale line, below the others.
+    pub fn go_pale(&mut self, x: f64, y: f64) {
+        self.points.push((x, y));
+        self.speeds.push(None);
     }
 
     /// The highest speed.
     pub fn fastest(&self) -> f64 {
-        self.speeds.iter().skip(1).copied().fold(0.0, f64::max)
+        self.speeds.iter().skip(1).copied().flatten().fold(0.0, f64::max)
     }
 
     /// Draws it.
@@ -77,14 +89,15 @@ impl SpeedWay {
             let part = if fastest > 0.0 { speed / fastest } else { 0.0 };
             ((part * count as f64) as usize).min(count - 1)
         };
+        let mut lines: Vec<Stroke> = Vec::new();
         let mut line: Vec<(f64, f64)> = Vec::new();
-        let mut last = 0;
+        let mut last = None;
         for (point, speed) in self.points.iter().zip(&self.speeds) {
-            let (point, now) = ((x.at(point.0), y.at(point.1)), colour(*speed));
+            let (point, now) = ((x.at(point.0), y.at(point.1)), speed.map(colour));
             // The first point has no way to it.
             if line.len() > 1 && now != last {
                 let end = line.last().copied();
-                picture.line(std::mem::take(&mut line), SPEEDS[last], 2.0);
+                lines.push((last, std::mem::take(&mut line)));
                 line.extend(end);
             }
             if line.len() > 1 && straight(&line[line.len() - 2..], point) {
@@ -94,7 +107,15 @@ impl SpeedWay {
             line.push(point);
         }
         if line.len() > 1 {
-            picture.line(line, SPEEDS[last], 2.0);
+            lines.push((last, line));
+        }
+        // What is pale comes first: the others lie on it.
+        lines.sort_by_key(|(colour, _)| colour.is_some());
+        for (colour, line) in lines {
+            match colour.and_then(|n| SPEEDS.get(n)) {
+                Some(colour) => picture.line(line, *colour, 2.0),
+                None => picture.line(line, PALE, 1.0),
+            }
         }
         if let Some(start) = self.points.first() {
             let points = vec![(x.at(start.0), y.at(start.1))];
@@ -159,6 +180,30 @@ mod tests {
         // A straight line is one, and the next begins where it ends.
         assert_eq!((found[0].1.len(), found[1].1.len()), (2, 2));
         assert_eq!(found[0].1[1], found[1].1[0]);
+    }
+
+    /// Thin and pale, below what is shown: a line from one to the other begins where that ended.
+    #[test]
+    fn a_way_without_a_speed_is_pale() {
+        let mut way = SpeedWay::new(["X", "Y"], "mm", "%");
+        way.go_pale(0.0, 0.0);
+        way.go(10.0, 0.0, 50.0);
+        way.go_pale(20.0, 0.0);
+        way.go_pale(20.0, 10.0);
+        way.go(30.0, 10.0, 100.0);
+        assert_eq!(way.fastest(), 100.0);
+        let burnt = lines(&way);
+        assert_eq!(burnt.iter().map(|line| line.0).collect::<Vec<_>>(), [SPEEDS[6], SPEEDS[11]]);
+        let shapes = way.picture("A way").shapes;
+        let at = |wanted: Colour| {
+            let is =
+                |shape: &Shape| matches!(shape, Shape::Line { colour, .. } if *colour == wanted);
+            shapes.iter().position(is)
+        };
+        let pale = at(PALE).unwrap();
+        assert!(Some(pale) < at(SPEEDS[6]));
+        let Shape::Line { points, width, .. } = &shapes[pale] else { panic!() };
+        assert_eq!((points.len(), *width, points[0]), (3, 1.0, burnt[0].1[1]));
     }
 
     #[test]

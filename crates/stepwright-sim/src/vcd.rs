@@ -60,6 +60,9 @@ impl fmt::Display for Sign {
     }
 }
 
+/// The sign of the laser's power.
+const LASER: char = '!';
+
 /// Axes that a dump may have.
 const MOST: u8 = 8;
 
@@ -84,14 +87,28 @@ impl<W: Write> VcdWriter<W> {
     /// The same of pins of which each has its axis, and its level before the first edge, if that
     /// is known: those of a [board](crate::Description::pins).
     pub fn levels(out: W, rate: Rate, pins: &[(u8, Pin, Option<bool>)]) -> VcdWriter<W> {
+        VcdWriter::begun(out, rate, pins, false)
+    }
+
+    /// The same, and the power of a [laser](VcdWriter::laser) as a real number, 0 at first.
+    pub fn with_laser(out: W, rate: Rate, pins: &[(u8, Pin, Option<bool>)]) -> VcdWriter<W> {
+        VcdWriter::begun(out, rate, pins, true)
+    }
+
+    fn begun(out: W, rate: Rate, pins: &[(u8, Pin, Option<bool>)], laser: bool) -> VcdWriter<W> {
         let hz = rate.hz().into();
         let (units, name) = unit(hz);
         let mut vcd = VcdWriter { out, hz, units, time: None, error: None };
-        vcd.error = vcd.header(&name, pins).err();
+        vcd.error = vcd.header(&name, pins, laser).err();
         vcd
     }
 
-    fn header(&mut self, unit: &str, pins: &[(u8, Pin, Option<bool>)]) -> io::Result<()> {
+    fn header(
+        &mut self,
+        unit: &str,
+        pins: &[(u8, Pin, Option<bool>)],
+        laser: bool,
+    ) -> io::Result<()> {
         let out = &mut self.out;
         writeln!(out, "$version stepwright {} $end", env!("CARGO_PKG_VERSION"))?;
         writeln!(out, "$timescale {unit} $end")?;
@@ -99,24 +116,44 @@ impl<W: Write> VcdWriter<W> {
         for &(axis, pin, _) in pins {
             writeln!(out, "$var wire 1 {} {} $end", Sign(axis, pin), pin.of(axis))?;
         }
+        if laser {
+            writeln!(out, "$var real 64 {LASER} laser $end")?;
+        }
         writeln!(out, "$upscope $end\n$enddefinitions $end\n$dumpvars")?;
         for &(axis, pin, level) in pins {
             let level = level.map_or('x', |high| if high { '1' } else { '0' });
             writeln!(out, "{level}{}", Sign(axis, pin))?;
         }
+        if laser {
+            writeln!(out, "r0 {LASER}")?;
+        }
         writeln!(out, "$end")
+    }
+
+    /// The laser has this power, 0 to 1, from `time` ticks on; edges before that have been told, and
+    /// none after it.
+    pub fn laser(&mut self, time: u64, power: f64) {
+        if self.error.is_none() {
+            let written = self.at(time).and_then(|()| writeln!(self.out, "r{power} {LASER}"));
+            self.error = written.err();
+        }
     }
 
     fn units_at(&self, time: u64) -> u128 {
         u128::from(time) * self.units / u128::from(self.hz)
     }
 
-    fn line(&mut self, edge: Edge) -> io::Result<()> {
-        if self.time != Some(edge.time) {
-            self.time = Some(edge.time);
-            let time = self.units_at(edge.time);
-            writeln!(self.out, "#{time}")?;
+    fn at(&mut self, time: u64) -> io::Result<()> {
+        if self.time == Some(time) {
+            return Ok(());
         }
+        self.time = Some(time);
+        let time = self.units_at(time);
+        writeln!(self.out, "#{time}")
+    }
+
+    fn line(&mut self, edge: Edge) -> io::Result<()> {
+        self.at(edge.time)?;
         if edge.axis >= MOST {
             return Ok(());
         }
@@ -163,6 +200,21 @@ mod tests {
         assert_eq!(body, "#0\n1b\n#625\n1c\n1a\n#10625\n0a\n#20000\n");
         assert!(text.contains("$var wire 1 c step2 $end"));
         assert!(text.contains("$timescale 100 ps $end"));
+    }
+
+    #[test]
+    fn a_laser_is_a_real_number() {
+        let pins = [(0, Pin::Step, Some(false))];
+        let mut vcd = VcdWriter::with_laser(Vec::new(), Rate::MHZ, &pins);
+        vcd.laser(2, 0.25);
+        vcd.edge(Edge { time: 2, axis: 0, pin: Pin::Step, level: true });
+        vcd.laser(5, 0.0);
+        let text = String::from_utf8(vcd.finish(9).unwrap()).unwrap();
+        assert!(text.contains("$var real 64 ! laser $end"), "{text}");
+        assert!(
+            text.contains("$dumpvars\n0a\nr0 !\n$end\n#2\nr0.25 !\n1a\n#5\nr0 !\n#9\n"),
+            "{text}"
+        );
     }
 
     /// 62.5 ns are 625 · 100 ps; a third of a microsecond is no decimal.

@@ -40,9 +40,27 @@ fn create(path: &Path) -> Result<Out, Failure> {
 impl EdgeFiles {
     /// Begins the files of these pins, of a board whose timer runs at `rate`.
     pub fn begin(paths: EdgePaths, rate: Rate, pins: &[StartLevel]) -> Result<EdgeFiles, Failure> {
+        EdgeFiles::begin_with(paths, rate, pins, VcdWriter::levels)
+    }
+
+    /// The same, with a laser's power in the dump.
+    pub fn with_laser(
+        paths: EdgePaths,
+        rate: Rate,
+        pins: &[StartLevel],
+    ) -> Result<EdgeFiles, Failure> {
+        EdgeFiles::begin_with(paths, rate, pins, VcdWriter::with_laser)
+    }
+
+    fn begin_with(
+        paths: EdgePaths,
+        rate: Rate,
+        pins: &[StartLevel],
+        vcd: impl FnOnce(Out, Rate, &[StartLevel]) -> VcdWriter<Out>,
+    ) -> Result<EdgeFiles, Failure> {
         let mut files = EdgeFiles::default();
         if let Some(path) = paths.vcd {
-            let writer = VcdWriter::levels(create(path)?, rate, pins);
+            let writer = vcd(create(path)?, rate, pins);
             files.vcd = Some((path.to_owned(), writer));
         }
         if let Some(path) = paths.mcap {
@@ -65,6 +83,16 @@ impl EdgeFiles {
             written.push(path);
         }
         Ok(written)
+    }
+
+    /// The laser's power changes.
+    pub fn laser(&mut self, time: u64, power: f64) {
+        if let Some((_, writer)) = &mut self.vcd {
+            writer.laser(time, power);
+        }
+        if let Some((_, writer)) = &mut self.mcap {
+            writer.laser(time, power);
+        }
     }
 
     /// An axis makes a step; its edges are told besides.
@@ -118,6 +146,12 @@ impl<W: Write + io::Seek> McapEdges<W> {
     fn step(&mut self, axis: u8, time: u64, forward: bool) {
         if self.error.is_none() {
             self.error = self.writer.step(axis + 1, self.nanos(time), forward).err();
+        }
+    }
+
+    fn laser(&mut self, time: u64, power: f64) {
+        if self.error.is_none() {
+            self.error = self.writer.laser(self.nanos(time), power).err();
         }
     }
 

@@ -89,7 +89,13 @@ pub fn play(
     let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
     let motors = plan.names.len();
-    let wanted = Wanted { inverted: 0, edges: EdgePaths::default(), motions: false, events: false };
+    let wanted = Wanted {
+        inverted: 0,
+        edges: EdgePaths::default(),
+        motions: false,
+        events: false,
+        laser: false,
+    };
     let taken = Taken::begin(plan.rate, motors as u8, &wanted)?;
     let mut time = RealTime {
         begun: Instant::now(),

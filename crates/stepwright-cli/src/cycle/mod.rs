@@ -140,6 +140,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         edges: EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() },
         motions: args.plot.is_some(),
         events: args.format == Format::Csv || args.xy.is_some(),
+        laser: false,
     };
     let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
     interrupt::listen(While::Waiting)?;

@@ -9,6 +9,7 @@ use crate::plot;
 use crate::say;
 use stepwright_cyclefile::CyclePlan;
 use stepwright_play::cycle::PlayTape;
+use stepwright_play::gcode::Lit;
 use stepwright_plot::{MotionPlot, PlotFile, Traces};
 
 /// What is asked for.
@@ -17,6 +18,8 @@ pub struct Wanted<'a> {
     pub edges: EdgePaths<'a>,
     pub motions: bool,
     pub events: bool,
+    /// The power of a laser, too.
+    pub laser: bool,
 }
 
 /// What has been written down.
@@ -29,6 +32,8 @@ pub struct Taken {
     inverted: u8,
     /// Edges since they were last fetched.
     events: Option<Vec<Edge>>,
+    /// With a laser, edges that wait until its power up to them is known.
+    held: Option<Vec<Edge>>,
 }
 
 /// The pins of a motor, and their levels before the first edge.
@@ -44,11 +49,26 @@ impl Taken {
     /// Begins what is wanted of this many motors.
     pub fn begin(rate: Rate, motors: u8, wanted: &Wanted) -> Result<Taken, Failure> {
         let pins = (0..motors).flat_map(|axis| PINS.map(|(pin, level)| (axis, pin, level)));
-        let files = EdgeFiles::begin(wanted.edges, rate, &pins.collect::<Vec<_>>())?;
+        let begin = if wanted.laser { EdgeFiles::with_laser } else { EdgeFiles::begin };
+        let files = begin(wanted.edges, rate, &pins.collect::<Vec<_>>())?;
         let traces = wanted.motions.then(|| Traces::new(rate.hz()));
         let (inverted, events) = (wanted.inverted, wanted.events.then(Vec::new));
         let shafts = vec![Shaft::default(); motors.into()];
-        Ok(Taken { rate, files, traces, shafts, inverted, events })
+        let held = wanted.laser.then(Vec::new);
+        Ok(Taken { rate, files, traces, shafts, inverted, events, held })
+    }
+
+    /// Writes down the edges so far, and between them what the laser's power did meanwhile.
+    pub fn write_laser(&mut self, lit: &[Lit]) {
+        let Some(held) = &mut self.held else { return };
+        let mut lit = lit.iter().peekable();
+        for edge in held.drain(..) {
+            while let Some(change) = lit.next_if(|change| change.time <= edge.time) {
+                self.files.laser(change.time, change.power);
+            }
+            self.files.edge(edge);
+        }
+        lit.for_each(|change| self.files.laser(change.time, change.power));
     }
 
     /// Ends the files of edges.
@@ -90,7 +110,10 @@ impl PlayTape for Taken {
 
 impl Recorder for Taken {
     fn edge(&mut self, edge: Edge) {
-        self.files.edge(edge);
+        match &mut self.held {
+            Some(held) => held.push(edge),
+            None => self.files.edge(edge),
+        }
         // As seen by its motor, for which forward may be a low DIR.
         let turned = edge.pin == Pin::Direction && self.inverted >> edge.axis & 1 != 0;
         let seen = Edge { level: edge.level != turned, ..edge };

@@ -89,8 +89,13 @@ pub fn play(
     tell: &mut dyn FnMut(f64, &[i64], Wish),
 ) -> Result<Played, Failure> {
     let plan = admitted(name, text, axes)?;
-    let nothing =
-        taken::Wanted { inverted: 0, edges: EdgePaths::default(), motions: false, events: false };
+    let nothing = taken::Wanted {
+        inverted: 0,
+        edges: EdgePaths::default(),
+        motions: false,
+        events: false,
+        laser: false,
+    };
     let taken = |rate| Taken::begin(rate, 3, &nothing);
     begin(text.as_bytes().to_vec(), axes, &plan, taken, |mut job| {
         let hz = f64::from(job.rate.hz());
@@ -111,7 +116,7 @@ pub fn play(
                 obeyed = obeyed.then(wish, job.passed() as f64 / hz);
             }
             let limit = job.from + (begun.elapsed().as_secs_f64() * hz) as u64;
-            let more = job.pass(limit, |_| ());
+            let more = job.pass(limit, |_, _| ());
             if changes || told.is_none_or(|told| told.elapsed() >= REPORT) {
                 told = Some(Instant::now());
                 let seconds = obeyed.without_holds(job.passed() as f64 / hz);

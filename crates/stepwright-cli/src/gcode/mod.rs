@@ -53,8 +53,8 @@ use play::{Played, Wanted};
 #[command(after_help = "\
 Positions are the machine's, from its zero and without offsets. Each option of the axes takes
 one value for all of them, or three: X,Y,Z. What is not typed is the machine file's; without
-one, a belt of 40 mm a turn with 16 microsteps. The spindle and the coolant change at rest; M0
-and a probe are not waited for. docs/gcode.md has all of it.
+one, a belt of 40 mm a turn with 16 microsteps. The spindle (but for --laser) and the coolant change
+at rest; M0 and a probe are not waited for. docs/gcode.md has all of it.
 
 --port streams the job to an Uno, a Nano, a Mega, a Pico or a micro:bit with the program `stream`
 (`stepwright flash uno --program stream`), or to `stepwright board --pty --program stream`. When
@@ -71,6 +71,7 @@ Examples:
   stepwright gcode examples/gcode/badge.nc --fast --xy badge.svg
   stepwright gcode job.nc --plan --accel 800mm/s2,800mm/s2,200mm/s2
   stepwright gcode job.nc --fast --format csv --vcd edges.vcd
+  stepwright gcode examples/gcode/engrave.nc --laser --fast --xy engrave.svg
   stepwright gcode job.nc --port /dev/ttyACM0")]
 pub struct Args {
     /// The job; - is standard input
@@ -83,13 +84,15 @@ pub struct Args {
     #[arg(long, conflicts_with = "port")]
     fast: bool,
     #[command(flatten)]
+    laser: LaserArgs,
+    #[command(flatten)]
     axes: AxesArgs,
     #[command(flatten)]
     port: PortArgs,
     /// How to print it; csv is the extents of a plan, and every edge of a run
     #[arg(long, value_enum, default_value_t = SheetFormat::Table, help_heading = "Output")]
     format: SheetFormat,
-    /// Draw the way of X and Y with the speed as its colour (.svg, .png or .html)
+    /// Draw the way of X and Y with the speed as its colour, or the laser's power (.svg, .png or .html)
     #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "port")]
     xy: Option<PlotFile>,
     /// Record every edge of the pins, for GTKWave or PulseView
@@ -98,6 +101,25 @@ pub struct Args {
     /// Record them as MCAP, for Foxglove or PlotJuggler
     #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "port")]
     mcap: Option<PathBuf>,
+}
+
+/// A laser instead of a spindle.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Laser")]
+struct LaserArgs {
+    /// M3, M4, M5 and S are a laser's power along the path, which goes on at speed: M3 constant, M4 in
+    /// proportion to the speed, off at rest and in G0
+    #[arg(long)]
+    laser: bool,
+    /// S of its full power, as grbl's $30
+    #[arg(long, value_name = "S", default_value = "1000", value_parser = most, requires = "laser")]
+    laser_max: f64,
+}
+
+fn most(text: &str) -> Result<f64, String> {
+    let wrong = || format!("{text:?} is no S of full power: 0.001 to 1000000");
+    let most: f64 = text.parse().map_err(|_| wrong())?;
+    if (0.001..=1e6).contains(&most) { Ok(most) } else { Err(wrong()) }
 }
 
 /// What the virtual board is.
@@ -109,15 +131,23 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     if let Some(file) = &args.xy {
         file.check()?;
     }
+    let laser = args.laser.laser.then_some(args.laser.laser_max);
+    if laser.is_some() && args.port.port.is_some() {
+        return Err(Failure::usage(
+            "--laser can't be used with --port: no board that plays streams \
+             has an output for a laser",
+        )
+        .hint("--laser is for the virtual board, and for --plan"));
+    }
     let axes = args.axes.paces(machine)?;
     if args.plan {
-        let plan = read(&args.file, |bytes| plan(bytes, axes, &name))?;
+        let plan = read(&args.file, |bytes| plan(bytes, axes, laser, &name))?;
         let mut out = io::stdout().lock();
         let sheet = plan.sheet(format!("G-code job {name}"), BOARD);
         return unless_closed(sheet.write(&mut out, args.format).and_then(|()| out.flush()));
     }
     let job = read(&args.file, |bytes| Ok(bytes.collect::<Vec<u8>>()))?;
-    let plan = plan(&mut job.iter().copied(), axes, &name)?;
+    let plan = plan(&mut job.iter().copied(), axes, laser, &name)?;
     if let Some(refused) = plan.refused {
         return Err(refusal(&name, &refused)
             .hint("a lower --top-speed of this axis, or fewer steps a turn"));
@@ -148,7 +178,8 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     };
     let played = play::play(job, axes, &plan, &wanted)?;
     if let (Some(file), Some(way)) = (&args.xy, &played.way) {
-        let title = format!("{name}: the way of X and Y");
+        let what = if laser.is_some() { "the laser's power on the way" } else { "the way" };
+        let title = format!("{name}: {what} of X and Y");
         plot::save_picture(file, &title, &way.picture(&title))?;
     }
     report(&args, &plan, &axes, &played)
@@ -180,11 +211,13 @@ fn read<T>(
 fn plan(
     bytes: &mut dyn Iterator<Item = u8>,
     axes: [AxisPace; 3],
+    laser: Option<f64>,
     name: &str,
 ) -> Result<JobPlan, Failure> {
     let begun = Instant::now();
     let mut line = Line::new();
-    let planned = JobPlan::of(bytes, axes, &Description::uno().board, |lines, time| {
+    let board = Description::uno().board;
+    let planned = JobPlan::with_laser(bytes, axes, laser, &board, |lines, time| {
         if begun.elapsed() > Duration::from_secs(1) {
             let said = format!("planned {lines} lines, {} of the job", seconds(time));
             line.show(&[&said], &said, false);

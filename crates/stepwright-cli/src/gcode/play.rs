@@ -7,7 +7,7 @@ use stepwright::{Rate, Ticks};
 use stepwright_path::AxisPace;
 use stepwright_plan::gcode::JobPlan;
 use stepwright_play::cycle::PlayTape;
-use stepwright_play::gcode::{BegunJob, GcodeBoard, begin};
+use stepwright_play::gcode::{BegunJob, GcodeBoard, Lit, begin};
 use stepwright_play::micros;
 use stepwright_plot::SpeedWay;
 use stepwright_sim::{Edge, Pin};
@@ -64,8 +64,13 @@ pub fn play(
     plan: &JobPlan,
     wanted: &Wanted,
 ) -> Result<Played, Failure> {
-    let recorded =
-        taken::Wanted { inverted: 0, edges: wanted.edges, motions: false, events: wanted.csv };
+    let recorded = taken::Wanted {
+        inverted: 0,
+        edges: wanted.edges,
+        motions: false,
+        events: wanted.csv,
+        laser: plan.laser.is_some(),
+    };
     let taken = |rate| Taken::begin(rate, 3, &recorded);
     begin(job, axes, plan, taken, |begun| follow(begun, axes, plan, wanted))
 }
@@ -77,11 +82,11 @@ fn follow(
     plan: &JobPlan,
     wanted: &Wanted,
 ) -> Result<Played, Failure> {
-    if wanted.csv {
-        say::result("time_us,axis,event,value,position");
-    }
+    let mut rows = wanted.csv.then(|| Rows::begin(plan.laser.is_some(), job.rate));
     let rate = job.rate;
     let hz = f64::from(rate.hz());
+    // Of a laser, its power up to now.
+    let mut power = plan.laser.map(|_| 0.0);
     let mut drawn = wanted.way.then(|| Drawn::new(plan, &axes));
     let mut line = Line::new();
     let since = Instant::now();
@@ -101,14 +106,18 @@ fn follow(
             true => u64::MAX,
             false => job.from + (since.elapsed().as_secs_f64() * hz) as u64,
         };
-        let more = job.pass(limit, |board| {
-            if wanted.csv {
-                events(board, rate);
+        let more = job.pass(limit, |board, lit| {
+            if let Some(rows) = &mut rows {
+                rows.print(board, lit);
             }
             if let Some(drawn) = &mut drawn {
                 let cycle = board.cycle();
                 let at = [0, 1].map(|axis| cycle.position(axis).unwrap_or(0));
-                drawn.see(board.now() as f64 / hz, at);
+                drawn.see(board.now() as f64 / hz, at, power);
+            }
+            if let Some(power) = &mut power {
+                board.with_recorder(|taken| taken.write_laser(lit));
+                *power = lit.last().map_or(*power, |change| change.power);
             }
         });
         if shown.is_none_or(|shown: Instant| shown.elapsed() > Duration::from_millis(100)) {
@@ -140,24 +149,53 @@ pub fn tell(line: &mut Line, now: f64, all: f64, braked: bool) {
     line.show(&[&long, &plain], &plain, false);
 }
 
-/// Prints what the pins have done since the last call.
-fn events(board: &mut GcodeBoard<Taken>, rate: Rate) {
-    for Edge { time, axis, pin, level } in board.with_recorder(Taken::fetch) {
-        let (event, value) = match pin {
-            Pin::Step => ("step", level),
-            Pin::Direction => ("dir", level),
-            // Low turns a driver on.
-            Pin::Enable => ("enable", !level),
-            Pin::Coil(_) | Pin::Min | Pin::Max => continue,
-        };
-        let name = NAMES.get(usize::from(axis)).copied().unwrap_or("?");
-        let position = board.cycle().position(axis).unwrap_or(0);
-        let time = micros(time, rate);
-        say::result(format_args!("{time},{name},{event},{},{position}", u8::from(value)));
+/// What happens, as rows of CSV.
+struct Rows {
+    rate: Rate,
+    /// Of a laser, its power.
+    power: Option<f64>,
+}
+
+impl Rows {
+    fn begin(laser: bool, rate: Rate) -> Rows {
+        let columns = "time_us,axis,event,value,position";
+        say::result(if laser { format!("{columns},power") } else { columns.to_owned() });
+        Rows { rate, power: laser.then_some(0.0) }
+    }
+
+    /// What the pins have done since the last call, and the laser.
+    fn print(&mut self, board: &mut GcodeBoard<Taken>, lit: &[Lit]) {
+        let mut lit = lit.iter().peekable();
+        for Edge { time, axis, pin, level } in board.with_recorder(Taken::fetch) {
+            while let Some(change) = lit.next_if(|change| change.time <= time) {
+                self.light(change);
+            }
+            let (event, value) = match pin {
+                Pin::Step => ("step", level),
+                Pin::Direction => ("dir", level),
+                // Low turns a driver on.
+                Pin::Enable => ("enable", !level),
+                Pin::Coil(_) | Pin::Min | Pin::Max => continue,
+            };
+            let name = NAMES.get(usize::from(axis)).copied().unwrap_or("?");
+            let position = board.cycle().position(axis).unwrap_or(0);
+            let time = micros(time, self.rate);
+            let power = self.power.map_or(String::new(), |power| format!(",{power:.4}"));
+            let value = u8::from(value);
+            say::result(format_args!("{time},{name},{event},{value},{position}{power}"));
+        }
+        lit.for_each(|change| self.light(change));
+    }
+
+    fn light(&mut self, change: &Lit) {
+        self.power = Some(change.power);
+        let (time, power) = (micros(change.time, self.rate), change.power);
+        say::result(format_args!("{time},laser,power,{power:.4},,{power:.4}"));
     }
 }
 
-/// The way of X and Y, by the steps that were made.
+/// The way of X and Y, by the steps that were made, with their speed, or with the power of a laser in
+/// percent: pale where it is off.
 struct Drawn {
     way: SpeedWay,
     /// mm a step.
@@ -167,25 +205,37 @@ struct Drawn {
     /// Where it was seen last, and when; and since when a speed is measured, from where.
     last: ([i64; 2], f64),
     from: ([f64; 2], f64),
+    /// The power on the way to `last`.
+    power: Option<f64>,
 }
 
 impl Drawn {
     fn new(plan: &JobPlan, axes: &[AxisPace; 3]) -> Drawn {
-        let mut way = SpeedWay::new(["X", "Y"], "mm", "mm/s");
+        let power = plan.laser.map(|_| 0.0);
+        let mut way = SpeedWay::new(["X", "Y"], "mm", if power.is_some() { "%" } else { "mm/s" });
         way.go(0.0, 0.0, 0.0);
         let [x, y, _] = plan.survey.extents.0;
         // The start, 0, is one of the places.
         let span = [x, y].into_iter().flatten().map(|[from, to]| to.max(0.0) - from.min(0.0));
         let steps = [axes[0].step, axes[1].step];
         let fine = (span.fold(0.0, f64::max) / FINE).max(4.0 * steps[0].max(steps[1]));
-        Drawn { way, steps, fine, last: ([0; 2], 0.0), from: ([0.0; 2], 0.0) }
+        Drawn { way, steps, fine, last: ([0; 2], 0.0), from: ([0.0; 2], 0.0), power }
     }
 
-    fn see(&mut self, time: f64, at: [i64; 2]) {
+    fn see(&mut self, time: f64, at: [i64; 2], power: Option<f64>) {
         if at == self.last.0 {
             return;
         }
-        let place = |at: [i64; 2]| [0, 1].map(|n| at[n] as f64 * self.steps[n]);
+        let steps = self.steps;
+        let place = |at: [i64; 2]| [0, 1].map(|n| at[n] as f64 * steps[n]);
+        let ends = self.power.is_some_and(|known| (known > 0.0) != (power > Some(0.0)));
+        if ends {
+            // It went on or off at the last step.
+            let [x, y] = place(self.last.0);
+            self.go(x, y, 0.0);
+            self.from = ([x, y], self.last.1);
+        }
+        self.power = power;
         if time - self.last.1 > REST {
             // It stood: it moves from here and now on.
             self.from = (place(at), time);
@@ -194,15 +244,23 @@ impl Drawn {
         let here = place(at);
         let way = (here[0] - self.from.0[0]).hypot(here[1] - self.from.0[1]);
         if way >= self.fine && time > self.from.1 {
-            self.way.go(here[0], here[1], way / (time - self.from.1));
+            self.go(here[0], here[1], way / (time - self.from.1));
             self.from = (here, time);
+        }
+    }
+
+    fn go(&mut self, x: f64, y: f64, speed: f64) {
+        match self.power {
+            Some(power) if power > 0.0 => self.way.go(x, y, power * 100.0),
+            Some(_) => self.way.go_pale(x, y),
+            None => self.way.go(x, y, speed),
         }
     }
 
     /// The way, to its very end.
     fn end(mut self) -> SpeedWay {
         let [x, y] = [0, 1].map(|n| self.last.0[n] as f64 * self.steps[n]);
-        self.way.go(x, y, 0.0);
+        self.go(x, y, 0.0);
         self.way
     }
 }

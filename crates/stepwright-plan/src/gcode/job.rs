@@ -6,16 +6,19 @@
 //!                                  at rest where the route ends
 //! ```
 //!
+//! With a laser M3, M4, M5 and S are a property of the moves behind them, and nothing rests for them.
+//!
 //! No more is read than the route asks for, so a job of any length takes the memory of what lies
 //! ahead of its steps.
 
 use std::collections::VecDeque;
 use std::fmt;
 
-use stepwright_gcode::{Effect, Error, Options, Reader, Stop};
-use stepwright_path::{AxisPace, Route, RouteStep, StepSource, Stretch, Unplannable};
+use stepwright_gcode::{Effect, Error, Options, Reader, Spindle, Stop};
+use stepwright_path::{AxisPace, LaserMove, Route, RouteStep, StepSource, Stretch, Unplannable};
 
-use super::{JobSurvey, number};
+use super::laser::LaserSignal;
+use super::{JobSurvey, PowerChange, number};
 
 /// Why a job can't go on.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +39,15 @@ impl fmt::Display for JobError {
 }
 
 impl std::error::Error for JobError {}
+
+/// A move ahead.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    /// Where it ends along the route.
+    way: f64,
+    line: u32,
+    laser: LaserMove,
+}
 
 /// A G-code job in motion, of the axes X, Y and Z in millimetres.
 ///
@@ -62,8 +74,10 @@ pub struct GcodeJob<B> {
     route: Route<3>,
     survey: JobSurvey,
     todo: VecDeque<(u32, Effect)>,
-    /// Where the moves ahead end along the route, and their lines.
-    ends: VecDeque<(f64, u32)>,
+    /// The moves ahead.
+    ends: VecDeque<End>,
+    spindle: Spindle,
+    laser: Option<LaserSignal>,
     error: Option<JobError>,
     /// Nothing more is read.
     read: bool,
@@ -85,9 +99,39 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
             survey: JobSurvey::default(),
             todo: VecDeque::new(),
             ends: VecDeque::new(),
+            spindle: Spindle::default(),
+            laser: None,
             error: None,
             read: false,
         })
+    }
+
+    /// The same with a laser instead of a spindle, which has its full power at this S: M3, M4, M5 and
+    /// S change it from the next move on, and the path goes on at speed. Its [`power`](GcodeJob::power)
+    /// is then a signal beside the steps.
+    ///
+    /// ```
+    /// use stepwright_path::AxisPace;
+    /// use stepwright_plan::gcode::GcodeJob;
+    /// let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
+    /// let job = *b"M4 S500 G1 F3000 X10\nS1000 X20\n";
+    /// let mut job = GcodeJob::new(job, [axis; 3]).unwrap().with_laser(1_000.0);
+    /// let mut most: f64 = 0.0;
+    /// while let Some(step) = job.step()? {
+    ///     while let Some(change) = job.power(step.time) {
+    ///         most = most.max(change.power);
+    ///     }
+    /// }
+    /// assert_eq!(most, 1.0);
+    /// // It is off at rest.
+    /// let last = std::iter::from_fn(|| job.power(9.0)).last().unwrap();
+    /// assert_eq!((last.time, last.power), (job.time(), 0.0));
+    /// # Ok::<(), stepwright_plan::gcode::JobError>(())
+    /// ```
+    pub fn with_laser(mut self, most: f64) -> GcodeJob<B> {
+        self.route = self.route.with_glides();
+        self.laser = Some(LaserSignal::new(most));
+        self
     }
 
     /// The next step; `None` at the end of the job, and while it [is held](GcodeJob::is_held).
@@ -99,8 +143,10 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
             if let Some(step) = self.route.next() {
                 return Ok(Some(step));
             }
-            // Nobody asks for them.
-            self.ends.clear();
+            if self.laser.is_none() {
+                // Nobody asks for them.
+                self.ends.clear();
+            }
             if self.route.is_held() || !self.more()? {
                 return Ok(None);
             }
@@ -114,15 +160,44 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
     pub fn stretch(&mut self) -> Result<Option<(u32, Stretch<3>)>, JobError> {
         loop {
             if let Some(stretch) = self.route.pass_over() {
-                // A cell ends where its move does, to the last digit.
-                while self.ends.len() > 1 && self.ends[0].0 < stretch.way[1] {
-                    self.ends.pop_front();
-                }
-                return Ok(Some((self.ends.front().map_or(0, |end| end.1), stretch)));
+                self.reach(stretch.way[1]);
+                return Ok(Some((self.ends.front().map_or(0, |end| end.line), stretch)));
             }
             if !self.more()? {
                 return Ok(None);
             }
+        }
+    }
+
+    /// The next change of the laser's power, of those up to `until`, in s: no later than the last step,
+    /// unless the job stands or is over. Until they are taken they are kept, however many they are.
+    /// `None` as well without a [laser](GcodeJob::with_laser).
+    ///
+    /// It is off at first. A change holds until the next one; while the speed changes the power of M4 is
+    /// within [`POWER_WITHIN`](super::POWER_WITHIN) of S in proportion to it.
+    pub fn power(&mut self, until: f64) -> Option<PowerChange> {
+        loop {
+            let laser = self.laser.as_mut()?;
+            if let Some(change) = laser.changes.pop_front() {
+                return Some(change);
+            }
+            let glide = self.route.glide(until)?;
+            self.reach(glide.within);
+            let along = self.laser_move();
+            self.laser.as_mut()?.follow(&glide, along);
+        }
+    }
+
+    /// What a laser does along the last [`stretch`](GcodeJob::stretch).
+    pub(super) fn laser_move(&self) -> LaserMove {
+        self.ends.front().map_or(LaserMove::default(), |end| end.laser)
+    }
+
+    /// Leaves the moves behind that end before this place. A cell ends where its move does, to the
+    /// last digit.
+    fn reach(&mut self, way: f64) {
+        while self.ends.len() > 1 && self.ends[0].way < way {
+            self.ends.pop_front();
         }
     }
 
@@ -178,13 +253,20 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
                 continue;
             };
             let rest = match effect {
-                Effect::Move(part) => {
-                    if let Err(why) = self.route.travel(&part) {
+                Effect::Move(part) => match self.route.travel(&part) {
+                    Ok(feed) => {
+                        let laser = LaserMove::new(&part, self.spindle, feed);
+                        self.ends.push_back(End { way: self.route.length(), line, laser });
+                        return Ok(true);
+                    }
+                    Err(why) => {
                         self.fail(JobError::Move(line, why));
                         continue;
                     }
-                    self.ends.push_back((self.route.length(), line));
-                    return Ok(true);
+                },
+                Effect::Spindle(ordered) if self.laser.is_some() => {
+                    self.spindle = ordered;
+                    continue;
                 }
                 Effect::Dwell(seconds) => number(seconds),
                 Effect::Stop(Stop::OptionalPause) => continue,

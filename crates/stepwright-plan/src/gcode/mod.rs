@@ -29,9 +29,11 @@ use stepwright_path::{millimetres, mm};
 use crate::sheet::{Cell, Sheet};
 
 pub use job::{GcodeJob, JobError};
-pub use plan::{BoardRefusal, Corner, JobPlan, Peak};
+pub use laser::{PowerChange, WITHIN as POWER_WITHIN};
+pub use plan::{BoardRefusal, Corner, JobPlan, LaserPlan, Peak};
 
 mod job;
+mod laser;
 mod plan;
 
 /// What a job does, in millimetres, from a machine at its zero without offsets.

@@ -14,7 +14,7 @@
 use std::collections::BinaryHeap;
 
 use stepwright::Board;
-use stepwright_path::{AxisPace, Stretch, Unplannable};
+use stepwright_path::{AxisPace, LaserMove, Stretch, Unplannable};
 
 use super::{GcodeJob, JobError, JobSurvey};
 use crate::sheet::{Cell, Sheet};
@@ -63,6 +63,19 @@ pub struct Peak {
     pub line: u32,
 }
 
+/// What a laser does along a job.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaserPlan {
+    /// S of its full power.
+    pub most: f64,
+    /// Seconds in which it is on; at rest it never is.
+    pub time: f64,
+    /// mm along which it is on.
+    pub way: f64,
+    /// The highest S with which it is on; beyond `most` that is full power.
+    pub highest: f64,
+}
+
 /// A job on paper, with its time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JobPlan {
@@ -82,6 +95,8 @@ pub struct JobPlan {
     pub corners: Vec<Corner>,
     /// Where the board would refuse it.
     pub refused: Option<BoardRefusal>,
+    /// What its laser does, if it has one instead of a spindle.
+    pub laser: Option<LaserPlan>,
 }
 
 /// By what it costs; the order of equal ones is that of their lines.
@@ -187,15 +202,35 @@ impl JobPlan {
         bytes: impl IntoIterator<Item = u8>,
         axes: [AxisPace; 3],
         board: &Board<N>,
+        watch: impl FnMut(u32, f64),
+    ) -> Result<JobPlan, JobError> {
+        JobPlan::with_laser(bytes, axes, None, board, watch)
+    }
+
+    /// The same with a [laser](GcodeJob::with_laser) instead of a spindle, if this is its S of full
+    /// power.
+    ///
+    /// # Errors
+    /// As for [`of`](JobPlan::of).
+    pub fn with_laser<const N: usize>(
+        bytes: impl IntoIterator<Item = u8>,
+        axes: [AxisPace; 3],
+        laser: Option<f64>,
+        board: &Board<N>,
         mut watch: impl FnMut(u32, f64),
     ) -> Result<JobPlan, JobError> {
         let wrong = |why: Unplannable| JobError::Move(0, why);
         let mut job = GcodeJob::new(bytes, axes).map_err(wrong)?;
         let (mut plan, mut corners) = (JobPlan::default(), Corners::default());
+        if let Some(most) = laser {
+            job = job.with_laser(most);
+            plan.laser = Some(LaserPlan { most, time: 0.0, way: 0.0, highest: 0.0 });
+        }
         let mut before = 0;
         let mut next = STRIDE;
         while let Some((line, stretch)) = job.stretch()? {
             plan.add(line, &stretch, &axes);
+            plan.burn(&stretch, job.laser_move());
             let [a, b, c] = stretch.speeds;
             for (n, speeds) in [[a, b], [b, b], [b, c]].into_iter().enumerate() {
                 let time = stretch.times[n + 1] - stretch.times[n];
@@ -234,6 +269,14 @@ impl JobPlan {
             if rate > peak.rate * (1.0 + 1e-9) {
                 *peak = Peak { rate, line };
             }
+        }
+    }
+
+    fn burn(&mut self, stretch: &Stretch<3>, along: LaserMove) {
+        if let Some(laser) = self.laser.as_mut().filter(|_| along.is_on()) {
+            laser.time += stretch.end() - stretch.times[0];
+            laser.way += stretch.way[1] - stretch.way[0];
+            laser.highest = laser.highest.max(along.ordered());
         }
     }
 
@@ -280,6 +323,16 @@ impl JobPlan {
         sheet.fact("at_feed_s", "  at the ordered speed", seconds(self.at_feed), "s");
         sheet.fact("at_axes_s", "  at what the axes can do", seconds(self.at_axes), "s");
         sheet.fact("ramps_s", "  speeding up and braking", seconds(self.ramps), "s");
+        if let Some(laser) = self.laser {
+            sheet.fact("laser_on_s", "laser on", seconds(laser.time), "s");
+            sheet.fact("laser_on_mm", "  its way", Cell::fixed(laser.way, 3), "mm");
+            if laser.highest > laser.most {
+                sheet.notes.push(format!(
+                    "It burns with up to S{}: from S{} on that is full power.",
+                    laser.highest, laser.most,
+                ));
+            }
+        }
         sheet.facts.extend(facts);
         let names =
             ["peak_x", "peak_y", "peak_z"].into_iter().zip(["fastest X", "fastest Y", "fastest Z"]);

@@ -31,7 +31,9 @@
 //! 23 cycles after an edge the interrupt looks at the timer: less than half an interval
 //! less 1 µs to the next deadline is a late step (`stepwright::late_after`), and is counted. If that deadline
 //! has passed too, its step comes as soon as the minimum interval allows, and
-//! steps of other axes may come in between; 3,072 ticks behind, the schedule slips.
+//! steps of other axes may come in between. Such steps are some 112 cycles apart: where the interval is
+//! shorter than that, nothing would be caught up, and the schedule slips at once, by less than two intervals.
+//! Elsewhere it slips when it is 3,072 ticks behind.
 //! An open queue that is empty at a deadline is one late step, and what comes then
 //! is played at once, and from there on.
 //!
@@ -78,6 +80,8 @@ pub const RUNS: usize = if cfg!(feature = "mega") { 16 } else { 8 };
 pub const LOOK: u8 = 23 + 16;
 /// High byte of −3,072 ticks: further behind, the schedule slips.
 pub const SLIP: u8 = 0xF4;
+/// Steps whose deadlines have passed are this many cycles apart: at shorter intervals none is caught up.
+pub const CAUGHT: u8 = 114;
 /// How long an axis looks for nothing while its queue is empty, in 257 ticks.
 pub const POLL: u8 = 0x23;
 
@@ -151,6 +155,7 @@ macro_rules! step_interrupts {
             pace = const $crate::step::Common::PACE,
             look = const $crate::step::LOOK,
             slip = const $crate::step::SLIP,
+            caught = const $crate::step::CAUGHT,
             poll = const $crate::step::POLL,
             steps = const $crate::step::channels::STEPS,
             tcnt = const $crate::step::channels::TCNT,

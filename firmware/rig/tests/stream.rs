@@ -137,17 +137,17 @@ fn three_axes_at_38_000_steps_a_second() {
     assert!(late <= 1, "{late} late");
 }
 
-/// One axis as fast as its interrupt goes. Near there a binary of a Mega may have a speed at which the
-/// axis pauses once: today's at 200,000, none at 190,000 to 199,500 and 203,000 of those tried.
+/// One axis as fast as its interrupt goes: a step each 80 cycles, of which the interrupt takes 70, and a few more
+/// on a Mega. There one step is late, and the schedule slips by less than two intervals.
 #[test]
 fn one_axis_at_200_000_steps_a_second() {
-    let speed = if common::board() == Board::Uno { 200_000.0 } else { 199_000.0 };
-    let job = [s_curve(330_000, speed, 400_000.0, 4_000_000.0), vec![], vec![]];
+    let job = [s_curve(330_000, 200_000.0, 400_000.0, 4_000_000.0), vec![], vec![]];
+    let most = u32::from(common::board() == Board::Mega);
     let (told, late, edges) = on_chip(&job, terms([400_000.0; 3]), Line::default());
     let (worst, _) = apart(&edges, &job, terms([400_000.0; 3]), 7.0);
     println!("late {late}, worst {worst:.2} us");
-    assert_eq!((told.state, told.again, late), (FeedState::Over, 0, 0));
-    assert!(worst < 5.0);
+    assert_eq!((told.state, told.again), (FeedState::Over, 0));
+    assert!(late <= most && worst < 5.0, "late {late}, worst {worst:.2} us");
 }
 
 /// A motion that turns all the time.
@@ -250,8 +250,19 @@ fn number(name: &str, otherwise: u64) -> u64 {
 /// `cargo xtask silence`.
 #[test]
 fn silence_at_any_instant_brakes_every_axis() {
-    let (instants, seed) = (number("STEPWRIGHT_INSTANTS", 16), number("STEPWRIGHT_SEED", 1));
-    let each = OF_A_RUN.min(instants / KINDS).max(1);
+    let instants = number("STEPWRIGHT_INSTANTS", 16);
+    silent(instants, OF_A_RUN.min(instants / KINDS).max(1), number("STEPWRIGHT_SEED", 1));
+}
+
+/// One axis that brakes at 193,000 steps/s: the end of a group and a byte came at once, the step was later
+/// than its interval, and 160 steps behind it came 102 cycles apart, which is 19 % slower.
+#[test]
+fn a_late_step_at_the_top_slows_no_axis_down() {
+    silent(OF_A_RUN, OF_A_RUN, 30_017);
+}
+
+/// So many instants, `each` of them of a run.
+fn silent(instants: u64, each: u64, seed: u64) {
     let (mut told, mut made, mut n) = (Vec::new(), 0, 0);
     while made < instants {
         let mut random = Random::new(seed + n);

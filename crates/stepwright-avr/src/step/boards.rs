@@ -128,9 +128,8 @@ __vector_{vector2}:
     rjmp .Lsw_intime2
 1:  sw_drop2
     sw_counted sw_a2, 4f
-    cpi r25, {slip}
-    brsh 2f
-    rcall .Lsw_now2
+    sw_slips sw_a2, 3f, 2f
+3:  rcall .Lsw_now2
 2:  ldi r26, 0
     sts 0x70, r26
     rcall sw_pause

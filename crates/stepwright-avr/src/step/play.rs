@@ -109,6 +109,19 @@ sw_pause:
     out sw_keep, r24
     ret
 
+; Whether the schedule slips: too far behind (r25 is the upper byte of that), or at steps which follow one
+; another sooner than late ones can. Uses r26.
+.macro sw_slips a, yes, no
+    cpi r25, {slip}
+    brlo \yes
+    lds r26, \a+{now}+{wait}+2
+    tst r26
+    brne \no
+    lds r26, \a+{now}+{wait}+1
+    cpi r26, {caught}
+    brsh \no
+.endm
+
 ; A late step of axis n: r25:r24 are the ticks to the next deadline.
 .macro sw_rarely n, a
 .Lsw_late\n:
@@ -182,9 +195,8 @@ sw_pause:
 1:  ; The next deadline has passed: that step as soon as it may be.
     sw_drop\n
     sw_counted \a, 4f
-    cpi r25, {slip}
-    brsh 2f
-    rcall .Lsw_now\n ; too far behind
+    sw_slips \a, 3f, 2f
+3:  rcall .Lsw_now\n
 2:  ldi r24, 1<<\bit
     out {tifr}, r24
     rcall sw_pause

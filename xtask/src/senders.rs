@@ -1,14 +1,20 @@
 //! Foreign senders of G-code drive `stepwright grbl`.
 
+use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
 use anyhow::Result;
+use clap::ValueEnum;
 
+use crate::firmware;
 use crate::node;
 use crate::python;
 use crate::setup::{self, Need};
+use crate::sim;
+use crate::small::SmallBoard;
+use crate::test::pico;
 use crate::workspace::{Workspace, run, run_within};
 
 /// What they run on.
@@ -32,12 +38,28 @@ pub struct Senders {
     /// A board that plays streams has the motors, also `cargo xtask sim uno --program stream`
     #[arg(long, value_name = "PATH")]
     port: Option<PathBuf>,
+    /// CNCjs alone runs a job with limited jerk, and a simulated board has the motors, in its own
+    /// time: 19 ms a line
+    #[arg(long, value_name = "BOARD", conflicts_with_all = ["port", "sender"])]
+    on: Option<On>,
+}
+
+/// A simulated board that plays streams.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum On {
+    Uno,
+    Mega,
+    /// Some four times slower than real time
+    Pico,
 }
 
 impl Senders {
     /// Runs them, one after another.
     pub fn run(&self, ws: &Workspace) -> Result<()> {
         setup::ensure(NEEDS)?;
+        if let Some(board) = self.on {
+            return on_board(ws, board, self.lines);
+        }
         if self.sender.is_empty() || self.sender.iter().any(|name| name == "bcnc") {
             setup::ensure(&[setup::BCNC])?;
         }
@@ -48,6 +70,28 @@ impl Senders {
 /// Two of them, with a short job.
 pub fn test(ws: &Workspace) -> Result<()> {
     drive(ws, FEW, &["pygrbl-streamer".to_owned(), "cncjs".to_owned()], None)
+}
+
+/// CNCjs runs a job of that many chords on a board.
+pub fn on_board(ws: &Workspace, board: On, chords: u32) -> Result<()> {
+    let mut modules = vec![node::CNCJS.modules(ws)];
+    node::CNCJS.prepare(ws)?;
+    let words = match board {
+        On::Uno => sim::in_its_own_time(ws, firmware::Board::Uno, "stream")?,
+        On::Mega => sim::in_its_own_time(ws, firmware::Board::Mega, "stream")?,
+        On::Pico => {
+            node::RP2040JS.prepare(ws)?;
+            setup::ensure(pico::NEEDS)?;
+            SmallBoard::named(ws, "rp2040")?.build(ws)?;
+            modules.push(node::RP2040JS.modules(ws));
+            pico::in_its_own_time(ws)
+        }
+    };
+    python::PIO.prepare(ws)?;
+    let mut job = Command::new(python::PIO.interpreter(ws));
+    job.env("NODE_PATH", env::join_paths(modules)?);
+    job.arg(ws.root.join("crates/stepwright-cli/tests/senders/on_board.py"));
+    run(job.arg(ws.shipped()?).arg(chords.to_string()).args(words))
 }
 
 fn drive(ws: &Workspace, lines: u32, senders: &[String], port: Option<&Path>) -> Result<()> {

@@ -1,6 +1,7 @@
 //! `cargo xtask sim`: the firmware on a simulated chip, in real time, on a
 //! pseudo-terminal, so that any serial program drives the real binary.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -85,6 +86,24 @@ fn tried_with(program: &str) -> Option<&'static str> {
         "stream" => "gcode examples/gcode/badge.nc",
         _ => return None,
     })
+}
+
+/// The words that begin a simulated board with a program, where its time is to be kept in a file that
+/// follows them.
+pub fn in_its_own_time(ws: &Workspace, board: Board, program: &str) -> Result<Vec<OsString>> {
+    setup::ensure(rig::SIM_NEEDS)?;
+    let sim = Sim {
+        board,
+        pty_link: None,
+        program: program.to_owned(),
+        elf: None,
+        switch: Vec::new(),
+        vcd: None,
+        fast: false,
+    };
+    let (kind, firmware) = sim.firmware(ws)?;
+    let simulator = rig::program(ws, "sim")?.into();
+    Ok(vec![simulator, board.name().into(), kind.into(), firmware.into(), "--clock".into()])
 }
 
 impl Sim {

@@ -16,7 +16,7 @@ mod flash;
 mod invariants;
 mod package;
 mod page;
-mod pico;
+pub mod pico;
 mod ports;
 mod programs;
 mod pyserial;

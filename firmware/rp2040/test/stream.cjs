@@ -1,12 +1,12 @@
-// The player of streamed runs, for a host: node stream.cjs FOLDER-OF-ELVES [PORT]
+// The player of streamed runs, for a host: node stream.cjs FOLDER-OF-ELVES [PORT [CLOCK]]
 //
 // Without a port a test has its time in its hand. It says lines: `b HEX`, a byte for the UART; `i PIN LEVEL`,
 // the level of an input; `u N`, go
 // on until N sixteenths of a µs since the beginning, which is answered by a line: bytes that were said, in
 // hexadecimal, `|`, and edges since, `TIME AXIS PIN LEVEL` with commas between them.
 //
-// With a port it is a board at a TCP port, in its own time, which goes slower than ours. A line that is
-// closed is the end: it says what it did.
+// With a port it is a board at a TCP port, in its own time, which goes slower than ours, and which it keeps in
+// the file CLOCK, in ns and 8 bytes. A line that is closed is the end: it says what it did.
 'use strict';
 const fs = require('fs');
 const net = require('net');
@@ -14,10 +14,9 @@ const path = require('path');
 const { Machine } = require('./machine.cjs');
 
 const UNIT = 125 / 16;
-// Of its own time, for a byte at a port: as fast as the chip takes them, so that a host in real time, for which
-// the chip is slow, never sends more than it hears.
-const BYTE = 1_000;
-const [, , folder, port] = process.argv;
+// Cycles of a byte at 115,200 baud.
+const BYTE = Math.round(125e6 / 11_520);
+const [, , folder, port, clock] = process.argv;
 
 const m = new Machine(path.join(folder, 'rp2040-stream.elf'));
 let said = [];
@@ -64,6 +63,8 @@ function lockStep() {
 }
 
 function overTcp() {
+  const file = clock && fs.openSync(clock, 'r+');
+  const now = Buffer.alloc(8);
   const server = net.createServer((socket) => {
     const queue = [];
     socket.setNoDelay(true);
@@ -85,13 +86,13 @@ function overTcp() {
         }));
         process.exit(0);
       }
-      // Some bytes of its own time.
-      for (let n = 0; n < 64; n++) {
-        if (queue.length) m.chip.uart[0].feedByte(queue.shift());
-        m.run(BYTE);
+      if (queue.length) m.chip.uart[0].feedByte(queue.shift());
+      m.run(BYTE);
+      if (file) {
+        now.writeBigUInt64LE(BigInt(Math.round(m.time * 8)));
+        fs.writeSync(file, now, 0, 8, 0);
       }
-      if (said.length) socket.write(Buffer.from(said));
-      said = [];
+      if (said.length) socket.write(Buffer.from([said.shift()]));
       setImmediate(go);
     };
     go();

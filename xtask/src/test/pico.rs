@@ -1,6 +1,7 @@
 //! The firmware for a Pico in rp2040js, processor and PIO in lock-step, and the words that it gave the PIO
 //! in a second emulator.
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,6 +11,7 @@ use anyhow::{Result, ensure};
 use crate::node::RP2040JS;
 use crate::python::PIO;
 use crate::qemu;
+use crate::senders::{self, On};
 use crate::setup::{self, Need};
 use crate::small::SmallBoard;
 use crate::workspace::{Workspace, run as carry_out};
@@ -19,6 +21,9 @@ pub const NEEDS: &[&Need] = &[setup::CROSS, setup::NODE, setup::PYTHON];
 
 /// Words that the second emulator plays: it takes some seconds for a thousand.
 const WORDS: &str = "10000";
+
+/// Chords of a sender's job: some five seconds of the Pico's time.
+const CHORDS: u32 = 200;
 
 /// Edges at the computed cycle, halts and stops with exact counts, the controller's transcripts.
 pub fn run(ws: &Workspace) -> Result<()> {
@@ -52,8 +57,14 @@ fn streams(ws: &Workspace, programs: &Path) -> Result<()> {
     let mut job = Command::new(PIO.interpreter(ws));
     job.env("NODE_PATH", &modules).arg(script.join("job.py"));
     job.arg(command).arg(programs).arg(script.join("job.nc"));
-    // It goes some 5 times slower than real time, and its line is faster than the command's all the same.
-    carry_out(job.args(["38400", "--jerk", "10000mm/s3"]))
+    carry_out(job.args(["--jerk", "10000mm/s3"]))?;
+    senders::on_board(ws, On::Pico, CHORDS)
+}
+
+/// The words that begin a Pico that plays streams; a file for its time follows them.
+pub fn in_its_own_time(ws: &Workspace) -> Vec<OsString> {
+    let script = ws.root.join("firmware/rp2040/test/stream.cjs");
+    vec!["node".into(), script.into(), ws.target.join("firmware").into(), "0".into()]
 }
 
 /// The self-test's line is what the pins show, and the command takes it; one with an edge less it refuses.

@@ -22,13 +22,13 @@ REAL_TIME = {0x18, 0x21, 0x3F, 0x7E} | set(range(0x80, 0x100))
 class Grbl:
     """A virtual machine on a pseudo-terminal of its own, behind a second one that counts."""
 
-    def __init__(self, command, folder, extra=(), settings=""):
+    def __init__(self, command, folder, extra=(), settings="", env=None):
         kept = os.path.join(folder, "kept.txt")
         with open(kept, "w", encoding="ascii") as file:
             file.write(KEPT + settings)
         words = [command, "grbl", "--pty", "--keep", kept, *extra]
         self.process = subprocess.Popen(
-            words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            words, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         first = self.process.stdout.readline().split()
         assert first[:1] == ["pty"], first
@@ -44,7 +44,7 @@ class Grbl:
         # Lengths of lines that have no answer yet, and of the one that is being sent.
         self.sent, self.open, self.most, self.old = [], 0, 0, 0
         self.heard, self.errors = b"", []
-        self.status = ""
+        self.status = self.said = ""
         self.lock = threading.Lock()
         self.running = True
         self.threads = [threading.Thread(target=self._carry, daemon=True)]
@@ -140,19 +140,19 @@ class Grbl:
         self.running = False
         self.threads[0].join()
         self.process.send_signal(2)
-        _, said = self.process.communicate(timeout=20)
+        _, self.said = self.process.communicate(timeout=20)
         for end in (self.line, self.master, self.slave):
             os.close(end)
-        place = re.search(r"position (-?\d+) (-?\d+) (-?\d+) steps", said)
-        assert place, said
+        place = re.search(r"position (-?\d+) (-?\d+) (-?\d+) steps", self.said)
+        assert place, self.said
         return [int(x) for x in place.groups()]
 
 
-def spiral(lines):
+def spiral(lines, feed=12000):
     """A spiral of so many chords in 3 decimals, and where it ends, in steps."""
     import math
 
-    job = ["G21 G90 G94 (a spiral)", "G1 F12000"]
+    job = ["G21 G90 G94 (a spiral)", f"G1 F{feed}"]
     for n in range(1, lines + 1):
         radius, angle = 30 * n / lines, 2 * math.pi * n / 250
         job.append(f"X{radius * math.cos(angle):.3f} Y{radius * math.sin(angle):.3f}")

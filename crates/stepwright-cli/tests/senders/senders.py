@@ -119,10 +119,10 @@ def free_port():
         return str(probe.getsockname()[1])
 
 
-def cncjs(grbl, folder, lines):
-    """CNCjs, over its own interface: `?` four times a second, `$G` twice."""
-    modules, tcp = os.environ["NODE_PATH"], free_port()
-    job, end = spiral(lines)
+@contextlib.contextmanager
+def cncjs_job(grbl, folder, job):
+    """CNCjs begins a job; how to give it an order, and what says that the job is finished."""
+    modules, tcp = os.environ["NODE_PATH"].split(os.pathsep)[0], free_port()
     path = f"{folder}/job.nc"
     with open(path, "w", encoding="ascii") as file:
         file.write("\n".join(job) + "\n")
@@ -147,17 +147,27 @@ def cncjs(grbl, folder, lines):
             driver.stdin.write(json.dumps(words) + "\n")
             driver.stdin.flush()
 
+        def finish():
+            said = driver.stdout.readline().split()
+            assert said[:1] == ["finished"], said
+            driver.wait(timeout=20)
+
         said = driver.stdout.readline().strip()
         assert said == "loaded", said
         grbl.until("Run")
-        hold_and_resume(grbl, lambda: order("feedhold"), lambda: order("cyclestart"))
-        order("feedOverride", 10)
-        said = driver.stdout.readline().split()
-        assert said[:1] == ["finished"], said
-        driver.wait(timeout=20)
+        yield order, finish
     finally:
         server.kill()
         server.wait()
+
+
+def cncjs(grbl, folder, lines):
+    """CNCjs, over its own interface: `?` four times a second, `$G` twice."""
+    job, end = spiral(lines)
+    with cncjs_job(grbl, folder, job) as (order, finish):
+        hold_and_resume(grbl, lambda: order("feedhold"), lambda: order("cyclestart"))
+        order("feedOverride", 10)
+        finish()
     place = grbl.until("Idle")
     assert place == end, (place, end)
     return place

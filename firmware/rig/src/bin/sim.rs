@@ -2,8 +2,9 @@
 //!
 //! `cargo xtask sim uno` builds the firmware and calls this.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter};
+use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -65,6 +66,9 @@ struct Args {
     /// Let its time pass as fast as this machine can, instead of in real time
     #[arg(long)]
     fast: bool,
+    /// Keep its time in this file, in ns and 8 bytes: for programs that are to live in it
+    #[arg(long, value_name = "FILE")]
+    clock: Option<PathBuf>,
 }
 
 /// A limit switch and its pin, if that is not the shield's.
@@ -119,6 +123,7 @@ fn main() -> Result<()> {
 
     let mut chip = Chip::new(args.board, &image);
     let mut dump = args.vcd.as_deref().map(|path| dump(&mut chip, path)).transpose()?;
+    let clock = args.clock.map(|path| OpenOptions::new().write(true).open(path)).transpose()?;
     let mut contacts = Vec::new();
     for contact in &args.switch {
         contacts.push((contact.switch, contact.pin(args.board)?, false));
@@ -159,6 +164,9 @@ fn main() -> Result<()> {
                     chip.pull(*pin, is);
                 }
             }
+        }
+        if let Some(clock) = &clock {
+            clock.write_all_at(&(chip.now() * 1_000_000_000 / HZ).to_ne_bytes(), 0)?;
         }
         pty.write(&chip.take_said());
         if chip.now() - tally.taken > TALLY {
@@ -271,6 +279,8 @@ struct Tally {
     taken: u64,
     steps: [u64; AXES],
     positions: [i64; AXES],
+    /// Cycles of the first step, and of the last one.
+    span: Option<(u64, u64)>,
     /// The last known level of each DIR.
     directions: [Option<Edge>; AXES],
 }
@@ -284,6 +294,10 @@ impl Tally {
             let edges: Vec<Edge> = known.chain(edges.iter().copied()).collect();
             let steps = steps_of(&edges, axis as u8);
             self.steps[axis] += steps.len() as u64;
+            if let [first, .., last] | [first @ last] = &steps[..] {
+                let (begun, ended) = self.span.unwrap_or((first.time, last.time));
+                self.span = Some((begun.min(first.time), ended.max(last.time)));
+            }
             self.positions[axis] += steps.last().map_or(0, |step| step.position);
             let is_direction = |edge: &&Edge| edge.axis == axis as u8 && edge.pin == Pin::Direction;
             self.directions[axis] = edges.iter().rfind(is_direction).copied();
@@ -299,6 +313,10 @@ impl Tally {
                 self.steps[axis],
                 self.positions[axis]
             );
+        }
+        if let Some((begun, ended)) = self.span {
+            let [begun, ended] = [begun, ended].map(|cycles| cycles as f64 / HZ as f64);
+            println!("steps from {begun:.6} s to {ended:.6} s");
         }
     }
 

@@ -38,6 +38,9 @@ mod pause;
 mod pulse;
 mod track;
 
+#[cfg(feature = "critical-section")]
+use core::mem::offset_of;
+
 use crate::drive::{Axes, Drive};
 use crate::entry::Wiring;
 use crate::queue::Source;
@@ -49,7 +52,7 @@ use late::Terms;
 pub use pause::Frozen;
 use pulse::Pulses;
 #[cfg(feature = "critical-section")]
-pub(crate) use track::Glance;
+pub(crate) use track::Looked;
 use track::{State, Track, fine_of};
 
 /// STEP rises.
@@ -394,30 +397,17 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.tracks.get(usize::from(axis)).map_or(Playing::Unknown, |track| track.playing(now))
     }
 
-    /// What [`playing`](Engine::playing) looks at; `None` of an axis that there is not. The step interrupt is
-    /// held off for the look alone: the axis is found before it, and the rest computed behind it.
-    ///
-    /// # Safety
-    /// `this` is an engine, and while the interrupt is held off nobody else uses it.
+    /// Where the timer and an axis of an engine lie, which [`playing`](Engine::playing) looks at; `None` of an
+    /// axis that there is not.
     #[cfg(feature = "critical-section")]
     #[inline(always)]
-    pub(crate) unsafe fn glance<H: crate::HoldOff>(this: *mut Self, axis: u8) -> Option<Glance> {
+    pub(crate) fn places(this: *mut Self, axis: u8) -> Option<(*mut T, *const Looked<T::Count>)> {
         if usize::from(axis) >= N {
             return None;
         }
-        // SAFETY: an address within the caller's engine; nothing is read.
-        let track =
-            unsafe { (&raw const (*this).tracks).cast::<Track<T::Count>>().add(axis.into()) };
-        // By its own address, which is computed here: a step may wait for what comes behind it.
-        let track = core::hint::black_box(track);
-        H::hold();
-        // SAFETY: the caller's.
-        let seen = unsafe {
-            let now = (*this).timer.now();
-            (*track).glance(now)
-        };
-        H::release();
-        Some(seen)
+        let at = |offset| this.cast::<u8>().wrapping_add(offset);
+        let tracks = at(offset_of!(Self, tracks)).cast::<Looked<T::Count>>();
+        Some((at(offset_of!(Self, timer)).cast(), tracks.wrapping_add(axis.into())))
     }
 
     /// Whether an axis has no travel in progress; true of one that there is not.

@@ -8,6 +8,7 @@
 //! ```
 
 use core::cell::{Cell, UnsafeCell};
+use core::hint::black_box;
 use core::marker::PhantomData;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -219,12 +220,18 @@ impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize> Control
         self.with(|engine| engine.is_idle(axis))
     }
     fn playing(&mut self, axis: u8) -> Playing {
-        // SAFETY: as in `with`. Asked often, and long to compute: the interrupt waits for the look alone.
-        let seen = unsafe {
-            let shared = self.shared.unwrap_unchecked();
-            Engine::glance::<H>(shared.engine.get().cast::<Shared<T, D, N, Q>>(), axis)
-        };
-        seen.map_or(Playing::Unknown, |seen| seen.playing())
+        // SAFETY: as in `with`.
+        let shared = unsafe { self.shared.unwrap_unchecked() };
+        let engine = shared.engine.get().cast::<Shared<T, D, N, Q>>();
+        let Some((timer, track)) = Engine::places(engine, axis) else { return Playing::Unknown };
+        // Asked often, and long to compute: the interrupt waits for the look alone. By an address that is
+        // computed here: a step may wait for what comes behind it.
+        let track = black_box(track);
+        H::hold();
+        // SAFETY: as in `with`, parts of that engine.
+        let seen = unsafe { (*track).glance((*timer).now()) };
+        H::release();
+        seen.playing()
     }
     fn set_position(&mut self, axis: u8, position: i64) {
         self.with(|engine| engine.set_position(axis, position));

@@ -261,7 +261,7 @@ fn a_late_step_at_the_top_slows_no_axis_down() {
     silent(OF_A_RUN, OF_A_RUN, 30_017);
 }
 
-/// So many instants, `each` of them of a run.
+/// This many instants, `each` of them of a run.
 fn silent(instants: u64, each: u64, seed: u64) {
     let (mut told, mut made, mut n) = (Vec::new(), 0, 0);
     while made < instants {

@@ -76,6 +76,20 @@ impl Glance {
     }
 }
 
+/// A track that others may look at.
+#[cfg(feature = "critical-section")]
+#[repr(transparent)]
+pub(crate) struct Looked<C: Count>(Track<C>);
+
+#[cfg(feature = "critical-section")]
+impl<C: Count> Looked<C> {
+    /// What is to be known of it.
+    #[inline(always)]
+    pub fn glance(&self, now: C) -> Glance {
+        self.0.glance(now)
+    }
+}
+
 impl<C: Count> Track<C> {
     /// At rest at position 0, facing forward.
     pub const IDLE: Track<C> = Track {

@@ -8,9 +8,8 @@
 //!   the curvature  v²·|Δt|/h  ≤ A        of chords of a curve: it turns by Δt in every h
 //! ```
 //!
-//! A corner by itself is bound by its jump alone: one of 20° or more between pieces so long that
-//! the jump is the lower bound of the two, or any between pieces long beside it (v²·|Δt|/h ≤ A/8).
-//! Chords of a curve are bound as the curve: v stays within S/2 of a speed u that
+//! A corner by itself takes nothing of what there is to speed up by: one of 20° or more, or any between
+//! pieces so long that it turns slowly (v²·|Δt|/h ≤ A/8). Chords of a curve are bound as the curve: v stays within S/2 of a speed u that
 //! turns evenly from the middle of one chord to the middle of the next, which is why half of a
 //! chord at either side has its part of the axis' acceleration taken ([`Joint::zone`]).
 //!
@@ -39,7 +38,7 @@ pub(crate) struct Joint<const N: usize> {
 /// A joint is a corner by itself where turning takes this part of the acceleration at most,
 const ALONE: f64 = 0.125;
 
-/// or all of it, if it turns by an angle whose cosine is less than this.
+/// or if it turns by an angle whose cosine is less than this.
 const SHARP: f64 = 0.94;
 
 impl<const N: usize> Joint<N> {
@@ -74,10 +73,16 @@ impl<const N: usize> Joint<N> {
             cap = if half < 1.0 { accel * deviation * half / (1.0 - half) } else { f64::INFINITY };
         }
         let part = if cos < SHARP { 1.0 } else { ALONE };
-        if v * v / length <= part * over(|axis| axis.accel) {
+        let most = over(|axis| axis.accel) * length;
+        if v * v <= part * most {
             return Joint { cap, ..Joint::REST };
         }
-        cap = cap.min(over(|axis| axis.accel) * length);
+        cap = cap.min(most);
+        if cos < SHARP && deviation.is_none() {
+            // As a chord it could be no faster, and all the way to the middle of the next one nothing
+            // would be left to speed up by.
+            return Joint { cap, ..Joint::REST };
+        }
         let bend = Bend {
             bend: turn.map(|turn| turn / length),
             tilt: std::array::from_fn(|n| (after[n] + before[n]).abs() / 2.0),

@@ -19,8 +19,11 @@ use crate::bucket::Bucket;
 use crate::cell::Cell;
 use crate::route::AxisPace;
 
-/// Rounds in which joints are passed at 0.7 times their speed, before they are at rest.
-const SLOWER: usize = 12;
+/// Rounds in which joints are passed slower, before they are at rest.
+const SLOWER: usize = 20;
+
+/// Of w, in each.
+const BY: f64 = 0.7;
 
 /// Rounds in which joints are at rest, before the plan is given up.
 const AT_REST: usize = 100;
@@ -82,7 +85,7 @@ impl Passes {
             }
             let mut slower = false;
             for n in from.max(1)..=to.min(count - 1) {
-                let cap = if round < SLOWER { w[n] / 2.0 } else { 0.0 };
+                let cap = if round < SLOWER { BY * w[n] } else { 0.0 };
                 slower |= cap < caps[n];
                 caps[n] = cap.min(caps[n]);
             }

@@ -19,27 +19,33 @@
 use std::collections::HashMap;
 
 use super::asm::{Code, Function, Line, Program};
+use super::calls::Calls;
 use super::effects::{Effect, FLAGS, Kind, operands, register};
 use super::flow::Flow;
 
 /// Goes through all functions.
 pub(crate) fn leave_out(program: &mut Program) {
+    let calls = Calls::of(program);
     for function in program.functions_mut() {
-        while pass(function) {}
+        while pass(function, &calls) {}
     }
 }
 
 /// Goes through a function once. Whether it has changed.
-fn pass(function: &mut Function) -> bool {
-    let Some(flow) = Flow::of(function) else { return false };
+fn pass(function: &mut Function, calls: &Calls) -> bool {
+    let Some(flow) = Flow::of(function, calls) else { return false };
     let states = meet(function, &flow).unwrap_or_default();
+    let live = flow.live();
     let mut gone = vec![false; function.lines.len()];
     let mut new: Vec<(usize, Code)> = Vec::new();
     for (block, state) in flow.blocks.iter().zip(states) {
         let Some(mut state) = state else { continue };
         for n in block.lines.clone() {
             if let Some(code) = function.lines[n].code().filter(|_| !flow.pinned[n]) {
-                if is_there(code, &state) {
+                let silent = |effect: Effect| effect.writes & FLAGS & live[n] == 0;
+                if is_there(code, &state)
+                    || keeps(code, &state) && flow.effects[n].is_some_and(silent)
+                {
                     gone[n] = true;
                 } else if let Some(better) = first(code, &state) {
                     new.push((n, better));
@@ -52,7 +58,7 @@ fn pass(function: &mut Function) -> bool {
     for (n, code) in new {
         function.lines[n] = Line::Code(code);
     }
-    remove(function, &gone) | unread(function) | changed
+    remove(function, &gone) | unread(function, calls) | changed
 }
 
 /// Takes lines out.
@@ -66,10 +72,10 @@ fn remove(function: &mut Function, gone: &[bool]) -> bool {
 }
 
 /// Takes out what computes what nobody reads.
-fn unread(function: &mut Function) -> bool {
+fn unread(function: &mut Function, calls: &Calls) -> bool {
     let mut any = false;
     loop {
-        let Some(flow) = Flow::of(function) else { return any };
+        let Some(flow) = Flow::of(function, calls) else { return any };
         let live = flow.live();
         let gone: Vec<bool> = (0..function.lines.len())
             .map(|n| {
@@ -87,6 +93,14 @@ fn unread(function: &mut Function) -> bool {
 
 /// The value of a register: below 256 it is a constant.
 type Value = u64;
+/// In a value that is none: it is 0 or 1.
+const BIT: Value = 1 << 62;
+
+/// Whether a value is 0 or 1.
+fn is_bit(value: Value) -> bool {
+    value < 2 || value & BIT != 0
+}
+
 /// The values of all registers, and that of the flags.
 type State = [Value; 33];
 
@@ -131,7 +145,8 @@ fn meet(function: &Function, flow: &Flow) -> Option<Vec<Option<State>>> {
             for (register, value) in state.iter_mut().enumerate() {
                 let tuple: Vec<Value> = ways.iter().map(|way| way[register]).collect();
                 let same = tuple.iter().all(|value| *value == tuple[0]);
-                let fresh = if same { tuple[0] } else { met(block.lines.start, register) };
+                let bit = if tuple.iter().all(|&value| is_bit(value)) { BIT } else { 0 };
+                let fresh = if same { tuple[0] } else { met(block.lines.start, register) | bit };
                 *value = *classes.entry(tuple).or_insert(fresh);
             }
             if ins[index] != Some(state) {
@@ -180,15 +195,20 @@ fn step(state: &mut State, function: &Function, flow: &Flow, n: usize) {
         }
         // No bits, or those that there are.
         ("andi", Some(a), _) => {
-            let (old, mask) = (before[usize::from(a)], constant(b));
-            if mask == Some(0) {
-                state[usize::from(a)] = 0;
-            } else if let (0..256, Some(mask)) = (old, mask) {
-                state[usize::from(a)] = old & mask;
+            let (a, mask) = (usize::from(a), constant(b));
+            if let Some(left) = masked(before[a], mask) {
+                state[a] = left;
+            } else if mask == Some(1) {
+                state[a] |= BIT;
             }
         }
-        ("or" | "eor", Some(a), Some(b)) if before[usize::from(b)] == 0 => {
+        ("or" | "eor" | "add" | "sub", Some(a), Some(b)) if before[usize::from(b)] == 0 => {
             state[usize::from(a)] = before[usize::from(a)];
+        }
+        ("and" | "or" | "eor", Some(a), Some(b))
+            if [a, b].iter().all(|&register| is_bit(before[usize::from(register)])) =>
+        {
+            state[usize::from(a)] |= BIT;
         }
         ("clr", Some(a), _) => state[usize::from(a)] = 0,
         // What is compared says the same again.
@@ -231,6 +251,28 @@ fn is_there(code: &Code, state: &State) -> bool {
         ("cpi", _) => constant(b).is_some_and(|number| compared(state[to], number) == state[32]),
         ("tst", _) => compared(state[to], SIGN_ALONE) == state[32],
         _ => false,
+    }
+}
+
+/// Whether a register keeps the value that it has: nothing is computed but flags.
+fn keeps(code: &Code, state: &State) -> bool {
+    let (a, b) = operands(code);
+    let value = |text: &str| register(text).map(|register| state[usize::from(register)]);
+    match (&*code.name, value(a), value(b)) {
+        ("andi", Some(value), _) => masked(value, constant(b)) == Some(value),
+        ("or" | "eor" | "add" | "sub", _, Some(0)) => true,
+        _ => false,
+    }
+}
+
+/// What is left of a value under a mask, if that is known.
+fn masked(value: Value, mask: Option<Value>) -> Option<Value> {
+    match (value, mask?) {
+        (_, 0) => Some(0),
+        (value, 255) => Some(value),
+        (0..256, mask) => Some(value & mask),
+        (value, mask) if is_bit(value) && mask & 1 != 0 => Some(value),
+        _ => None,
     }
 }
 
@@ -300,6 +342,27 @@ mod tests {
         assert_eq!(left("ldi r26, 7; add r26, r20; in r27, 10"), "in r27, 10");
         let read = "ldi r26, 7; add r26, r20; out 10, r26";
         assert_eq!(left(read), read);
+    }
+
+    #[test]
+    fn what_keeps_a_value_goes() {
+        for nothing in ["or r24, r1", "andi r24, 255", "ldi r26, 0; add r24, r26"] {
+            let left = left(&format!("in r24, 10; {nothing}; out 10, r24"));
+            assert!(!left.contains("r24, r") && !left.contains("andi"), "{left}");
+        }
+        // A bit is one where ways meet, and beside another.
+        let bit = "ldi r24, 1; cp r18, r20; brlo .L1; mov r24, r1\n.L1:";
+        assert!(!left(&format!("{bit}; andi r24, 1; out 10, r24")).contains("andi"));
+        let two = format!("{bit}; in r25, 9; andi r25, 1; and r24, r25; andi r24, 1; out 10, r24");
+        assert_eq!(left(&two).matches("andi").count(), 1);
+        // One that is no bit on one way; and flags that are read.
+        for needed in [
+            format!("{}; andi r24, 1; out 10, r24", bit.replace("r24, 1", "r24, 3")),
+            format!("{bit}; andi r24, 1; out 10, r24; breq .L7"),
+            "in r24, 10; add r24, r1; out 10, r24; brlo .L7".into(),
+        ] {
+            assert_eq!(left(&needed), needed.replace("\n.L1:", ""));
+        }
     }
 
     #[test]

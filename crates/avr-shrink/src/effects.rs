@@ -33,6 +33,10 @@ const fn span(from: u8, to: u8) -> Set {
     ((1 << (to - from + 1)) - 1) << from
 }
 
+/// The registers in which a function may get arguments.
+pub(crate) const TAKEN: Set = span(8, 25);
+/// The registers in which it may give a result.
+pub(crate) const GIVEN: Set = span(18, 25);
 /// The registers that a caller finds as they were.
 const KEPT: Set = span(2, 17) | span(28, 29);
 /// The registers and flags that a called function may overwrite.
@@ -94,9 +98,9 @@ fn pointer(text: &str) -> Option<(Set, Set)> {
     Some((pair(low), if changes { pair(low) } else { 0 }))
 }
 
-/// The effect of assembly that a person wrote.
+/// The effect of assembly that a person wrote, which leaves r1 0.
 pub(crate) const UNKNOWN: Effect =
-    Effect { kind: Kind::Outward, reads: EVERYTHING, writes: EVERYTHING, sure: 0 };
+    Effect { kind: Kind::Outward, reads: EVERYTHING, writes: EVERYTHING & !2, sure: 0 };
 
 /// The effect of an instruction; none if it is not known.
 pub(crate) fn effect(code: &Code) -> Option<Effect> {
@@ -155,12 +159,16 @@ pub(crate) fn effect(code: &Code) -> Option<Effect> {
         "rjmp" | "jmp" if inside => of(Jump, 0, 0),
         "rjmp" | "jmp" => of(Leave, EVERYTHING, 0),
         "call" if a.starts_with("__") => {
-            let reads = span(8, 31) | BIT | 2;
+            let reads = match a {
+                "__mulsi3" => span(18, 25),
+                "__udivmodhi4" => span(22, 25),
+                _ => span(8, 31) | BIT | 2,
+            };
             Effect { kind: Outward, reads, writes: LOST, sure: 0 }
         }
         // The result that comes back is the function's.
-        "call" => of(Outward, span(8, 25) | span(28, 29) | 2, LOST),
-        "ret" => of(Leave, KEPT | span(18, 25) | 2, 0),
+        "call" => of(Outward, TAKEN | span(28, 29) | 2, LOST),
+        "ret" => of(Leave, KEPT | GIVEN | 2, 0),
         _ => return None,
     })
 }

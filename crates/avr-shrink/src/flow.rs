@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::asm::{Function, Line};
-use super::effects::{Effect, Kind, Set, UNKNOWN, effect};
+use super::asm::{Function, Line, instruction};
+use super::calls::Calls;
+use super::effects::{Effect, GIVEN, Kind, Set, TAKEN, UNKNOWN, effect};
 
 /// Lines that follow each other, with one way in and the ways out at their end.
 #[derive(Debug)]
@@ -27,7 +28,7 @@ pub(crate) struct Flow {
 
 impl Flow {
     /// The ways through a function; none if it has an instruction that is not known.
-    pub fn of(function: &Function) -> Option<Flow> {
+    pub fn of(function: &Function, calls: &Calls) -> Option<Flow> {
         let lines = &function.lines;
         let mut labels = HashMap::new();
         for (n, line) in lines.iter().enumerate() {
@@ -39,8 +40,22 @@ impl Flow {
         for line in lines {
             effects.push(match line {
                 Line::Label(_) => None,
-                Line::Code(code) => Some(effect(code)?),
-                Line::Other(_) => Some(UNKNOWN),
+                Line::Code(code) => {
+                    let mut effect = effect(code)?;
+                    match &*code.name {
+                        "call" if !code.operands.starts_with("__") => {
+                            effect.reads &= !TAKEN;
+                            effect.reads |= calls.taken(&code.operands);
+                        }
+                        "ret" => {
+                            effect.reads &= !GIVEN;
+                            effect.reads |= calls.given(&function.name);
+                        }
+                        _ => {}
+                    }
+                    Some(effect)
+                }
+                Line::Other(text) => by_hand(text),
             });
         }
         // What a function saves is of no use to it: its caller gets it back.
@@ -141,6 +156,19 @@ impl Flow {
     }
 }
 
+/// The effect of a line that a person wrote: none of a comment. What others than the instruction
+/// change is not known.
+fn by_hand(text: &str) -> Option<Effect> {
+    let text = text.trim();
+    if text.starts_with(';') {
+        return None;
+    }
+    let known = instruction(text).filter(|code| !matches!(&*code.name, "call" | "push" | "pop"));
+    let known = known.and_then(|code| effect(&code));
+    let known = known.filter(|effect| matches!(effect.kind, Kind::Plain | Kind::Outward));
+    Some(Effect { reads: known.map_or(UNKNOWN.reads, |effect| effect.reads), ..UNKNOWN })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,7 +187,7 @@ mod tests {
     #[test]
     fn blocks_follow_each_other_as_the_branches_say() {
         let body = "ldi r18, 9\n.L1:\ndec r18\nbrne .L1\nrjmp .L3\n.L2:\nnop\n.L3:\nret";
-        let flow = Flow::of(&function(body)).unwrap();
+        let flow = Flow::of(&function(body), &Calls::default()).unwrap();
         let next: Vec<_> = flow.blocks.iter().map(|block| block.next.clone()).collect();
         // f, the loop, its end, what nobody comes to, and the return.
         assert_eq!(next, [vec![1], vec![1, 2], vec![4], vec![4], vec![]]);
@@ -170,7 +198,7 @@ mod tests {
     #[test]
     fn what_a_loop_reads_is_read_later() {
         let body = "ldi r26, 9\nldi r27, 9\n.L1:\nout 10, r26\nldi r27, 1\nbrne .L1\nret";
-        let live = Flow::of(&function(body)).unwrap().live();
+        let live = Flow::of(&function(body), &Calls::default()).unwrap().live();
         // Behind the second line: r26 by the loop, r27 is overwritten there.
         assert!(reads(live[2], 26) && !reads(live[2], 27));
         // Behind the branch's line the loop may begin again.
@@ -180,22 +208,36 @@ mod tests {
     #[test]
     fn what_may_be_skipped_is_pinned_and_overwrites_nothing_for_sure() {
         let body = "ldi r26, 1\nsbrc r20, 0\nldi r26, 2\nout 10, r26\nret";
-        let flow = Flow::of(&function(body)).unwrap();
+        let flow = Flow::of(&function(body), &Calls::default()).unwrap();
         assert_eq!(flow.pinned, [false, false, false, true, false, false]);
         assert!(reads(flow.live()[1], 26));
     }
 
     #[test]
+    fn a_persons_instruction_reads_what_it_says() {
+        let body = |by_hand: &str| {
+            let function = function(&format!("ldi r26, 1\n;APP\n{by_hand}\n;NO_APP\nret"));
+            reads(Flow::of(&function, &Calls::default()).unwrap().live()[1], 26)
+        };
+        assert!(!body("wdr") && !body("in r24, 63\ncli") && body("mov r0, r26"));
+        // Nor is it certain that it overwrites a register: it may be skipped.
+        assert!(body("ldi r26, 2\nmov r0, r26"));
+        for unknown in ["call g", "2: dec r20", "brne 2b", "des 3", "sbrc r20, 0", "push r20"] {
+            assert!(body(unknown), "{unknown}");
+        }
+    }
+
+    #[test]
     fn what_is_not_understood_has_no_flow() {
         for body in ["des 3\nret", "sbrc r20, 0\n.L1:\nret", "brne .L9\nret"] {
-            assert!(Flow::of(&function(body)).is_none(), "{body}");
+            assert!(Flow::of(&function(body), &Calls::default()).is_none(), "{body}");
         }
     }
 
     #[test]
     fn what_is_saved_at_the_beginning_is_not_read() {
         let body = "push r16\nldi r16, 1\npush r16\npop r16\npop r16\nret";
-        let flow = Flow::of(&function(body)).unwrap();
+        let flow = Flow::of(&function(body), &Calls::default()).unwrap();
         let pushed = [1, 3].map(|n| reads(flow.effects[n].unwrap().reads, 16));
         assert_eq!(pushed, [false, true]);
     }

@@ -8,12 +8,12 @@
 //! | --- | --- |
 //! | `copies` | a value that a register holds is not put there again, one that nobody reads is not computed |
 //! | `truths` | a condition that is made a byte and asked again is a branch |
-//! | `branches` | a branch over a jump becomes a branch |
+//! | `branches` | a branch over a jump becomes a branch, a call before a return a jump |
 //! | `frames` | one routine saves the registers of all functions, one restores them |
 //! | `order` | functions stand near those that call them, so that calls take one word |
 //!
 //! The text of a program is in `asm`, the effect of an instruction in `effects`, the ways through a
-//! function in `flow`; [`link`] is the linker that rustc calls.
+//! function in `flow`, what calls hand over in `calls`; [`link`] is the linker that rustc calls.
 //!
 //! **What is never touched**: assembly that a person wrote, which the compiler encloses in `;APP`
 //! and `;NO_APP`, or puts before the first function, or is a whole function. So an interrupt that
@@ -32,6 +32,7 @@
 
 mod asm;
 mod branches;
+mod calls;
 mod copies;
 mod effects;
 mod flow;

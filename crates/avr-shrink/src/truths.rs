@@ -12,23 +12,28 @@
 //!   brne .L5
 //! ```
 //!
-//! and a comparison with 0 goes where the flags say already what it would.
+//! and a comparison with 0 goes where the flags say already what it would, of a byte or of two.
 
 use super::asm::{Code, Function, Line, Program};
 use super::branches::opposite;
-use super::effects::{ARITHMETIC, CARRY, FLAGS, Kind, SIGN, Set, operands, register};
+use super::calls::Calls;
+use super::effects::{ARITHMETIC, CARRY, FLAGS, Kind, SIGN, Set, ZERO, operands, register};
 use super::flow::Flow;
 
 /// Goes through all functions.
 pub(crate) fn branch(program: &mut Program) {
+    let calls = Calls::of(program);
     for function in program.functions_mut() {
-        while asked(function) || compared(function) {}
+        while asked(function, &calls)
+            || compared(function, &calls)
+            || compared_pair(function, &calls)
+        {}
     }
 }
 
 /// Takes out one byte of a condition. Whether there was one.
-fn asked(function: &mut Function) -> bool {
-    let Some(flow) = Flow::of(function) else { return false };
+fn asked(function: &mut Function, calls: &Calls) -> bool {
+    let Some(flow) = Flow::of(function, calls) else { return false };
     let live = flow.live();
     for n in 0..function.lines.len() {
         if let Some(found) = Asked::at(function, &flow, &live, n) {
@@ -39,16 +44,14 @@ fn asked(function: &mut Function) -> bool {
     false
 }
 
-/// A byte of a condition, whose branch has been found.
+/// A byte of a condition, whose branches have been found.
 struct Asked {
     /// The line of the label, behind the other number.
     label: usize,
     /// Lines that ask for it.
     tests: Vec<usize>,
-    /// The branch.
-    branch: usize,
-    /// The branch by the condition itself.
-    new: Code,
+    /// The branches by the condition itself, each with its line.
+    new: Vec<(usize, Code)>,
 }
 
 impl Asked {
@@ -110,23 +113,27 @@ impl Asked {
             }
             ahead += 1;
         }
-        let last = lines[ahead].code()?;
-        let unread = live[ahead] & (mask | ARITHMETIC) == 0;
-        if tests.is_empty() || !unread {
+        if tests.is_empty() || live[ahead] & mask != 0 {
             return None;
         }
-        let name = match (&*last.name, taken) {
-            ("brne", 1) | ("breq", 0) => first.name.clone(),
-            ("brne", 0) | ("breq", 1) => other.to_string(),
-            _ => return None,
-        };
-        let new = Code { name, operands: last.operands.clone() };
-        Some(Asked { label: n + 2, tests, branch: ahead, new })
+        let mut new = Vec::new();
+        for at in users(flow, live, ahead)? {
+            let code = lines[at].code()?;
+            let name = match (&*code.name, taken) {
+                ("brne", 1) | ("breq", 0) => first.name.clone(),
+                ("brne", 0) | ("breq", 1) => other.to_string(),
+                _ => return None,
+            };
+            new.push((at, Code { name, operands: code.operands.clone() }));
+        }
+        Some(Asked { label: n + 2, tests, new })
     }
 
     /// Makes it a branch.
     fn replace(self, function: &mut Function, n: usize) {
-        function.lines[self.branch] = Line::Code(self.new);
+        for (at, code) in self.new {
+            function.lines[at] = Line::Code(code);
+        }
         let mut line = 0;
         function.lines.retain(|_| {
             let gone = (n..=self.label).contains(&line) || self.tests.contains(&line);
@@ -134,6 +141,51 @@ impl Asked {
             !gone
         });
     }
+}
+
+/// The lines that read the flags as they are at a branch, from it on; none if those of other
+/// instructions come there too, or if something else than a branch reads them.
+fn users(flow: &Flow, live: &[Set], branch: usize) -> Option<Vec<usize>> {
+    let place = |n: usize| flow.blocks.iter().position(|block| block.lines.contains(&n));
+    let (mut users, mut left, mut ended) = (Vec::new(), vec![(place(branch)?, branch)], Vec::new());
+    let mut begun: Vec<usize> = Vec::new();
+    while let Some((index, from)) = left.pop() {
+        let block = &flow.blocks[index];
+        let mut is_left = true;
+        for n in from..block.lines.end {
+            let Some(effect) = flow.effects[n] else { continue };
+            match effect.kind {
+                Kind::Branch if effect.reads == ZERO => users.push(n),
+                Kind::Plain | Kind::Outward | Kind::Jump | Kind::Leave => {}
+                _ => return None,
+            }
+            if effect.kind != Kind::Branch && effect.reads & ARITHMETIC != 0 {
+                return None;
+            }
+            // Others from here on, or of no use to anybody.
+            if live[n] & ARITHMETIC & !effect.sure == 0 {
+                is_left = false;
+                break;
+            }
+            if effect.writes & ARITHMETIC != 0 {
+                return None;
+            }
+        }
+        if is_left {
+            ended.push(index);
+            for &next in &block.next {
+                let start = flow.blocks[next].lines.start;
+                // Of a label: what is read from there on.
+                let unread = flow.effects[start].is_none() && live[start] & ARITHMETIC == 0;
+                if !unread && !begun.contains(&next) {
+                    begun.push(next);
+                    left.push((next, start));
+                }
+            }
+        }
+    }
+    let alone = |&block: &usize| flow.blocks[block].before.iter().all(|one| ended.contains(one));
+    begun.iter().all(alone).then_some(users)
 }
 
 /// The 0 or 1 that an instruction puts into its register, where r1 is 0.
@@ -147,8 +199,8 @@ fn constant(code: &Code) -> Option<u8> {
 }
 
 /// Takes out one comparison with 0. Whether there was one.
-fn compared(function: &mut Function) -> bool {
-    let Some(flow) = Flow::of(function) else { return false };
+fn compared(function: &mut Function, calls: &Calls) -> bool {
+    let Some(flow) = Flow::of(function, calls) else { return false };
     let live = flow.live();
     for block in &flow.blocks {
         // The last instruction that set flags.
@@ -176,6 +228,49 @@ fn compared(function: &mut Function) -> bool {
         }
     }
     false
+}
+
+/// Takes out one comparison of a pair of registers with 0. Whether there was one.
+fn compared_pair(function: &mut Function, calls: &Calls) -> bool {
+    let Some(flow) = Flow::of(function, calls) else { return false };
+    let live = flow.live();
+    let is = |n: usize, text: String| function.lines[n].code().is_some_and(|code| code.is(&text));
+    let found = (1..function.lines.len() - 1).find(|&n| {
+        let Some(code) = function.lines[n].code().filter(|code| code.name == "cp") else {
+            return false;
+        };
+        let Some(low) = register(operands(code).0) else { return false };
+        if !is(n, format!("cp r{low}, r1"))
+            || !is(n + 1, format!("cpc r{}, r1", low + 1))
+            || flow.pinned[n]
+            || !flow.has_zero(function, n)
+            || live[n + 1] & (CARRY | SIGN) != 0
+        {
+            return false;
+        }
+        let keeps = |m: &usize| {
+            flow.effects[*m].is_some_and(|effect| effect.writes & (FLAGS | 3 << low) == 0)
+        };
+        let Some(last) = (1..n).rev().find(|m| !keeps(m)) else { return false };
+        !flow.pinned[last] && says_pair(function, last, low)
+    });
+    found.inspect(|&n| drop(function.lines.drain(n..n + 2))).is_some()
+}
+
+/// Whether a line leaves the flags of a pair of registers, of which this is the lower one.
+fn says_pair(function: &Function, n: usize, low: u8) -> bool {
+    let code = |n: usize| Some(function.lines.get(n)?.code()?);
+    let first = |n: usize| {
+        code(n).map(|code| (&*code.name, register(operands(code).0))).unwrap_or_default()
+    };
+    match first(n) {
+        ("sbiw" | "adiw", register) => register == Some(low),
+        // Its zero flag is that of both.
+        ("sbci" | "sbc", register) if register == Some(low + 1) => {
+            matches!(first(n - 1), ("subi" | "sub", register) if register == Some(low))
+        }
+        _ => false,
+    }
 }
 
 /// The register of which the flags say whether it is 0.
@@ -220,10 +315,55 @@ mod tests {
     }
 
     #[test]
+    fn a_condition_is_asked_by_several_branches() {
+        let made = "cp r18, r20; ldi r26, 1; brlo .L1; mov r26, r1\n.L1:; cpi r26, 0";
+        let asked = "brne .L2; movw r22, r6\n.L2:; std Y+1, r22; breq .L3; movw r24, r8\n.L3:";
+        let left = |asked: &str| left(&format!("{made}; {asked}; std Y+2, r24"));
+        let branches = "brlo .L2; movw r22, r6; std Y+1, r22; brsh .L3; movw r24, r8; std Y+2, r24";
+        assert_eq!(left(asked), format!("cp r18, r20; ldi r26, 1; {branches}"));
+        for other in [
+            // The flags are read by another than a branch, or another branch.
+            asked.replace("std Y+1", "adc r25, r1; std Y+1"),
+            asked.replace("breq", "brlo"),
+            // They are those of another instruction, there, on one way, or in part.
+            asked.replace("std Y+1", "inc r26; std Y+1"),
+            asked.replace("movw r22, r6", "inc r22"),
+            asked.replace("std Y+1", "clc; std Y+1"),
+            // Somebody else comes there.
+            format!("{asked}; cp r24, r25; brmi .L2"),
+            // The byte is read later.
+            asked.replace("movw r24, r8", "mov r24, r26"),
+        ] {
+            assert!(left(&other).contains("cpi r26, 0"), "{other}");
+        }
+    }
+
+    #[test]
     fn what_the_flags_say_is_not_asked_again() {
         assert_eq!(left("and r24, r19; cpi r24, 0; breq .L7"), "and r24, r19; breq .L7");
         let dec = "dec r20; cpi r20, 0; brne .L7; ldi r24, 1";
         assert_eq!(left(dec), "dec r20; brne .L7; ldi r24, 1");
+    }
+
+    #[test]
+    fn what_the_flags_say_of_a_pair_is_not_asked_again() {
+        let asked = "sbiw r26, 1; std Y+1, r24; cp r26, r1; cpc r27, r1; breq .L7; ldi r24, 1";
+        assert_eq!(left(asked), "sbiw r26, 1; std Y+1, r24; breq .L7; ldi r24, 1");
+        let chain = "subi r26, 3; sbci r27, 1; cp r26, r1; cpc r27, r1; brne .L7; ldi r24, 1";
+        assert_eq!(left(chain), "subi r26, 3; sbci r27, 1; brne .L7; ldi r24, 1");
+        for needed in [
+            asked.replace("cp r26, r1; cpc r27, r1", "cp r24, r1; cpc r25, r1"),
+            asked.replace("std Y+1, r24", "mov r27, r24"),
+            asked.replace("std Y+1, r24", "inc r24"),
+            asked.replace("std Y+1, r24", "call g"),
+            asked.replace("breq", "brlt"),
+            asked.replace("sbiw", "sbrc r24, 0; sbiw"),
+            asked.replace("std Y+1, r24", "sbrc r24, 0"),
+            chain.replace("sbci", "subi"),
+            chain.replace("subi r26, 3", "subi r25, 3"),
+        ] {
+            assert_eq!(left(&needed), needed);
+        }
     }
 
     #[test]

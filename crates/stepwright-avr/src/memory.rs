@@ -14,6 +14,7 @@ unsafe extern "C" fn memcpy(to: *mut u8, from: *const u8, count: usize) -> *mut 
     // would make a call of this function.
     unsafe {
         asm!(
+            "; memcpy takes r20 r21 r22 r23 r24 r25",
             "rjmp 3f",
             "2: ld {byte}, Z+",
             "st X+, {byte}",
@@ -41,6 +42,7 @@ unsafe extern "C" fn memset(to: *mut u8, value: i16, count: usize) -> *mut u8 {
     // SAFETY: as above.
     unsafe {
         asm!(
+            "; memset takes r20 r21 r22 r23 r24 r25",
             "rjmp 3f",
             "2: st X+, {byte}",
             "3: subi r20, 1",

@@ -63,6 +63,7 @@ extern "C" fn stepwright_numbers() {
 
             // An integer, in r25–r22.
             ".global stepwright_hand_whole",
+            "; stepwright_hand_whole takes r22 r23 r24 r25",
             "stepwright_hand_whole:",
             "clr r26", "clr r27",
             "stepwright_normal:",
@@ -102,9 +103,11 @@ extern "C" fn stepwright_numbers() {
             "ret",
 
             ".global stepwright_hand_square",
+            "; stepwright_hand_square takes",
             "stepwright_hand_square:",
             "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
             ".global stepwright_hand_times",
+            "; stepwright_hand_times takes r24 r25",
             "stepwright_hand_times:",
             "rcall stepwright_load",
             "add r26, r30", "adc r27, r31",
@@ -147,6 +150,7 @@ extern "C" fn stepwright_numbers() {
 
             // The upper halves only.
             ".global stepwright_hand_roughly",
+            "; stepwright_hand_roughly takes r24 r25",
             "stepwright_hand_roughly:",
             "rcall stepwright_load",
             "add r26, r30", "adc r27, r31",
@@ -160,10 +164,12 @@ extern "C" fn stepwright_numbers() {
             "rjmp stepwright_product_done",
 
             ".global stepwright_hand_under",
+            "; stepwright_hand_under takes r24 r25",
             "stepwright_hand_under:",
             "rcall stepwright_load_other",
             "rjmp 29f",
             ".global stepwright_hand_over",
+            "; stepwright_hand_over takes r24 r25",
             "stepwright_hand_over:",
             "rcall stepwright_load",
             "29:",
@@ -210,6 +216,7 @@ extern "C" fn stepwright_numbers() {
             "ret",
 
             ".global stepwright_hand_plus",
+            "; stepwright_hand_plus takes r24 r25",
             "stepwright_hand_plus:",
             "rcall stepwright_load",
             "cp r26, r30", "cpc r27, r31",
@@ -229,10 +236,12 @@ extern "C" fn stepwright_numbers() {
             "rjmp 20b",
 
             ".global stepwright_hand_off",
+            "; stepwright_hand_off takes r24 r25",
             "stepwright_hand_off:",
             "rcall stepwright_load_other",
             "rjmp 58f",
             ".global stepwright_hand_minus",
+            "; stepwright_hand_minus takes r24 r25",
             "stepwright_hand_minus:",
             "rcall stepwright_load",
             "58:",
@@ -271,6 +280,7 @@ extern "C" fn stepwright_numbers() {
             "69:",
             "rjmp stepwright_zero",
             ".global stepwright_hand_root",
+            "; stepwright_hand_root takes",
             "stepwright_hand_root:",
             "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
             "ld r22, Z", "ldd r23, Z+{m}+1", "ldd r24, Z+{m}+2", "ldd r25, Z+{m}+3",
@@ -335,9 +345,11 @@ extern "C" fn stepwright_numbers() {
 
             // The whole part in r25–r22, the rest in r21–r18.
             ".global stepwright_hand_split",
+            "; stepwright_hand_split takes",
             "stepwright_hand_split:",
             "ldi r24, lo8({hand})", "ldi r25, hi8({hand})",
             ".global stepwright_split",
+            "; stepwright_split takes r24 r25",
             "stepwright_split:",
             "movw r30, r24",
             "ld r22, Z", "ldd r23, Z+{m}+1", "ldd r24, Z+{m}+2", "ldd r25, Z+{m}+3",
@@ -369,10 +381,12 @@ extern "C" fn stepwright_numbers() {
             "ret",
 
             ".global stepwright_hand_at_least",
+            "; stepwright_hand_at_least takes r24 r25",
             "stepwright_hand_at_least:",
             "rcall stepwright_load",
             "rjmp 79f",
             ".global stepwright_at_least",
+            "; stepwright_at_least takes r22 r23 r24 r25",
             "stepwright_at_least:",
             "rcall stepwright_load_two",
             "79:",
@@ -390,6 +404,7 @@ extern "C" fn stepwright_numbers() {
 
             // Exponents first less second, and one less where the mantissas ask for it.
             ".global stepwright_doublings",
+            "; stepwright_doublings takes r22 r23 r24 r25",
             "stepwright_doublings:",
             "rcall stepwright_load_two",
             "cp r22, r18", "cpc r23, r19", "cpc r24, r20", "cpc r25, r21",
@@ -398,6 +413,7 @@ extern "C" fn stepwright_numbers() {
             "ret",
 
             ".global stepwright_hand_scale",
+            "; stepwright_hand_scale takes r24",
             "stepwright_hand_scale:",
             "mov r25, r24", "lsl r25", "sbc r25, r25",
             "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
@@ -407,11 +423,13 @@ extern "C" fn stepwright_numbers() {
             "ret",
             // From the first to the second.
             ".global stepwright_copy",
+            "; stepwright_copy takes r22 r23 r24 r25",
             "stepwright_copy:",
             "movw r30, r24",
             "movw r26, r22",
             "rjmp 92f",
             ".global stepwright_hand_bits",
+            "; stepwright_hand_bits takes",
             "stepwright_hand_bits:",
             "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
             "ldd r24, Z+{e}", "ldd r25, Z+{e}+1",
@@ -422,11 +440,13 @@ extern "C" fn stepwright_numbers() {
             "91:",
             "ret",
             ".global stepwright_hand_store",
+            "; stepwright_hand_store takes r24 r25",
             "stepwright_hand_store:",
             "movw r26, r24",
             "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
             "rjmp 92f",
             ".global stepwright_hand_load",
+            "; stepwright_hand_load takes r24 r25",
             "stepwright_hand_load:",
             "movw r30, r24",
             "ldi r26, lo8({hand})", "ldi r27, hi8({hand})",

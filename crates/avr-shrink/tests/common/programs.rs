@@ -232,14 +232,53 @@ impl Maker<'_> {
             format!("mul r20, r24; mov r19, r1; clr r1; cp r18, r1; cpc r19, r1; sts M+{at}, r19"),
             "lsl r24; rol r25; subi r24, 3; sbci r25, 0".into(),
             "bst r24, 3; bld r20, 1; eor r21, r20".into(),
+            "sbiw r24, 3; cp r24, r1; cpc r25, r1".into(),
+            "sub r22, r18; sbc r23, r19; cp r22, r1; cpc r23, r1".into(),
         ];
-        let phrase = phrases[self.random.below(phrases.len())].clone();
+        let phrase = match self.random.below(phrases.len() + 3) {
+            condition if condition >= phrases.len() => return self.condition(),
+            number => phrases[number].clone(),
+        };
         phrase.split("; ").for_each(|text| self.emit(text));
         if self.random.one_in(3) {
             let over = self.label();
             self.emit(format!("brne {over}"));
             self.simple();
             self.out.push(format!("{over}:"));
+        }
+    }
+
+    /// A condition that is made a byte, and asked by a branch, or two.
+    fn condition(&mut self) {
+        let [a, b, byte] = [self.register(), self.register(), 18 + self.random.below(8)];
+        let (made, first, second) = (self.label(), self.label(), self.label());
+        self.emit(format!("ldi r{byte}, 1"));
+        let compare = self.random.of(&["cp", "sub"]);
+        self.emit(format!("{compare} r{a}, r{b}"));
+        let branch = self.random.of(&BRANCHES[..8]);
+        self.emit(format!("{branch} {made}"));
+        self.emit(format!("mov r{byte}, r1"));
+        self.out.push(format!("{made}:"));
+        let ask = self.random.of(&["cpi r{}, 0", "tst r{}", "andi r{}, 1"]);
+        self.emit(ask.replace("{}", &byte.to_string()));
+        for label in [first, second] {
+            let branch = self.random.of(&["brne", "breq"]);
+            self.emit(format!("{branch} {label}"));
+            if self.random.one_in(4) {
+                self.simple();
+            } else {
+                let register = self.register();
+                self.emit(format!("mov r{register}, r24"));
+            }
+            self.out.push(format!("{label}:"));
+            if self.random.one_in(3) {
+                return;
+            }
+        }
+        // Most often nobody reads what was made.
+        if !self.random.one_in(3) {
+            self.emit(format!("mov r{byte}, r1"));
+            self.emit("cp r24, r25");
         }
     }
 
@@ -316,7 +355,11 @@ impl Maker<'_> {
                 self.out.push(format!("{over}:"));
                 return;
             }
-            15 => ";APP\n\tnop\n\t;NO_APP".into(),
+            15 => {
+                let by_hand =
+                    ["nop".into(), format!("mov r{a}, r{b}"), format!("sts M+{at}, r{a}")];
+                format!(";APP\n\t{}\n\t;NO_APP", by_hand[bit % 3])
+            }
             _ => return self.simple(),
         };
         self.emit(text);

@@ -16,7 +16,7 @@ use super::asm::{instruction, key, label};
 /// How far a short call goes, in bytes.
 const REACH: i32 = 4_090;
 /// Moves that are tried, for each section.
-const MOVES: u32 = 4000;
+const MOVES: u32 = 8_000;
 
 /// Code that stays together: a section.
 #[derive(Debug, Default)]

@@ -152,7 +152,7 @@ fn users(flow: &Flow, live: &[Set], branch: usize) -> Option<Vec<usize>> {
     while let Some((index, from)) = left.pop() {
         let block = &flow.blocks[index];
         let mut is_left = true;
-        for n in from..block.lines.end {
+        for (n, live) in (from..block.lines.end).zip(&live[from..]) {
             let Some(effect) = flow.effects[n] else { continue };
             match effect.kind {
                 Kind::Branch if effect.reads == ZERO => users.push(n),
@@ -163,7 +163,7 @@ fn users(flow: &Flow, live: &[Set], branch: usize) -> Option<Vec<usize>> {
                 return None;
             }
             // Others from here on, or of no use to anybody.
-            if live[n] & ARITHMETIC & !effect.sure == 0 {
+            if live & ARITHMETIC & !effect.sure == 0 {
                 is_left = false;
                 break;
             }
@@ -259,7 +259,7 @@ fn compared_pair(function: &mut Function, calls: &Calls) -> bool {
 
 /// Whether a line leaves the flags of a pair of registers, of which this is the lower one.
 fn says_pair(function: &Function, n: usize, low: u8) -> bool {
-    let code = |n: usize| Some(function.lines.get(n)?.code()?);
+    let code = |n: usize| function.lines.get(n)?.code();
     let first = |n: usize| {
         code(n).map(|code| (&*code.name, register(operands(code).0))).unwrap_or_default()
     };

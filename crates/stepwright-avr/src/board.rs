@@ -17,7 +17,7 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 use stepwright::drive::Axes;
 use stepwright::profile::Fit;
-use stepwright::{Board, Cost, Rate, Timing};
+use stepwright::{Board, Cost, Rate, StepTicks, Timing};
 
 /// Writes all pins of a port's register.
 macro_rules! write {
@@ -46,8 +46,6 @@ pub use pins::{Levels, Pins, pins, wiring};
 
 /// Axes that turn the other way round. The foreground writes it while they
 /// rest; the step interrupt reads it when it sets DIR.
-// Initial values are padded to an even number of bytes: it is in the place of the padding.
-#[unsafe(link_section = ".data")]
 static REVERSE: AtomicU8 = AtomicU8::new(0);
 
 /// The level of DIR that makes an axis step forward or backward.
@@ -100,12 +98,12 @@ pub const fn description() -> Board<AXES> {
 
 /// Likewise, where it plays motor cycles.
 pub const fn cycle() -> Board<AXES> {
-    any_cycle(CYCLE_COST, CYCLE_COST)
+    any_cycle(CYCLE_COST, CYCLE_COST as u32)
 }
 
 /// Likewise, with any number of motors, where a step takes this many cycles, and two of a motor
 /// are no closer than that.
-pub const fn any_cycle<const N: usize>(cost: u32, min_interval: u32) -> Board<N> {
+pub const fn any_cycle<const N: usize>(cost: StepTicks, min_interval: u32) -> Board<N> {
     with(Cost::any_pulse([cost; N]), min_interval)
 }
 
@@ -132,19 +130,19 @@ const fn with<const N: usize>(cost: Cost<N>, min_interval: u32) -> Board<N> {
 /// in the least favourable build). Three axes are given more, as a fast one beside two slow
 /// ones is less often on time than three of one speed.
 #[cfg(not(feature = "bench"))]
-const COST: [u32; AXES] = [125, 184, 251];
+const COST: [StepTicks; AXES] = [125, 184, 251];
 /// The longest pulse for which that holds: for a longer one the step interrupt waits.
-const SHORT_PULSE: u32 = 45;
+const SHORT_PULSE: StepTicks = 45;
 /// Likewise with pulses that are held: those of 3 to 20 µs that
 /// `firmware/rig/tests/pulse.rs` keeps, and a tenth.
 #[cfg(not(feature = "bench"))]
-const LONGER: [u32; AXES] = [1_250, 1_700, 4_400];
+const LONGER: [StepTicks; AXES] = [1_250, 1_700, 4_400];
 /// Twice what an edge comes late at most while 1, 2, 3 axes move (`edge_error_worst` in
 /// `bench/avr.json`), less the microsecond that a step may be later than half an interval.
 #[cfg(not(feature = "bench"))]
-const SHORTEST: [u32; AXES] = [COST[0], 280, 560];
+const SHORTEST: [StepTicks; AXES] = [COST[0], 280, 560];
 #[cfg(feature = "bench")]
-const SHORTEST: [u32; AXES] = [MIN_INTERVAL; AXES];
+const SHORTEST: [StepTicks; AXES] = [MIN_INTERVAL as StepTicks; AXES];
 /// A tenth less than on the steepest ramps without a late step (`steepest` in `bench/avr.json`).
 #[cfg(not(feature = "bench"))]
 const RUNS_A_SECOND: u16 = 2_900;
@@ -153,18 +151,18 @@ const RUNS_A_SECOND: u16 = u16::MAX;
 /// The longest stay in the step interrupt that makes one step, a look at another motor's
 /// wait included (`firmware/rig/tests/cycle.rs`). Steps that are due together take less.
 #[cfg(not(feature = "bench"))]
-const CYCLE_COST: u32 = 1_600;
+const CYCLE_COST: StepTicks = 1_600;
 /// What a step may take is what the bench looks for: nothing is refused.
 #[cfg(feature = "bench")]
-const COST: [u32; AXES] = [MIN_INTERVAL; AXES];
+const COST: [StepTicks; AXES] = [MIN_INTERVAL as StepTicks; AXES];
 #[cfg(feature = "bench")]
-const LONGER: [u32; AXES] = [MIN_INTERVAL; AXES];
+const LONGER: [StepTicks; AXES] = [MIN_INTERVAL as StepTicks; AXES];
 #[cfg(feature = "bench")]
-const CYCLE_COST: u32 = MIN_INTERVAL;
+const CYCLE_COST: StepTicks = MIN_INTERVAL as StepTicks;
 
 /// Cycles between two steps of an axis.
 #[cfg(not(feature = "bench"))]
-const MIN_INTERVAL: u32 = COST[0];
+const MIN_INTERVAL: u32 = COST[0] as u32;
 /// A pulse and as long a pause.
 #[cfg(feature = "bench")]
 const MIN_INTERVAL: u32 = 64;

@@ -14,7 +14,7 @@ use crate::timer::Timer;
 
 /// Cycles that a step is given, and the least between two of a motor: those of
 /// [`cycle`](crate::cycle), and what a table takes.
-const COST: u32 = 2_000;
+const COST: u16 = 2_000;
 
 /// N motors, each on a drive.
 pub type DrivenMotors<D, const N: usize> = Cycle<'static, Timer, Several<D, N>, (), N>;
@@ -25,7 +25,7 @@ pub const fn none<D: Output, const N: usize>() -> DrivenMotors<D, N> {
     // SAFETY: it takes no memory, and nothing is done with it before `take`, whose caller has the
     // right to it.
     let timer = unsafe { token() };
-    let (motors, board) = ([Motor::new(1, 1); N], board::any_cycle(COST, COST));
+    let (motors, board) = ([Motor::new(1, 1); N], board::any_cycle(COST, COST as u32));
     Cycle::off(timer, Several::none(), (), motors, Clock::Deadlines, board)
 }
 

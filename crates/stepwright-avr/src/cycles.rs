@@ -54,7 +54,7 @@ const CAN: &str = "";
 
 /// The longest stay in the step interrupt that makes one step, a look at another motor's wait
 /// included (`firmware/rig/tests/cycles.rs`).
-const COST: u32 = 2_000;
+const COST: u16 = 2_000;
 
 /// Between two steps of a motor: a step counts as late half of that after its time, and may wait
 /// for a question of the line and a look at closed switches.

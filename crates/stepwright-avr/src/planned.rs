@@ -24,7 +24,7 @@ use crate::timer::Timer;
 const RUNS: usize = 8;
 /// Cycles that a step is given: the longest stay in the step interrupt that makes one
 /// (`firmware/rig/tests/drives.rs`), and a fifth for the main loop.
-const COST: u32 = 1_600;
+const COST: u16 = 1_600;
 
 /// The engine of one motor.
 type MotorEngine<D> = Engine<Timer, D, Consumer<'static, RUNS>, 1>;
@@ -53,7 +53,7 @@ impl<D: Output> PlannedStore<D> {
         // SAFETY: the caller's promise.
         let PlannedStore { queue, engine } = unsafe { store.get() };
         let (feed, entries) = queue.split();
-        let board = board::any_cycle::<1>(COST, COST);
+        let board = board::any_cycle::<1>(COST, COST.into());
         drive.on();
         // SAFETY: called once.
         let timer = unsafe { Timer::start() };

@@ -80,15 +80,14 @@ impl SerialPort for Serial {
         !TO_SEND.is_full()
     }
 
-    /// Forgets the byte if there is no room.
+    /// Without room it spoils a byte that is still to be sent.
     fn send(&mut self, byte: u8) {
         // The handler stops its interrupts when it has taken the last byte, and may
         // have taken this one when they start again: then it finds none, and stops
         // them again.
         // SAFETY: there is one line, and this is its only writer.
-        if unsafe { TO_SEND.put(byte) } {
-            set_control(SENDING);
-        }
+        unsafe { TO_SEND.put(byte) };
+        set_control(SENDING);
     }
 }
 
@@ -178,7 +177,7 @@ macro_rules! serial_interrupts {
             "inc  r30",
             "sts  {queue} + {taken}, r30",
             "dec  r30",
-            "andi r30, {size} - 1",
+            "andi r30, {outgoing} - 1",
             "ldi  r31, 0",
             "subi r30, lo8(-({queue}))",
             "sbci r31, hi8(-({queue}))",
@@ -210,14 +209,19 @@ macro_rules! serial_interrupts {
             put = const $crate::serial::PUT,
             taken = const $crate::serial::TAKEN,
             size = const $crate::serial::SIZE,
+            outgoing = const $crate::serial::OUTGOING,
         );
     };
 }
 
-/// Bytes that each ring holds, a power of two. The master waits for its answer
+/// Bytes that come for the foreground, a power of two. The master waits for its answer
 /// before it says the next line, and a line has at most 31 bytes.
 #[doc(hidden)] // the handlers use it
 pub const SIZE: u8 = 32;
+
+/// Bytes that go out, a power of two: the main loop adds one a round, so they last for several.
+#[doc(hidden)] // the handlers use it
+pub const OUTGOING: u8 = 8;
 
 /// Bytes from the receiver's handler to the foreground. What came is counted in a
 /// register, and another one has what is taken and SIZE more.
@@ -268,16 +272,17 @@ impl Inbox {
 }
 
 /// The place that a counter stands for.
-fn place(bytes: &UnsafeCell<[u8; SIZE as usize]>, counter: u8) -> *mut u8 {
-    // SAFETY: SIZE is a power of two, so the place lies in the ring.
-    unsafe { bytes.get().cast::<u8>().add(usize::from(counter & (SIZE - 1))) }
+fn place<const N: usize>(bytes: &UnsafeCell<[u8; N]>, counter: u8) -> *mut u8 {
+    const { assert!(N.is_power_of_two() && N <= 128) };
+    // SAFETY: N is a power of two, so the place lies in the ring.
+    unsafe { bytes.get().cast::<u8>().add(usize::from(counter & (N as u8 - 1))) }
 }
 
 /// Bytes from the foreground to the sender's handler.
 #[doc(hidden)]
 #[repr(C)]
 pub struct Ring {
-    bytes: UnsafeCell<[u8; SIZE as usize]>,
+    bytes: UnsafeCell<[u8; OUTGOING as usize]>,
     /// Bytes put in since the beginning, modulo 256; written by the writer.
     put: UnsafeCell<u8>,
     /// Bytes taken out; written by the reader.
@@ -289,8 +294,8 @@ pub const PUT: usize = offset_of!(Ring, put);
 #[doc(hidden)] // the handlers use it
 pub const TAKEN: usize = offset_of!(Ring, taken);
 
-// SAFETY: a byte of the ring is touched by the writer only while put − taken
-// leaves it free, by the reader only while put − taken says that it is filled.
+// SAFETY: a byte of the ring is read and written in one instruction, by the reader only while
+// put − taken says that it is filled.
 // The foreground stores its counter after it has used the byte, and reads and
 // writes both counters as volatile bytes, which takes one instruction. (Atomic
 // ones would hold interrupts off for each.)
@@ -298,11 +303,10 @@ unsafe impl Sync for Ring {}
 
 impl Ring {
     const fn new() -> Ring {
-        const { assert!(SIZE.is_power_of_two() && SIZE <= 128) };
         // Where the handlers look for the bytes.
         const { assert!(offset_of!(Ring, bytes) == 0 && offset_of!(Inbox, bytes) == 0) };
         Ring {
-            bytes: UnsafeCell::new([0; SIZE as usize]),
+            bytes: UnsafeCell::new([0; OUTGOING as usize]),
             put: UnsafeCell::new(0),
             taken: UnsafeCell::new(0),
         }
@@ -316,24 +320,20 @@ impl Ring {
 
     fn is_full(&self) -> bool {
         let (put, taken) = self.counters();
-        put.wrapping_sub(taken) >= SIZE
+        put.wrapping_sub(taken) >= OUTGOING
     }
 
-    /// Puts a byte in; false if there is no room.
+    /// Puts a byte in, for which there is room.
     ///
     /// # Safety
     /// For the foreground alone, one call at a time.
-    unsafe fn put(&self, byte: u8) -> bool {
-        let (put, taken) = self.counters();
-        if put.wrapping_sub(taken) >= SIZE {
-            return false;
-        }
-        // SAFETY: the place is free, and there is one writer. Volatile writes
-        // keep their order.
+    unsafe fn put(&self, byte: u8) {
+        let (put, _) = self.counters();
+        // SAFETY: there is one writer, and the handler reads a byte in one instruction. Volatile
+        // writes keep their order.
         unsafe {
             place(&self.bytes, put).write_volatile(byte);
             self.put.get().write_volatile(put.wrapping_add(1));
         }
-        true
     }
 }

@@ -100,7 +100,7 @@ fn steps(left: [u8; 2], pins: u8) -> u32 {
 #[doc(hidden)] // the step interrupts play them
 pub static STEPPERS: Slot<[AxisState; AXES]> = Slot::new([const { AxisState::new() }; AXES]);
 #[doc(hidden)]
-pub static COMMON: Slot<Common> = Slot::new(Common { late: [0; 3], resting: 0, hold: 0, pace: 1 });
+pub static COMMON: Slot<Common> = Slot::new(Common { late: [0; 3], resting: 0, hold: 0, pace: 0 });
 
 /// The step timer.
 #[inline(always)]

@@ -5,6 +5,7 @@ use core::task::Poll;
 
 use stepwright::{Axis, AxisSet, Change, Control, Order, OrderedMotors};
 
+use crate::motion_params::whole_speed;
 use crate::{AxisId, Machine, Refusal};
 
 impl AxisId {
@@ -66,7 +67,8 @@ impl<E: Control, const N: usize, const Q: usize> Machine for OrderedMotors<'_, E
     }
 
     fn max_rate(&self) -> u32 {
-        self.max_speed().steps()
+        // Rounded down, by the division that there is.
+        whole_speed(self.max_speed().millisteps().saturating_sub(999))
     }
 
     fn late(&self) -> u32 {

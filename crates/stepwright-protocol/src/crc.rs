@@ -7,7 +7,7 @@
 /// assert_eq!(sum, 0xF4);
 /// ```
 pub const fn crc(sum: u8, byte: u8) -> u8 {
-    let (mut sum, mut bit) = (sum ^ byte, 0);
+    let (mut sum, mut bit) = (sum ^ byte, 0u8);
     while bit < 8 {
         sum = if sum & 0x80 == 0 { sum << 1 } else { sum << 1 ^ 0x07 };
         bit += 1;

@@ -131,6 +131,7 @@
 //! | `safe-start` | with 1, while `errors` has one of S, T, K, E, D, R: g, `@` and the E of an order are answered E as `stopped`, until `!`. All else goes on: a stop, a question, I, a setting |
 //! | `home-first` | with 1, while the position of an axis is not known: `@` and the E of an order with a G for it are answered E as `uncertain`. g is not: that is how a machine is homed |
 //! | soft limits, position known | G and `@` beyond: E as `limit`, at E of the order. g towards a limit becomes a travel that ends exactly there, and `stop` says L; E as `limit` where the axis is there already. d on the way is E as `limit`: a lower deceleration could carry the axis beyond |
+//! | soft limits, position beyond ±2³¹ | every travel is E as `limit`, until I or homing: no limit is so far from 0 |
 //! | soft limits, position not known | G and `@` are E as `uncertain`; g has no limit, for that is how a machine is homed |
 //! | soft limits, g towards the axis's limit switch | no limit: it is homing, and the switch ends it |
 //! | `errors` | the E of an order that a wrong checksum spoiled is not another wrong checksum |

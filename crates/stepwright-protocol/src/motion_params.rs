@@ -21,9 +21,25 @@ pub(crate) struct MotionParams {
     /// The ramp down, likewise.
     pub(crate) decel: u32,
     /// How fast the acceleration changes, in steps/s³; 0: at once.
-    pub(crate) jerk: u32,
+    pub(crate) jerk: KeptJerk,
     /// Both ramps in steps, except where an acceleration stands in their place.
     pub(crate) ramp: u16,
+}
+
+/// What is kept of a jerk: without S-curves no more than whether there is one.
+#[cfg(feature = "jerk")]
+type KeptJerk = u32;
+#[cfg(not(feature = "jerk"))]
+type KeptJerk = u8;
+
+#[cfg(feature = "jerk")]
+fn kept(jerk: u32) -> KeptJerk {
+    jerk
+}
+
+#[cfg(not(feature = "jerk"))]
+fn kept(jerk: u32) -> KeptJerk {
+    (jerk != 0).into()
 }
 
 impl MotionParams {
@@ -49,7 +65,10 @@ impl MotionParams {
             MILLI => &mut self.top,
             b'a' => &mut self.accel,
             b'd' => &mut self.decel,
-            b'j' => &mut self.jerk,
+            b'j' => {
+                self.jerk = kept(number);
+                return;
+            }
             _ => {
                 // R takes both ramps back from a and d.
                 (self.accel, self.decel) = (0, 0);
@@ -62,7 +81,10 @@ impl MotionParams {
 
     /// Its limit of jerk, if it has one.
     pub(crate) fn jerk(&self) -> Option<Jerk> {
-        (cfg!(feature = "jerk") && self.jerk != 0).then(|| Jerk::clamped(self.jerk))
+        #[cfg(feature = "jerk")]
+        return (self.jerk != 0).then(|| Jerk::clamped(self.jerk));
+        #[cfg(not(feature = "jerk"))]
+        None
     }
 
     /// What a line changes of a travel in progress: @, t, a or d.
@@ -183,7 +205,7 @@ impl MotionParams {
             jerk: match order.jerk {
                 Some(jerk) => {
                     let largest = WholeJerk::LARGEST.get();
-                    whole(jerk.millisteps(), (1, largest), "jerk", "steps/s³")?
+                    kept(whole(jerk.millisteps(), (1, largest), "jerk", "steps/s³")?)
                 }
                 None => 0,
             },
@@ -205,10 +227,10 @@ fn top(millisteps: u32) -> Speed {
 /// A top speed of up to 1,000,000,000 thousandths in whole steps/s, rounded up. (The
 /// division of any two numbers would cost an 8-bit chip 1,300 bytes.)
 #[inline(never)]
-fn whole_speed(millisteps: u32) -> u32 {
+pub(crate) fn whole_speed(millisteps: u32) -> u32 {
     let (mut rest, mut whole) = (millisteps.wrapping_add(999), 0u32);
     let mut part = 1000u32 << 19;
-    for _ in 0..20 {
+    for _ in 0..20u8 {
         whole <<= 1;
         if rest >= part {
             rest = rest.wrapping_sub(part);

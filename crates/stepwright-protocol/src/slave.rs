@@ -252,9 +252,14 @@ impl<const AXES: usize> Slave<AXES> {
                     // It was known when it was asked for.
                     let Task::Line(asked) = self.task else { return NOTHING };
                     let axis = AxisId::at(asked);
-                    let steps = machine.position(axis).unwrap_or(0);
-                    digits.set(&mut steps.unsigned_abs().to_le_bytes());
-                    return if steps < 0 { b'-' } else { DIGITS };
+                    let Some(steps) = machine.position(axis) else { return NOTHING };
+                    let mut bytes = steps.to_le_bytes();
+                    let backward = steps < 0;
+                    if backward {
+                        negate(&mut bytes);
+                    }
+                    digits.set(&mut bytes);
+                    return if backward { b'-' } else { DIGITS };
                 }
                 value::STOPS..value::ERRORS => {
                     let index = n.wrapping_sub(value::STOPS);
@@ -539,6 +544,15 @@ impl<const AXES: usize> Slave<AXES> {
     fn count<M: Machine>(&self, machine: &M) -> u8 {
         let room = if AXES > MAX_AXES as usize { MAX_AXES } else { AXES as u8 };
         machine.axes().min(room)
+    }
+}
+
+/// Makes a negative number positive, byte by byte, the lowest first: a small chip that chooses
+/// between two of 8 bytes needs three times the code.
+fn negate(bytes: &mut [u8]) {
+    let mut carry = true;
+    for byte in bytes {
+        (*byte, carry) = (!*byte).overflowing_add(carry.into());
     }
 }
 

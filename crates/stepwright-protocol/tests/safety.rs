@@ -213,6 +213,30 @@ fn a_travel_may_end_on_a_soft_limit_and_not_beyond() {
     );
 }
 
+/// No limit is so far from 0.
+#[test]
+fn from_beyond_32_bits_no_travel_is_allowed() {
+    let far = |more: &str, answer: &str| {
+        talk(&format!(
+            "PO            Y
+             G+2147483647  Y
+             E             Y  -> start 1 50-1000 R200 R200 +2147483647
+             *arrive 1
+             PO            Y
+             G+{more}      Y
+             E             Y  -> start 1 50-1000 R200 R200 +{more}
+             *arrive 1
+             $ahead-x=1000000000 Y -> ahead-x=1000000000
+             $soft-limits=1 Y -> soft-limits=1
+             PO            Y
+             G-2147483646  Y
+             E             {answer}"
+        ));
+    };
+    far("0", "Y  -> start 1 50-1000 R200 R200 -2147483646");
+    far("1", "E\n?  stepwright 0.1 axes=3 max=120000 late=0 refused=1 last=limit uncertain=0");
+}
+
 /// All or none, as with any other refusal.
 #[test]
 fn one_axis_beyond_its_limit_keeps_all_at_rest() {

@@ -3,10 +3,14 @@
 use crate::clamp;
 use crate::drive::Axes;
 use crate::engine::Timing;
+use crate::format;
 use crate::order::Refusal;
 use crate::planner::{Clock, Load};
 use crate::profile::Fit;
 use crate::units::{Rate, Speed, Ticks};
+
+/// Ticks that a step costs: 16 bits with the feature `compact`.
+pub type StepTicks = format::Step;
 
 /// What a step costs, in ticks, while 1, 2 … N axes move.
 ///
@@ -15,20 +19,20 @@ use crate::units::{Rate, Speed, Ticks};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cost<const N: usize> {
     /// With pulses of at most [`pulse`](Cost::pulse).
-    pub ticks: [Ticks; N],
+    pub ticks: [StepTicks; N],
     /// The longest pulse for which these hold.
-    pub pulse: Ticks,
+    pub pulse: StepTicks,
     /// With longer ones, up to the longest that can be set.
-    pub longer: [Ticks; N],
+    pub longer: [StepTicks; N],
     /// The shortest interval of an axis: one that waits for the steps of all others is not late.
     /// Where a pulse is held, what the others hold comes on top.
-    pub shortest: [Ticks; N],
+    pub shortest: [StepTicks; N],
 }
 
 impl<const N: usize> Cost<N> {
     /// A step costs so much whatever its pulse, which is held by hardware.
-    pub const fn any_pulse(ticks: [Ticks; N]) -> Cost<N> {
-        Cost { ticks, pulse: Ticks::MAX, longer: ticks, shortest: [0; N] }
+    pub const fn any_pulse(ticks: [StepTicks; N]) -> Cost<N> {
+        Cost { ticks, pulse: StepTicks::MAX, longer: ticks, shortest: [0; N] }
     }
 
     /// A step takes no time of another axis: each has hardware of its own, which makes a step every
@@ -40,12 +44,12 @@ impl<const N: usize> Cost<N> {
     /// let board = Board::<2> { cost: Cost::independent(500), ..Board::unmeasured(rate) };
     /// assert_eq!(board.step_cost(2), 0);
     /// ```
-    pub const fn independent(ticks: Ticks) -> Cost<N> {
-        Cost { ticks: [0; N], pulse: Ticks::MAX, longer: [0; N], shortest: [ticks; N] }
+    pub const fn independent(ticks: StepTicks) -> Cost<N> {
+        Cost { ticks: [0; N], pulse: StepTicks::MAX, longer: [0; N], shortest: [ticks; N] }
     }
 
     /// The same in other ticks.
-    pub fn map(&self, mut to: impl FnMut(Ticks) -> Ticks) -> Cost<N> {
+    pub fn map(&self, mut to: impl FnMut(StepTicks) -> StepTicks) -> Cost<N> {
         let Cost { ticks, pulse, longer, shortest } = *self;
         let (ticks, pulse) = (ticks.map(&mut to), to(pulse));
         Cost { ticks, pulse, longer: longer.map(&mut to), shortest: shortest.map(to) }
@@ -99,9 +103,10 @@ impl<const N: usize> Board<N> {
     /// ```
     pub const fn unmeasured(rate: Rate) -> Board<N> {
         let (step, pulse, side) = (rate.micros(100), rate.nanos(2_000), rate.nanos(1_000));
-        let (mut ticks, mut axes) = ([step; N], 1);
+        let each = format::step_ticks(step);
+        let (mut ticks, mut axes) = ([each; N], 1);
         while axes < N {
-            ticks[axes] = ticks[axes - 1].saturating_add(step);
+            ticks[axes] = ticks[axes - 1].saturating_add(each);
             axes += 1;
         }
         Board {
@@ -136,18 +141,18 @@ impl<const N: usize, F> Board<N, F> {
     /// Ticks that a step costs while this many axes move, with the present pulse.
     pub fn step_cost(&self, moving: usize) -> Ticks {
         let ticks = if self.holds() { &self.cost.longer } else { &self.cost.ticks };
-        ticks.get(moving.saturating_sub(1)).copied().unwrap_or(Ticks::MAX)
+        ticks.get(moving.saturating_sub(1)).map_or(Ticks::MAX, |&ticks| format::wide(ticks))
     }
 
     /// Whether pulses are held.
     fn holds(&self) -> bool {
-        self.timing.pulse > self.cost.pulse
+        self.timing.pulse > format::wide(self.cost.pulse)
     }
 
     /// The shortest interval of an axis while this many move.
     fn shortest(&self, moving: usize) -> Ticks {
         let others = moving.saturating_sub(1);
-        let mut shortest = self.cost.shortest.get(others).copied().unwrap_or(0);
+        let mut shortest = self.cost.shortest.get(others).map_or(0, |&ticks| format::wide(ticks));
         if self.holds() {
             // Each of them once, in half of the interval.
             let held = self.timing.pulse.wrapping_mul(2).wrapping_mul(others as Ticks);

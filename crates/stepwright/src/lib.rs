@@ -29,7 +29,7 @@ pub mod timer;
 pub mod units;
 mod wide;
 
-pub use board::{Board, Cost};
+pub use board::{Board, Cost, StepTicks};
 pub use by_news::ByNews;
 pub use control::Control;
 pub use engine::{Engine, Playing, Report, Timing};

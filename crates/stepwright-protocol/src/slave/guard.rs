@@ -15,7 +15,7 @@ pub(super) struct Guard<const AXES: usize> {
     errors: Errors,
     /// Where the last travel of each axis began, if it has a soft limit: `@` counts from
     /// there.
-    origins: [i64; AXES],
+    origins: [i32; AXES],
     /// Axes whose g ends at their soft limit; bit 0 is axis 1.
     bounded: u8,
     /// Axes whose g will do so once it starts.
@@ -82,22 +82,24 @@ impl<const AXES: usize> Guard<AXES> {
         if !limited {
             return Ok(());
         }
+        // Limits are within 10⁹ steps of 0: from beyond 2³¹ no travel ends inside them for certain.
+        let here = i32::try_from(here).map_err(|_| Refusal::Limit)?;
         if let Some(origin) = self.origins.get_mut(usize::from(index)) {
             *origin = here;
         }
         match *travel {
             Travel::By(0) => Ok(()),
-            Travel::By(steps) => admit_target(index, &here, steps, machine),
+            Travel::By(steps) => admit_target(index, here, steps, machine),
             Travel::Endless(forward) => {
                 if has_switch(bit, forward, machine) {
                     return Ok(());
                 }
                 let here = if forward { here } else { here.wrapping_neg() };
-                let way = i64::from(limit(index, forward, machine)).wrapping_sub(here);
-                if way <= 0 {
+                let limit = limit(index, forward, machine) as i32;
+                let steps = limit.checked_sub(here).ok_or(Refusal::Travel)?;
+                if steps <= 0 {
                     return Err(Refusal::Limit);
                 }
-                let steps = i32::try_from(way).map_err(|_| Refusal::Travel)?;
                 *travel = Travel::By(if forward { steps } else { steps.wrapping_neg() });
                 self.staged |= bit;
                 Ok(())
@@ -129,7 +131,7 @@ impl<const AXES: usize> Guard<AXES> {
         let mut left = limited;
         for (index, origin) in (0..).zip(&self.origins) {
             if left & 1 != 0 {
-                admit_target(index, origin, steps, machine)?;
+                admit_target(index, *origin, steps, machine)?;
             }
             left >>= 1;
         }
@@ -168,14 +170,14 @@ fn admit_start<M: Machine>(errors: Errors, machine: &mut M) -> Result<(), Refusa
 #[cfg_attr(target_arch = "avr", inline(never))]
 fn admit_target<M: Machine>(
     index: u8,
-    from: &i64,
+    from: i32,
     steps: i32,
     machine: &mut M,
 ) -> Result<(), Refusal> {
-    // Positions are counted from 0, and never come near what 64 bits hold.
-    let to = from.wrapping_add(steps.into());
+    // What 32 bits do not hold is beyond any limit.
+    let to = from.checked_add(steps).ok_or(Refusal::Limit)?;
     let limit = limit(index, to >= 0, machine);
-    if to.unsigned_abs() > limit.into() { Err(Refusal::Limit) } else { Ok(()) }
+    if to.unsigned_abs() > limit { Err(Refusal::Limit) } else { Ok(()) }
 }
 
 /// The soft limit of this axis in this direction, in steps from 0. It is within.

@@ -7,6 +7,19 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use crate::entry::Play;
 use crate::units::Ticks;
 
+/// Ticks that a step costs: some milliseconds at most.
+pub(crate) type Step = u16;
+
+/// As ticks.
+pub(crate) const fn wide(ticks: Step) -> Ticks {
+    ticks as Ticks
+}
+
+/// Of ticks, or the most that it can be.
+pub(crate) const fn step_ticks(ticks: Ticks) -> Step {
+    if ticks > Step::MAX as Ticks { Step::MAX } else { ticks as Step }
+}
+
 /// Bytes of a wait in an entry, which has 8 bits behind the point.
 pub(crate) const BYTES: usize = 3;
 

@@ -5,6 +5,19 @@ use core::sync::atomic::{AtomicU8, Ordering};
 use crate::entry::Play;
 use crate::units::Ticks;
 
+/// Ticks that a step costs.
+pub(crate) type Step = Ticks;
+
+/// As ticks.
+pub(crate) const fn wide(ticks: Step) -> Ticks {
+    ticks
+}
+
+/// Of ticks.
+pub(crate) const fn step_ticks(ticks: Ticks) -> Step {
+    ticks
+}
+
 /// Bytes of a wait in an entry, which has 16 bits behind the point.
 pub(crate) const BYTES: usize = 4;
 

@@ -23,7 +23,7 @@ use crate::order::target::PortArgs;
 use crate::wish::{PlayOrder, Played, Wish};
 
 /// The examples, as they lie in the folders `examples/cycles` and `examples/gcode`.
-const EXAMPLES: [(&str, &str); 8] = [
+const EXAMPLES: [(&str, &str); 9] = [
     ("drawing.toml", include_str!("paths/drawing.toml")),
     ("joined.toml", include_str!("paths/joined.toml")),
     ("feed.toml", include_str!("paths/feed.toml")),
@@ -32,6 +32,7 @@ const EXAMPLES: [(&str, &str); 8] = [
     ("readme.toml", include_str!("paths/readme.toml")),
     ("calibrate.toml", include_str!("paths/calibrate.toml")),
     ("badge.nc", include_str!("paths/badge.nc")),
+    ("engrave.nc", include_str!("paths/engrave.nc")),
 ];
 
 /// How the names of G-code jobs end, in any case of letters.

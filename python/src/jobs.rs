@@ -47,7 +47,7 @@ pub fn play(
                 true => u64::MAX,
                 false => job.from + (since.elapsed().as_secs_f64() * hz) as u64,
             };
-            let more = job.pass(limit, |board| {
+            let more = job.pass(limit, |board, _| {
                 let now = board.now();
                 for axis in 0..3 {
                     let at = board.cycle().position(axis as u8).unwrap_or(0);

@@ -36,7 +36,7 @@ impl<const N: usize> Cost<N> {
     }
 
     /// A step takes no time of another axis: each has hardware of its own, which makes a step every
-    /// `ticks` at most.
+    /// `ticks` at most (65,535 of them with the feature `compact`).
     ///
     /// ```
     /// use stepwright::{Board, Cost, Rate, Speed};
@@ -44,8 +44,9 @@ impl<const N: usize> Cost<N> {
     /// let board = Board::<2> { cost: Cost::independent(500), ..Board::unmeasured(rate) };
     /// assert_eq!(board.step_cost(2), 0);
     /// ```
-    pub const fn independent(ticks: StepTicks) -> Cost<N> {
-        Cost { ticks: [0; N], pulse: StepTicks::MAX, longer: [0; N], shortest: [ticks; N] }
+    pub const fn independent(ticks: Ticks) -> Cost<N> {
+        let shortest = [format::step_ticks(ticks); N];
+        Cost { ticks: [0; N], pulse: StepTicks::MAX, longer: [0; N], shortest }
     }
 
     /// The same in other ticks.

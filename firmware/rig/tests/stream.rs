@@ -137,19 +137,32 @@ fn three_axes_at_38_000_steps_a_second() {
     assert!(late <= 1, "{late} late");
 }
 
-/// One axis as fast as its interrupt goes: a step each 80 cycles, of which the interrupt takes 70, and a few more
-/// on a Mega. There one step in 100,000 may be late, as where an entry and a byte come at once: by how the build
-/// lies, 1 or 2 of these are. The schedule slips by less than two intervals each time.
-#[test]
-fn one_axis_at_200_000_steps_a_second() {
-    let job = [s_curve(330_000, 200_000.0, 400_000.0, 4_000_000.0), vec![], vec![]];
-    let most = if common::board() == Board::Mega { 3 } else { 0 };
+/// Late steps of one axis at this speed, and how far a step is from the virtual board's at most, in µs.
+fn one_axis(speed: f64) -> (u32, f64) {
+    let job = [s_curve(330_000, speed, 400_000.0, 4_000_000.0), vec![], vec![]];
     let (told, late, edges) = on_chip(&job, terms([400_000.0; 3]), Line::default());
     let (worst, _) = apart(&edges, &job, terms([400_000.0; 3]), 7.0);
     println!("late {late}, worst {worst:.2} us");
     assert_eq!((told.state, told.again), (FeedState::Over, 0));
-    assert!(late <= most, "late {late}");
-    assert!(worst < 5.0 + 10.0 * f64::from(late), "late {late}, worst {worst:.2} us");
+    (late, worst)
+}
+
+/// As fast as its interrupt goes: a step each 80 cycles, of which the interrupt takes 70, and a few more on a Mega.
+#[test]
+fn one_axis_at_200_000_steps_a_second() {
+    let speed = if common::board() == Board::Uno { 200_000.0 } else { 198_000.0 };
+    let (late, worst) = one_axis(speed);
+    assert!(late == 0 && worst < 5.0);
+}
+
+/// One step in 100,000 may be late there, as where an entry and a byte come at once: by how the build lies none, 1
+/// or 2 of these are. The schedule slips by less than two intervals each time.
+#[test]
+fn a_mega_near_200_000_steps_a_second() {
+    for speed in [199_000.0, 200_000.0] {
+        let (late, worst) = one_axis(speed);
+        assert!(late <= 3 && worst < 5.0 + 10.0 * f64::from(late));
+    }
 }
 
 /// A motion that turns all the time.

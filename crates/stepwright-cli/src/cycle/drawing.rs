@@ -22,7 +22,6 @@ use stepwright_play::{PlayError, PlayFormat};
 
 use super::taken::{Taken, Wanted};
 use super::voice::Aloud;
-use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
 
 /// Steps of a drawing, at most.
@@ -133,13 +132,7 @@ pub fn draw(name: &str, text: &str) -> Result<PathDrawing, Failure> {
     let steps = (0..plan.names.len()).map(begins).collect();
     let ways = plan.motors.iter().map(|motor| motor.distance.into()).collect();
     let mut seen = Seen { hz, begun: Instant::now(), ways, steps, count: 0, legs: Vec::new() };
-    let wanted = Wanted {
-        inverted: 0,
-        edges: EdgePaths::default(),
-        motions: false,
-        events: false,
-        laser: false,
-    };
+    let wanted = Wanted::default();
     let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
     let seconds = {
         let session =

@@ -9,7 +9,6 @@ use stepwright_play::{PlayError, PlayFormat};
 
 use super::taken::{Taken, Wanted};
 use super::voice::Aloud;
-use crate::board::edge_files::EdgePaths;
 use crate::failure::Failure;
 use crate::wish::{PlayOrder, Played, Wish};
 
@@ -89,13 +88,7 @@ pub fn play(
     let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
     let motors = plan.names.len();
-    let wanted = Wanted {
-        inverted: 0,
-        edges: EdgePaths::default(),
-        motions: false,
-        events: false,
-        laser: false,
-    };
+    let wanted = Wanted::default();
     let taken = Taken::begin(plan.rate, motors as u8, &wanted)?;
     let mut time = RealTime {
         begun: Instant::now(),

@@ -13,6 +13,7 @@ use stepwright_play::gcode::Lit;
 use stepwright_plot::{MotionPlot, PlotFile, Traces};
 
 /// What is asked for.
+#[derive(Default)]
 pub struct Wanted<'a> {
     pub inverted: u8,
     pub edges: EdgePaths<'a>,

@@ -12,7 +12,6 @@ use stepwright_sim::Description;
 
 use super::feed::{self, JobWatch, Place};
 use super::port::Met;
-use crate::board::edge_files::EdgePaths;
 use crate::cycle::taken::{self, Taken};
 use crate::failure::Failure;
 use crate::interrupt;
@@ -89,13 +88,7 @@ pub fn play(
     tell: &mut dyn FnMut(f64, &[i64], Wish),
 ) -> Result<Played, Failure> {
     let plan = admitted(name, text, axes)?;
-    let nothing = taken::Wanted {
-        inverted: 0,
-        edges: EdgePaths::default(),
-        motions: false,
-        events: false,
-        laser: false,
-    };
+    let nothing = taken::Wanted::default();
     let taken = |rate| Taken::begin(rate, 3, &nothing);
     begin(text.as_bytes().to_vec(), axes, &plan, taken, |mut job| {
         let hz = f64::from(job.rate.hz());

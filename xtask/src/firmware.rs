@@ -12,7 +12,7 @@ use crate::program::{CONTROLLER, Program};
 use crate::qemu;
 use crate::small::SmallBoard;
 use crate::toolchain::{ATMEGA328P, ATMEGA2560, Chip, Cross};
-use crate::workspace::{Workspace, output, run};
+use crate::workspace::{Workspace, output, put, run};
 use crate::{check, setup, shrink};
 
 /// Build the firmware of a board, as .elf and .hex.
@@ -184,7 +184,7 @@ impl Build {
         let folder = ws.target.join("firmware");
         fs::create_dir_all(&folder)?;
         let elf = folder.join(&name).with_extension("elf");
-        fs::copy(from, &elf).context("copying the .elf")?;
+        put(&from, &elf)?;
         let hex = elf.with_extension("hex");
         // What is kept over a reset is no part of the flash.
         let convert = ["-O", "ihex", "-R", ".eeprom", "-R", ".noinit"];

@@ -6,7 +6,7 @@ use std::fs;
 use anyhow::{Context, Result, ensure};
 
 use crate::toolchain::Cross;
-use crate::workspace::{Workspace, run};
+use crate::workspace::{Workspace, put, run};
 
 /// Its name in `target/firmware`: `uno-outside.elf`.
 const NAME: &str = "outside";
@@ -29,15 +29,16 @@ pub fn make(ws: &Workspace) -> Result<()> {
     fs::write(folder.join("src/main.rs"), source)?;
 
     let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
-    let built = ws.target.join("avr").join(NAME);
+    // With the versions of our own firmware, and beside it: the parts for this machine are built once.
+    fs::copy(ws.root.join("firmware/avr/Cargo.lock"), folder.join("Cargo.lock"))?;
+    let built = ws.target.join("avr/uno");
     let mut cargo = cross.cargo_plain(ws, "build", &built);
     cargo.args(["--release", "--target", "avr-none"]).current_dir(&folder);
     run(cargo.env("CARGO_TARGET_AVR_NONE_RUSTFLAGS", flags))?;
     let elf = built.join("avr-none/release").join(NAME).with_extension("elf");
     let place = ws.target.join("firmware");
     fs::create_dir_all(&place)?;
-    fs::copy(elf, place.join(format!("uno-{NAME}.elf")))?;
-    Ok(())
+    put(&elf, &place.join(format!("uno-{NAME}.elf")))
 }
 
 /// The first block of code in this language.

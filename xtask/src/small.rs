@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::elf;
 use crate::toolchain::{Chip, Cross};
-use crate::workspace::{Workspace, cargo_path, output, run};
+use crate::workspace::{Workspace, cargo_path, output, put, run};
 
 /// A board: `[package.metadata.board]` of its manifest, and its programs.
 pub struct SmallBoard {
@@ -107,7 +107,7 @@ impl SmallBoard {
         let mut elves = Vec::new();
         for program in &self.programs {
             let elf = to.join(format!("{}-{}.elf", self.name, program.replace('_', "-")));
-            fs::copy(built.join(triple).join("release").join(program), &elf)?;
+            put(&built.join(triple).join("release").join(program), &elf)?;
             elves.push(elf);
         }
         Ok(elves)

@@ -14,6 +14,7 @@ mod examples;
 mod firmware;
 mod flash;
 mod invariants;
+mod lanes;
 mod package;
 mod page;
 pub mod pico;
@@ -33,8 +34,8 @@ mod words;
 use std::time::Instant;
 
 use anyhow::Result;
-use apart::Said;
 use clap::builder::PossibleValuesParser;
+use lanes::Ended;
 
 use crate::setup::{self, Need};
 use crate::workspace::Workspace;
@@ -214,11 +215,6 @@ const STEPS: &[Step] = &[
     Step { name: "fuzz", what: "the protocol stands random bytes", needs: &[], run: code::fuzz },
 ];
 
-/// Steps that drive a board, a browser or another program by the clock of this machine: on a busy one any
-/// of their waits may be too short, so one that fails runs once more, and the summary says so.
-const BY_THE_CLOCK: &[&str] =
-    &["pico", "ports", "pyserial", "python", "senders", "uno", "flash", "page", "page-chip", "api"];
-
 /// What a contributor runs before a commit: some minutes on a built checkout.
 const QUICK: &[Step] = &[
     STEPS[0],
@@ -279,52 +275,29 @@ impl Test {
 
     /// Whether all passed.
     fn several(&self, steps: &[&Step], ws: &Workspace) -> Result<bool> {
-        let program = apart::program()?;
-        let mut ended = Vec::new();
-        for step in steps {
-            let start = Instant::now();
-            // The quick ones are for a person, who sees the log.
-            let (said, verdict) = if self.quick {
-                let passed = here(step, ws);
-                (Said { passed, last: Vec::new() }, if passed { "passed" } else { "FAILED" })
-            } else {
-                in_turn(step.name, || apart::tell(apart::step(&program, step.name)))
-            };
-            ended.push((step.name, start.elapsed(), said, verdict));
-        }
-        for (name, .., said, verdict) in &ended {
-            if !said.last.is_empty() {
-                println!("\n=== the end of {name}, which {verdict}");
-                said.last.iter().for_each(|line| println!("{line}"));
+        let ended = if self.quick {
+            // For a person, who sees the log.
+            steps.iter().map(|step| Ended::here(step, ws)).collect()
+        } else {
+            // Two at once would be in each other's way. What can't be installed fails where it is needed.
+            let needs: Vec<_> = steps.iter().flat_map(|step| step.needs).copied().collect();
+            if let Err(error) = setup::ensure(&needs) {
+                println!("{error:#}");
             }
+            lanes::run(steps)?
+        };
+        for one in ended.iter().filter(|one| !one.last.is_empty()) {
+            println!("\n=== the end of {}, which {}", one.name, one.verdict);
+            one.last.iter().for_each(|line| println!("{line}"));
         }
         println!();
-        for (name, time, _, verdict) in &ended {
+        for Ended { name, verdict, time, .. } in &ended {
             println!("{name:<12}{verdict}{:>8.1} s", time.as_secs_f32());
         }
-        let passed = ended.iter().filter(|(.., said, _)| said.passed).count();
+        let passed = ended.iter().filter(|one| one.passed).count();
         println!("{passed} passed, {} failed", ended.len() - passed);
         Ok(passed == ended.len())
     }
-}
-
-/// Runs a step, and once more if it failed and goes by the clock. Of a step that failed at any time the
-/// last lines of the first failure are returned, of another none.
-fn in_turn(name: &str, run: impl Fn() -> Result<Said>) -> (Said, &'static str) {
-    // A step that can't be started has failed; the others go on.
-    let run =
-        || run().unwrap_or_else(|error| Said { passed: false, last: vec![format!("{error:#}")] });
-    let first = run();
-    if first.passed {
-        return (Said { last: Vec::new(), ..first }, "passed");
-    }
-    if !BY_THE_CLOCK.contains(&name) {
-        return (first, "FAILED");
-    }
-    println!("\n=== {name} once more");
-    let passed = run().passed;
-    let verdict = if passed { "passed at the second run" } else { "FAILED twice" };
-    (Said { passed, ..first }, verdict)
 }
 
 /// Runs a step in this process; whether it passed.
@@ -337,36 +310,4 @@ fn here(step: &Step, ws: &Workspace) -> bool {
         Err(error) => println!("{error:#}\n=== {} FAILED", step.name),
     }
     result.is_ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use std::cell::Cell;
-
-    use super::*;
-
-    /// What becomes of a step that fails so often first: whether it passed, how often it ran, the lines that
-    /// are repeated, and the verdict.
-    fn fails(name: &str, times: u32) -> (bool, u32, Vec<String>, &'static str) {
-        let runs = Cell::new(0);
-        let run = || {
-            runs.set(runs.get() + 1);
-            Ok(Said { passed: runs.get() > times, last: vec![format!("run {}", runs.get())] })
-        };
-        let (said, verdict) = in_turn(name, run);
-        (said.passed, runs.get(), said.last, verdict)
-    }
-
-    #[test]
-    fn a_step_that_goes_by_the_clock_runs_once_more() {
-        let first = vec!["run 1".to_owned()];
-        assert_eq!(fails("page", 0), (true, 1, vec![], "passed"));
-        assert_eq!(fails("page", 1), (true, 2, first.clone(), "passed at the second run"));
-        assert_eq!(fails("page", 2), (false, 2, first.clone(), "FAILED twice"));
-        assert_eq!(fails("rig", 1), (false, 1, first, "FAILED"));
-        let (said, verdict) = in_turn("fmt", || anyhow::bail!("no such file"));
-        assert_eq!((said.passed, verdict), (false, "FAILED"));
-        assert_eq!(said.last, ["no such file"]);
-        assert!(BY_THE_CLOCK.iter().all(|name| STEPS.iter().any(|step| step.name == *name)));
-    }
 }

@@ -27,7 +27,7 @@ use crate::setup::{self, Need};
 use crate::small;
 use crate::toolchain::{ATMEGA1284P, Chip, Cross};
 use crate::wasm;
-use crate::workspace::{Guard, Workspace, cargo_path, line, output, run};
+use crate::workspace::{Guard, Workspace, cargo_path, line, output, put, run};
 
 /// What building and simulating all of them takes.
 pub const NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
@@ -289,6 +289,6 @@ fn keep(ws: &Workspace, from: &Path, name: &str) -> Result<PathBuf> {
     let folder = ws.target.join("firmware");
     fs::create_dir_all(&folder)?;
     let to = folder.join(format!("ticks-{name}.elf"));
-    fs::copy(from, &to).with_context(|| format!("copying {}", from.display()))?;
+    put(from, &to)?;
     Ok(to)
 }

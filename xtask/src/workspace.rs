@@ -2,7 +2,8 @@
 
 use std::env;
 use std::ffi::{OsStr, OsString};
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -45,13 +46,25 @@ impl Workspace {
     /// The command as it ships: built with the release profile unless it is there.
     pub fn shipped(&self) -> Result<PathBuf> {
         run(&mut self.cargo(["build", "--release", "--package", "stepwright-cli"]))?;
-        Ok(self.target.join("release").join(format!("stepwright{}", env::consts::EXE_SUFFIX)))
+        Ok(self.command())
+    }
+
+    /// Where [`shipped`](Workspace::shipped) leaves the command.
+    pub fn command(&self) -> PathBuf {
+        self.target.join("release").join(format!("stepwright{}", env::consts::EXE_SUFFIX))
     }
 
     /// A program that `cargo build` left in the dev profile's folder.
     pub fn built(&self, name: &str) -> PathBuf {
         self.target.join("debug").join(format!("{name}{}", env::consts::EXE_SUFFIX))
     }
+}
+
+/// Copies a file that another process may be reading: it finds the old one or the new one, whole.
+pub fn put(from: &Path, to: &Path) -> Result<()> {
+    let beside = to.with_extension(format!("{}.tmp", std::process::id()));
+    fs::copy(from, &beside).with_context(|| format!("copying {}", from.display()))?;
+    fs::rename(&beside, to).with_context(|| format!("writing {}", to.display()))
 }
 
 /// The cargo that runs this chore.

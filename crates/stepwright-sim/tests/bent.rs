@@ -23,8 +23,8 @@ use stepwright::{Accel, Order, Rate, Speed, Travel};
 use stepwright_sim::Description;
 use story::{Story, What, Whim, exact, play, spread, story, tell_all};
 
-/// Of each test: 15,000 changes.
-const STORIES: u32 = 3_000;
+/// Of each test: 4,000 changes. 3,000 stories (`STEPWRIGHT_CASES=3000`) were tried once without a miss.
+const STORIES: u32 = 800;
 
 fn limits(order: &Order) -> Limits {
     let slope = |ramp: Ramp| match ramp {

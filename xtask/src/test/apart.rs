@@ -39,12 +39,12 @@ pub fn step(program: &Path, name: &str) -> Command {
     command
 }
 
-/// Runs a program to its end and passes on what it prints. What it leaves behind is not waited for, though
+/// Runs a program to its end and passes on what it prints, `before` before each line. What it leaves behind is not waited for, though
 /// that holds its outputs open.
 ///
 /// # Errors
 /// It can't be started.
-pub fn tell(mut command: Command) -> Result<Said> {
+pub fn tell(mut command: Command, before: &str) -> Result<Said> {
     let (reader, writer) = pipe()?;
     command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer);
     let mut child = command.spawn().context("starting a step")?;
@@ -63,7 +63,7 @@ pub fn tell(mut command: Command) -> Result<Said> {
         match heard.recv_timeout(QUIET) {
             Ok(line) => {
                 let line = String::from_utf8_lossy(&line).into_owned();
-                println!("{line}");
+                println!("{before}{line}");
                 if last.len() == KEPT {
                     last.pop_front();
                 }
@@ -85,7 +85,7 @@ mod tests {
     fn shell(script: &str) -> Said {
         let mut command = Command::new("sh");
         command.args(["-c", script]);
-        tell(command).unwrap()
+        tell(command, "").unwrap()
     }
 
     #[test]

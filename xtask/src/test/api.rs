@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Result;
 
 use crate::python;
-use crate::workspace::{self, Workspace, run_within};
+use crate::workspace::{Workspace, run_within};
 
 /// Half a minute on an idle machine.
 const LIMIT: Duration = Duration::from_secs(600);
@@ -14,8 +14,8 @@ const LIMIT: Duration = Duration::from_secs(600);
 /// Nothing moves without control, and every answer is as described.
 pub fn run(ws: &Workspace) -> Result<()> {
     python::API.prepare(ws)?;
-    workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    ws.shipped()?;
     let mut check = Command::new(python::API.interpreter(ws));
     check.current_dir(&ws.target).arg(ws.root.join("crates/stepwright-serve/tests/api/check.py"));
-    run_within(LIMIT, check.arg(ws.built("stepwright")))
+    run_within(LIMIT, check.arg(ws.command()))
 }

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use crate::firmware::{Board, Build};
 use crate::rig;
 use crate::setup::{MEGA_LOADER, NANO_LOADER};
-use crate::workspace::{self, Guard, Workspace, output, run_within};
+use crate::workspace::{Guard, Workspace, output, run_within};
 
 /// A chip that is simulated in real time takes half a minute, a loaded machine longer.
 const LIMIT: Duration = Duration::from_secs(300);
@@ -52,7 +52,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     // The simulator asks for one.
     Build { board: Board::Uno, timer: 1, bench: false }.controller(ws)?;
     let sim = rig::program(ws, "sim")?;
-    workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    ws.shipped()?;
     CASES.iter().try_for_each(|case| through(ws, &sim, case).context(case.chip))
 }
 
@@ -69,7 +69,7 @@ fn through(ws: &Workspace, sim: &Path, case: &Case) -> Result<()> {
     let Some(port) = first.trim_end().strip_prefix("pty ") else {
         bail!("the simulator's first line is {first:?}, not `pty PATH`");
     };
-    let stepwright = ws.built("stepwright");
+    let stepwright = ws.command();
     let order = |words: &[&str]| {
         let mut command = Command::new(&stepwright);
         command.args(words).args(["--port", port]).env("STEPWRIGHT_MACHINE", "none");

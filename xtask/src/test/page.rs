@@ -48,7 +48,7 @@ impl<'a> Driver<'a> {
             println!("skipped: there is no browser here, and none can be installed");
             return Ok(None);
         };
-        workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+        ws.shipped()?;
         node::PLAYWRIGHT.prepare(ws)?;
         let page = ws.target.join("page/static");
         page::write_static(ws, &page)?;
@@ -59,7 +59,7 @@ impl<'a> Driver<'a> {
         let mut drive = Command::new("node");
         drive.current_dir(&self.ws.root);
         drive.arg(format!("crates/stepwright-serve/tests/page/{script}"));
-        drive.arg(self.ws.built("stepwright")).arg(&self.browser).args(more);
+        drive.arg(self.ws.command()).arg(&self.browser).args(more);
         if let Some(folder) = env::var_os("STEPWRIGHT_PICTURES") {
             drive.arg(folder);
         }

@@ -75,7 +75,7 @@ fn selftest(ws: &Workspace, programs: &Path) -> Result<()> {
     node.arg(ws.root.join("firmware/rp2040/test/selftest.cjs"));
     carry_out(node.arg(programs).arg(&line))?;
     let judge = |file: PathBuf| -> Result<Command> {
-        let mut command = ws.cargo(["run", "--quiet", "--package", "stepwright-cli", "--"]);
+        let mut command = Command::new(ws.shipped()?);
         command.arg("selftest").arg(fs::read_to_string(file)?.trim());
         Ok(command)
     };

@@ -19,7 +19,7 @@ use anyhow::{Context, Result, ensure};
 use crate::firmware::{Board, Build};
 use crate::program::{CONTROLLER, Program};
 use crate::rig;
-use crate::workspace::{self, Workspace};
+use crate::workspace::Workspace;
 use chip::{Ended, SimChip, command, typed};
 use cycles::{PAUSE, homes, worst_of_cycles};
 use dump::Dump;
@@ -174,7 +174,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
 /// Every case, one after another; all that fail are told.
 pub fn run(ws: &Workspace) -> Result<()> {
     let sim = rig::program(ws, "sim")?;
-    workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    ws.shipped()?;
     let mut programs = HashMap::new();
     let mut failed = 0;
     let elsewhere = ELSEWHERE

@@ -24,11 +24,11 @@ const MASTER_LIMIT: Duration = Duration::from_secs(180);
 /// behind it, end with 0 if all went as it should.
 pub fn run(ws: &Workspace) -> Result<()> {
     python::SERIAL.prepare(ws)?;
-    workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    ws.shipped()?;
 
     println!("$ stepwright board --pty");
     let mut board = Guard(
-        Command::new(ws.built("stepwright"))
+        Command::new(ws.command())
             .args(["board", "--pty"])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -73,7 +73,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
 fn together(ws: &Workspace, port: &str) -> Result<()> {
     let script = ws.root.join("crates/stepwright-cli/tests/together/together.py");
     let mut script_at = Command::new(python::SERIAL.interpreter(ws));
-    script_at.arg(script).arg(ws.built("stepwright")).arg(port);
+    script_at.arg(script).arg(ws.command()).arg(port);
     run_within(MASTER_LIMIT, &mut script_at)
 }
 
@@ -82,7 +82,7 @@ fn the_guides_own(ws: &Workspace, port: &str) -> Result<()> {
     let page = fs::read_to_string(ws.root.join("docs/guide/src/serial-line.md"))?;
     let program = page.split("```python\n").nth(1).and_then(|rest| rest.split("```").next());
     let program = program.context("the page has no program")?.replace("/dev/ttyUSB0", port);
-    let mut zero = Command::new(ws.built("stepwright"));
+    let mut zero = Command::new(ws.command());
     zero.args(["zero", "--port", port]).env("STEPWRIGHT_MACHINE", "none");
     workspace::run(&mut zero)?;
     let said = output(Command::new(python::SERIAL.interpreter(ws)).args(["-c", &program]))?;

@@ -15,7 +15,7 @@ use crate::{bench, node, rig};
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     node::AVR8JS.prepare(ws)?;
     // One of them has the command talk to the chip.
-    run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
+    ws.shipped()?;
     // The chips have folders of their own, and one program keeps one processor busy.
     thread::scope(|scope| {
         let mega = scope.spawn(|| {
@@ -35,7 +35,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
             let mut command = program.command();
             rig::with_firmware(ws, &mut command);
             command.env("STEPWRIGHT_BOARD", board.name());
-            command.env("STEPWRIGHT_COMMAND", ws.built("stepwright"));
+            command.env("STEPWRIGHT_COMMAND", ws.command());
             command.env("STEPWRIGHT_NODE_MODULES", node::AVR8JS.modules(ws));
             commands.push((format!("{}, {}", program.name, board.name()), command));
         }

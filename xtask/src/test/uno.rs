@@ -18,8 +18,8 @@ const LIMIT: Duration = Duration::from_secs(300);
 pub fn run(ws: &Workspace) -> Result<()> {
     Build { board: Board::Uno, timer: 1, bench: false }.controller(ws)?;
     let sim = rig::program(ws, "sim")?;
-    workspace::run(&mut ws.cargo(["build", "--package", "stepwright-cli"]))?;
-    let built = ws.built("stepwright");
+    ws.shipped()?;
+    let built = ws.command();
     let mut path = built.parent().map(|folder| folder.as_os_str().to_owned()).unwrap_or_default();
     path.push(":");
     path.push(env::var_os("PATH").unwrap_or_default());
@@ -27,7 +27,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     rig::with_firmware(ws, &mut script);
     script.arg(ws.root.join("examples/uno.sh")).env("SIM", &sim).env("PATH", path);
     run_within(LIMIT, &mut script)?;
-    let mut guide = ws.cargo(["test", "--package", "stepwright-cli", "--test", "guide"]);
+    let mut guide = ws.cargo(["test", "--workspace", "--test", "guide"]);
     rig::with_firmware(ws, &mut guide);
     workspace::run(guide.env("STEPWRIGHT_GUIDE_SIM", sim))
 }

@@ -28,7 +28,7 @@ pub struct Ended {
 pub fn command(ws: &Workspace, words: &[&str]) -> Result<Ended> {
     let said = ws.target.join("ports.txt");
     let file = File::create(&said)?;
-    let mut command = Command::new(ws.built("stepwright"));
+    let mut command = Command::new(ws.command());
     // No machine file of the user's.
     command.args(words).env("STEPWRIGHT_MACHINE", "none").current_dir(&ws.root);
     command.stdin(Stdio::null());
@@ -48,7 +48,7 @@ pub fn command(ws: &Workspace, words: &[&str]) -> Result<Ended> {
 pub fn typed(ws: &Workspace, words: &[&str], begun: &str, keys: &[&str]) -> Result<Ended> {
     let said = ws.target.join("ports.txt");
     let quoted: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
-    let words = format!("'{}' {}", ws.built("stepwright").display(), quoted.join(" "));
+    let words = format!("'{}' {}", ws.command().display(), quoted.join(" "));
     let mut command = Command::new("script");
     command.args(["--quiet", "--return", "--command", &words, "/dev/null"]);
     command.env("STEPWRIGHT_MACHINE", "none").env("TERM", "xterm").current_dir(&ws.root);

@@ -12,7 +12,7 @@ use crate::program::{CONTROLLER, Program};
 use crate::qemu;
 use crate::small::SmallBoard;
 use crate::toolchain::{ATMEGA328P, ATMEGA2560, Chip, Cross};
-use crate::workspace::{Workspace, output, put, run};
+use crate::workspace::{Workspace, alone_in, output, put, run};
 use crate::{check, setup, shrink};
 
 /// Build the firmware of a board, as .elf and .hex.
@@ -170,6 +170,7 @@ impl Build {
             Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
         // Two chips share a triple, so each has a folder of its own.
         let built = ws.target.join("avr").join(feature);
+        let _alone = alone_in(&built)?;
         let mut cargo = cross.cargo_in(ws, "rustc", &[chip], &built);
         cargo.current_dir(ws.root.join("firmware/avr"));
         cargo.args(["--release", "--features", &features]).args(program.target());
@@ -188,7 +189,9 @@ impl Build {
         let hex = elf.with_extension("hex");
         // What is kept over a reset is no part of the flash.
         let convert = ["-O", "ihex", "-R", ".eeprom", "-R", ".noinit"];
-        run(Command::new("avr-objcopy").args(convert).arg(&elf).arg(&hex))?;
+        let beside = built.join("program.hex");
+        run(Command::new("avr-objcopy").args(convert).arg(&elf).arg(&beside))?;
+        put(&beside, &hex)?;
         let (flash, ram) = size(&elf)?;
         Ok(Built { board: self.board, elf, hex, flash, ram })
     }

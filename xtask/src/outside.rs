@@ -6,7 +6,7 @@ use std::fs;
 use anyhow::{Context, Result, ensure};
 
 use crate::toolchain::Cross;
-use crate::workspace::{Workspace, put, run};
+use crate::workspace::{Workspace, alone_in, put, run};
 
 /// Its name in `target/firmware`: `uno-outside.elf`.
 const NAME: &str = "outside";
@@ -32,6 +32,7 @@ pub fn make(ws: &Workspace) -> Result<()> {
     // With the versions of our own firmware, and beside it: the parts for this machine are built once.
     fs::copy(ws.root.join("firmware/avr/Cargo.lock"), folder.join("Cargo.lock"))?;
     let built = ws.target.join("avr/uno");
+    let _alone = alone_in(&built)?;
     let mut cargo = cross.cargo_plain(ws, "build", &built);
     cargo.args(["--release", "--target", "avr-none"]).current_dir(&folder);
     run(cargo.env("CARGO_TARGET_AVR_NONE_RUSTFLAGS", flags))?;

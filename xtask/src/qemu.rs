@@ -11,7 +11,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use crate::setup::{self, Need};
-use crate::workspace::{Workspace, output, run, succeeds};
+use crate::workspace::{Workspace, alone_in, output, run, succeeds};
 
 /// What building the firmware takes.
 pub const BUILD_NEEDS: &[&Need] = &[setup::CROSS];
@@ -25,6 +25,8 @@ pub fn prepare(ws: &Workspace) -> Result<Option<PathBuf>> {
         return Ok(None);
     }
     let root = ws.target.join("qemu-packages");
+    // Steps of two lanes take it.
+    let _alone = alone_in(&ws.target.join("xtask/qemu"))?;
     if works(&root) {
         return Ok(Some(root));
     }

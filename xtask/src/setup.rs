@@ -4,6 +4,7 @@
 //! it; Debian's packages are the way to get it, not the way to look for it.
 //! When all is there this takes a fraction of a second and changes nothing.
 
+use std::env;
 use std::io::{IsTerminal, stdin};
 use std::path::Path;
 use std::process::Command;
@@ -12,7 +13,7 @@ use std::sync::Once;
 use anyhow::{Context, Result, bail};
 
 use crate::toolchain::Cross;
-use crate::workspace::{Workspace, output, run, succeeds};
+use crate::workspace::{Workspace, alone_in, output, run, succeeds};
 use crate::{node, python, qemu};
 
 /// Find what the chores need, and install what is missing.
@@ -232,6 +233,9 @@ fn apt(packages: &[&str]) -> Result<()> {
         command.env("DEBIAN_FRONTEND", "noninteractive").arg("--quiet=2");
         Ok(command)
     };
+    // Another step's may be at it; apt-get does not wait for the lists. Another user's lock is no reason
+    // to stop.
+    let _alone = alone_in(&env::temp_dir().join("stepwright-apt")).ok();
     // Always: with an image's old lists apt finds a rustc-web that is too old.
     // Not fatal: one unreachable source of the user's own must not stop us.
     static UPDATE: Once = Once::new();

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::elf;
 use crate::toolchain::{Chip, Cross};
-use crate::workspace::{Workspace, cargo_path, output, put, run};
+use crate::workspace::{Workspace, alone_in, cargo_path, output, put, run};
 
 /// A board: `[package.metadata.board]` of its manifest, and its programs.
 pub struct SmallBoard {
@@ -99,6 +99,7 @@ impl SmallBoard {
         let triple: &'static str = self.triple.clone().leak();
         let flags: &'static str = self.flags.clone().leak();
         let built = ws.target.join("chips");
+        let _alone = alone_in(&built)?;
         let mut cargo = cross.cargo_in(ws, "build", &[&Chip { triple, flags }], &built);
         link(&mut cargo, triple);
         run(cargo.current_dir(&self.folder).args(["--release", "--bins"]))?;

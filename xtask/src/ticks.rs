@@ -27,7 +27,7 @@ use crate::setup::{self, Need};
 use crate::small;
 use crate::toolchain::{ATMEGA1284P, Chip, Cross};
 use crate::wasm;
-use crate::workspace::{Guard, Workspace, cargo_path, line, output, put, run};
+use crate::workspace::{Guard, Workspace, alone_in, cargo_path, line, output, put, run};
 
 /// What building and simulating all of them takes.
 pub const NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
@@ -237,6 +237,7 @@ fn listen(command: &mut Command, mut hear: impl FnMut(&str) -> Result<bool>) -> 
 fn avr(ws: &Workspace, alone: bool) -> Result<PathBuf> {
     let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
     let built = ws.target.join("avr/roomy");
+    let _alone = alone_in(&built)?;
     let mut cargo = cross.cargo_in(ws, "rustc", &[&ATMEGA1284P], &built);
     cargo.current_dir(ws.root.join("firmware/ticks"));
     cargo.args(["--release", "--bin", "stepwright-ticks"]);
@@ -260,10 +261,12 @@ fn simulated(ws: &Workspace, chip: &str) -> Result<Command> {
     let triple = data["triple"].as_str().with_context(|| format!("no chip {chip}"))?;
     let triple: &'static str = triple.to_owned().leak();
     let built = ws.target.join("chips");
+    let alone = alone_in(&built)?;
     let mut cargo = cross.cargo_in(ws, "build", &[&Chip { triple, flags: "" }], &built);
     small::link(&mut cargo, triple);
     run(cargo.current_dir(&folder).args(["--release", "--bin", "stepwright-ticks"]))?;
     let elf = keep(ws, &built.join(triple).join("release/stepwright-ticks"), chip)?;
+    drop(alone);
     let root = qemu::prepare(ws)?;
     let mut words = data["qemu"].as_array().into_iter().flatten().filter_map(Value::as_str);
     let mut command = qemu::command(root.as_deref(), words.next().context("no QEMU")?);

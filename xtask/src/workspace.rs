@@ -2,7 +2,7 @@
 
 use std::env;
 use std::ffi::{OsStr, OsString};
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::sleep;
@@ -58,6 +58,15 @@ impl Workspace {
     pub fn built(&self, name: &str) -> PathBuf {
         self.target.join("debug").join(format!("{name}{}", env::consts::EXE_SUFFIX))
     }
+}
+
+/// Nobody else builds in this folder until what is returned is dropped. Programs of several boards have
+/// one name there, and each is copied when it is built.
+pub fn alone_in(folder: &Path) -> Result<File> {
+    fs::create_dir_all(folder)?;
+    let file = File::create(folder.join(".copied"))?;
+    file.lock().with_context(|| format!("waiting for {}", folder.display()))?;
+    Ok(file)
 }
 
 /// Copies a file that another process may be reading: it finds the old one or the new one, whole.

@@ -141,16 +141,13 @@ fn side_by_side(
     names: &[&'static str],
     run: &(impl Fn(&str) -> Result<Said> + Sync),
 ) -> Vec<Ended> {
+    let one_after_another =
+        |names: &[&'static str]| names.iter().map(|name| Ended::of(name, run)).collect::<Vec<_>>();
     let all = thread::scope(|scope| {
-        let lane = |lane: &'static str| Ended::of(lane, run);
-        let lanes = lanes.iter().map(|names| {
-            scope.spawn(move || names.iter().map(|name| lane(name)).collect::<Vec<_>>())
-        });
+        let lanes = lanes.iter().map(|names| scope.spawn(|| one_after_another(names)));
         let lanes: Vec<_> = lanes.collect();
-        lanes
-            .into_iter()
-            .flat_map(|lane| lane.join().unwrap_or_else(|p| resume_unwind(p)))
-            .collect::<Vec<_>>()
+        let ended = lanes.into_iter().map(|lane| lane.join().unwrap_or_else(|p| resume_unwind(p)));
+        ended.flatten().collect::<Vec<_>>()
     });
     let mut all: Vec<_> = all.into_iter().map(|ended| ended.again(run)).collect();
     all.sort_by_key(|ended| names.iter().position(|name| *name == ended.name));

@@ -51,7 +51,7 @@ pub struct JobSurvey {
     pub probes: MoveSum,
     /// Dwells, in s.
     pub dwell: f64,
-    /// Where moves lead, in machine coordinates: the start of the first is not in it.
+    /// Where moves lead, in machine coordinates: the start of the first is in it only if that cuts.
     pub extents: Extents,
     /// The same of moves at a feed rate, their starts too: where it cuts.
     pub cut: Extents,
@@ -124,6 +124,7 @@ impl JobSurvey {
         kind.count += 1;
         kind.distance += distance;
         let Some(rate) = rate else { return };
+        self.extents.cover(from);
         self.cut.cover(from);
         self.cut.cover(to);
         let rate = match rate {
@@ -287,6 +288,14 @@ mod tests {
         covers(survey("G18 G2 F1 Z2 K1").cut, [[0.0, 1.0], [0.0, 0.0], [0.0, 2.0]]);
         // A quarter stays within its ends.
         covers(survey("G3 F1 X1 Y1 J1").cut, [[0.0, 1.0], [0.0, 1.0], [0.0, 0.0]]);
+    }
+
+    #[test]
+    fn a_place_that_is_cut_is_within_the_extents() {
+        let found = survey("G1 X10 F100");
+        covers(found.extents, [[0.0, 10.0], [0.0, 0.0], [0.0, 0.0]]);
+        assert_eq!(found.extents, found.cut);
+        covers(survey("G0 X10").extents, [[10.0, 10.0], [0.0, 0.0], [0.0, 0.0]]);
     }
 
     #[test]

@@ -295,9 +295,9 @@ mod tests {
     #[test]
     fn a_hold_finds_a_stop() {
         for (jerk, latest, mean, longest) in [
-            (3_000.0, 0.18, 0.005, 0.65),
-            (10_000.0, 0.08, 0.0025, 0.8),
-            (50_000.0, 0.03, 0.0012, 0.25),
+            (3_000.0, 0.18, 0.01, 0.6),
+            (10_000.0, 0.11, 0.006, 0.55),
+            (50_000.0, 0.06, 0.0045, 0.2),
         ] {
             let mut planned = route(jerk);
             let mut all = planned.clone();

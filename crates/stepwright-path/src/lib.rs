@@ -48,6 +48,7 @@ mod course;
 mod curve;
 mod glide;
 mod joint;
+mod kink;
 mod laser;
 mod law;
 mod lead;

@@ -59,19 +59,31 @@ impl Limits {
         [(sign * self.jerk, bend), (0.0, hold.max(0.0)), (-sign * self.jerk, bend)]
     }
 
-    /// From a speed to another over a way, as fast as can be, at most at `top`. The way must be
-    /// long enough for the change by itself.
-    pub fn over(&self, from: Moment, to: Moment, top: f64) -> Vec<Piece> {
-        let way = to.s - from.s;
-        let low = from.v.max(to.v);
-        let both = |peak: f64| self.way(from.v, peak) + self.way(peak, to.v);
+    /// From one moment to another over a way, as fast as can be, at most at `top`: with an
+    /// acceleration, if any, upwards at the first and downwards at the second. `None` if the way is
+    /// too short for that.
+    pub fn over(&self, from: Moment, to: Moment, top: f64) -> Option<Vec<Piece>> {
+        let ends = [(from.v, from.a), (to.v, -to.a)];
+        // As if it had begun without acceleration before.
+        let [begin, end] = ends.map(|(v, a)| v - a * a / 2.0 / self.jerk);
+        let before = ends.map(|(v, a)| (v - a * a / 3.0 / self.jerk) * a / self.jerk);
+        let [rise, fall] = ends.map(|(_, a)| a / self.jerk);
+        let least = ends.map(|(v, a)| v + a * a / 2.0 / self.jerk);
+        let way = to.s - from.s + before[0] + before[1];
+        let low = least[0].max(least[1]);
+        let both = |peak: f64| self.way(begin, peak) + self.way(peak, end);
+        let bent = rise > 0.0 || fall > 0.0;
+        if bent && (both(low) > way || low > top) {
+            return None;
+        }
         let top = top.max(low);
         let peak = if both(top) <= way { top } else { root(low, top, |v| both(v) - way) };
         let level = (way - both(peak)).max(0.0) / peak;
         let level = if level.is_finite() { level } else { 0.0 };
-        let up = self.pushes(from.v, peak);
-        let down = self.pushes(peak, to.v);
-        let from = Moment { a: 0.0, ..from };
+        let mut up = self.pushes(begin, peak);
+        let mut down = self.pushes(peak, end);
+        up[0].1 = (up[0].1 - rise).max(0.0);
+        down[2].1 = (down[2].1 - fall).max(0.0);
         let mut pieces = join(from, &up, peak);
         let mut begin = pieces.last().map_or(from, |piece| piece.to);
         if level > 0.0 {
@@ -81,9 +93,9 @@ impl Limits {
         }
         pieces.extend(join(begin, &down, to.v));
         if let Some(last) = pieces.last_mut() {
-            last.to = Moment { t: last.to.t, s: to.s, v: to.v, a: 0.0 };
+            last.to = Moment { t: last.to.t, ..to };
         }
-        pieces
+        Some(pieces)
     }
 }
 
@@ -138,7 +150,7 @@ mod tests {
         {
             let from = Moment { t: 1.0, s: 2.0, v, a: 0.0 };
             let end = Moment { t: 0.0, s: 2.0 + way, v: to, a: 0.0 };
-            let pieces = LIMITS.over(from, end, 100.0);
+            let pieces = LIMITS.over(from, end, 100.0).unwrap();
             let mut at = from;
             for piece in &pieces {
                 assert!((piece.from.s - at.s).abs() < 1e-12 && (piece.from.v - at.v).abs() < 1e-12);
@@ -150,5 +162,28 @@ mod tests {
             }
             assert_eq!((at.s, at.v, at.a), (2.0 + way, to, 0.0));
         }
+    }
+
+    #[test]
+    fn a_course_begins_and_ends_with_its_acceleration() {
+        let from = Moment { t: 1.0, s: 2.0, v: 5.0, a: 300.0 };
+        for (way, top) in [(10.0, 100.0), (10.0, 30.0), (2.0, 100.0), (200.0, 300.0)] {
+            let end = Moment { t: 0.0, s: 2.0 + way, v: 8.0, a: -200.0 };
+            let pieces = LIMITS.over(from, end, top).unwrap();
+            let mut at = from;
+            for piece in &pieces {
+                assert!((piece.from.v - at.v).abs() < 1e-9 && (piece.from.a - at.a).abs() < 1e-9);
+                let to = piece.from.after(piece.jerk, piece.to.t - piece.from.t);
+                assert!((to.s - piece.to.s).abs() < 1e-9 && (to.v - piece.to.v).abs() < 1e-8);
+                assert!((to.a - piece.to.a).abs() < 1e-8 && to.v <= top + 1e-6, "{to:?}");
+                at = piece.to;
+            }
+            assert_eq!((at.s, at.v, at.a), (2.0 + way, 8.0, -200.0));
+        }
+        // From 300 to 0 and on to -200 takes 9.5 and 2 at least.
+        let end = Moment { t: 0.0, s: 2.3, v: 8.0, a: -200.0 };
+        assert!(LIMITS.over(from, end, 100.0).is_none());
+        let end = Moment { t: 0.0, s: 4.0, v: 8.0, a: -200.0 };
+        assert!(LIMITS.over(from, end, 9.0).is_none());
     }
 }

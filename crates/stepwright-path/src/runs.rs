@@ -2,9 +2,9 @@
 //!
 //! ```text
 //!   v    ╱▔▔▔▔▔╲          ╱▔▔╲              the acceleration is 0 where a node binds: at B, and
-//!       ╱       ╲        ╱    ╲             at rest; in between it goes on over whatever joints
-//!      ╱         ╲__B___╱      ╲            there are
-//!    rest  · · ·  · · ·   · · ·  rest
+//!       ╱       ╲        ╱    ╲    ╱▔╲      at rest; at a corner, C, it jumps; in between it
+//!      ╱         ╲__B___╱      ╲C╱    ╲     goes on over whatever joints there are
+//!    rest  · · ·  · · ·   · · ·  ·  · rest
 //! ```
 //!
 //! First there are two of them, the beginning and the end. The fastest course between two is
@@ -17,6 +17,7 @@ use std::collections::VecDeque;
 
 use crate::cell::Cell;
 use crate::course::{self, join, reach, reached};
+use crate::kink::Kink;
 use crate::piece::{Moment, Piece};
 use crate::ramp::{Limits, root};
 
@@ -25,6 +26,9 @@ const ROUNDED: f64 = 1e-9;
 
 /// Part of the acceleration there is on a straight line below which a node binds instead.
 const LEAST: f64 = 0.4;
+
+/// Parts of the acceleration at corners that are tried where all of it would make another node bind.
+const PARTS: [f64; 3] = [0.75, 0.5, 0.25];
 
 /// Rounds in which the limits on the way of a stop are looked for.
 const STOPS: usize = 16;
@@ -37,9 +41,11 @@ pub(crate) struct Ground<'a, const N: usize> {
     pub tops: Vec<f64>,
     /// Along each cell, where it does not turn.
     pub limits: Vec<Limits>,
+    /// The accelerations that each node may be come to and left with, if it binds.
+    pub kinks: Vec<Kink>,
 }
 
-/// A node that binds, without acceleration.
+/// A node that binds: without acceleration, but at a corner.
 #[derive(Clone, Copy, Debug)]
 struct Bind {
     /// Cells before it, or, of the beginning, before the cell that it is in.
@@ -203,8 +209,28 @@ impl<const N: usize> Ground<'_, N> {
         Ok(())
     }
 
-    /// The course from one to the other, or what binds in between.
+    /// The course from one to the other, or what binds in between. At corners it has as much
+    /// acceleration as there is room for, and makes no other node bind.
     fn course(&self, from: Bind, to: Bind, begin: Option<Moment>) -> Bound {
+        let none = |found: &Bound| matches!(found, Bound::None(_));
+        let kinks = [self.kinks[from.node][1], self.kinks[to.node][0]];
+        if kinks == [0.0; 2] {
+            return self.bound(from, to, begin, kinks);
+        }
+        let part = |part: f64| self.bound(from, to, begin, kinks.map(|accel| part * accel));
+        let most = part(1.0);
+        if none(&most) {
+            return most;
+        }
+        let least = part(0.0);
+        if !none(&least) {
+            return least;
+        }
+        PARTS.into_iter().map(part).find(none).unwrap_or(least)
+    }
+
+    /// The same, with these accelerations at both ends, or less where it is too short for them.
+    fn bound(&self, from: Bind, to: Bind, begin: Option<Moment>, kinks: Kink) -> Bound {
         let mut limits = self.limits(from.node, to.node);
         if let Some(begin) = begin {
             limits = limits.with(begin.a);
@@ -212,17 +238,7 @@ impl<const N: usize> Ground<'_, N> {
         let cells = from.node..to.node.max(from.node + 1).min(self.cells.len());
         let mut top = self.tops[cells.clone()].iter().copied().fold(0.0, f64::max).sqrt();
         loop {
-            let pieces = match begin {
-                Some(begin) => {
-                    let begin = Moment { t: 0.0, ..begin };
-                    divided(course::lead(begin, (to.s, to.v), top, &limits.pace()))
-                }
-                None => {
-                    let end = Moment { t: 0.0, s: to.s, v: to.v, a: 0.0 };
-                    let begin = Moment { t: 0.0, s: from.s, v: from.v, a: 0.0 };
-                    limits.over(begin, end, top)
-                }
-            };
+            let pieces = between(from, to, begin, kinks, (&limits, top));
             match self.beyond(cells.clone(), &pieces, top) {
                 Some(Beyond::Top(most)) => top = most,
                 Some(Beyond::Node(node, v)) => return Bound::Node(self.bind(node, v)),
@@ -409,6 +425,30 @@ impl<const N: usize> Ground<'_, N> {
         }
         None
     }
+}
+
+/// The course from one to the other under these limits and a top speed. It begins as it does, or
+/// with the acceleration that it may have there.
+fn between(
+    from: Bind,
+    to: Bind,
+    begin: Option<Moment>,
+    kinks: Kink,
+    (limits, top): (&Limits, f64),
+) -> Vec<Piece> {
+    let corner = Moment { t: 0.0, s: from.s, v: from.v, a: kinks[0].min(limits.accel) };
+    let first = begin.map_or(corner, |begin| Moment { t: 0.0, ..begin });
+    let last = Moment { t: 0.0, s: to.s, v: to.v, a: -kinks[1].min(limits.accel) };
+    for part in [1.0, 0.7, 0.4, 0.0] {
+        let a = if begin.is_some() { first.a } else { part * first.a };
+        let end = Moment { a: part * last.a, ..last };
+        if a >= 0.0
+            && let Some(pieces) = limits.over(Moment { a, ..first }, end, top)
+        {
+            return pieces;
+        }
+    }
+    divided(course::lead(first, (to.s, to.v), top, &limits.pace()))
 }
 
 /// The same pieces, of which one ends wherever the speed is highest or lowest.

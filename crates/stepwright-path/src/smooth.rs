@@ -1,13 +1,14 @@
 //! A route with limited jerk: its speed is a course over many cells, and what is made of it is
 //! cut from that course, cell by cell.
 //!
-//! A plan is tried with the law of jerk ([`Lens`]) before it is taken. Where it fails, what lies
-//! within the time in which a jump can be hidden is passed slower, at last at rest, and planned
-//! again.
+//! A plan is tried with the law of jerk ([`Lens`]) before it is taken. Where it fails, corners within
+//! the time in which a jump can be hidden have less acceleration, at last none; then what lies there
+//! is passed slower, at last at rest, and planned again.
 
 use std::collections::VecDeque;
 
 use crate::cell::Cell;
+use crate::kink::{self, Kink};
 use crate::lens::Lens;
 use crate::piece::{Moment, Piece};
 use crate::ramp::Limits;
@@ -33,6 +34,10 @@ const AT_REST: usize = 100;
 
 /// Of w, in each.
 const BY: f64 = 0.85;
+
+/// Rounds in which corners have this part of the acceleration that they had, before they have none.
+const GENTLE: usize = 2;
+const LESS: f64 = 0.5;
 
 /// What a route with limited jerk has besides.
 #[derive(Clone, Debug)]
@@ -104,7 +109,12 @@ impl<const N: usize> Route<N> {
             Limits { accel: cell.slope(0.0), jerk: each.fold(f64::INFINITY, f64::min) }
         });
         let limits = limits.collect();
-        Ground { cells, caps, tops, limits }
+        let kinks = if self.deviation.is_some() {
+            vec![[0.0; 2]; count + 1]
+        } else {
+            kink::kinks(cells, &caps, &self.axes, jerk)
+        };
+        Ground { cells, caps, tops, limits, kinks }
     }
 
     /// Plans all cells from the moment at which the first begins. False, and nothing changes, if
@@ -143,6 +153,9 @@ impl<const N: usize> Route<N> {
                 return Some((course, now, sure));
             }
             tried = Some(now);
+            if gentler(&mut ground.kinks, &broken, round) {
+                continue;
+            }
             let mut slower = false;
             let by = if round < SLOWER { BY } else { 0.0 };
             let mut done = 0;
@@ -192,8 +205,14 @@ impl<const N: usize> Route<N> {
         each.fold(0.0, f64::max)
     }
 
+    /// Whether what is before the end of a cell, which is come to with an acceleration, is known
+    /// without what is behind: where there is none, and at a corner.
+    fn parts(&self, n: usize, a: f64) -> bool {
+        a.abs() <= STILL * self.cells[n].slope(0.0) || turning::is_corner(&self.cells, n + 1)
+    }
+
     /// Cells from the first on whose course is final, whatever follows: up to a node that is passed
-    /// as fast as it may be, without acceleration, before anything brakes for the end.
+    /// as fast as it may be, without acceleration or at a corner, before anything brakes for the end.
     ///
     /// What follows changes how fast a curve may be passed that is not over yet, so a stop must be
     /// possible before that.
@@ -221,8 +240,7 @@ impl<const N: usize> Route<N> {
         walk(&self.cells, course.iter().copied(), smooth.here, |n, part| {
             let end = part.to;
             let there = n < free && end.s >= self.cells[n].end;
-            let level = end.a.abs() <= STILL * self.cells[n].slope(0.0);
-            if there && level && end.v * end.v >= caps[n + 1] * NEAR {
+            if there && self.parts(n, end.a) && end.v * end.v >= caps[n + 1] * NEAR {
                 let limits = ground.limits(n + 1, count);
                 let stop = end.s + limits.way(end.v, 0.0) + end.v * hidden;
                 if stop <= firm && end.s <= far {
@@ -233,8 +251,8 @@ impl<const N: usize> Route<N> {
         sure
     }
 
-    /// Goes on by the plan before, up to the next node where that has no acceleration: from there
-    /// it is planned again. Where that is here and now, at rest, each cell is passed from rest to
+    /// Goes on by the plan before, up to the next corner or node where that has no acceleration:
+    /// from there it is planned again. Where that is here and now, at rest, each cell is passed from rest to
     /// rest.
     fn keep(&mut self, smooth: &mut Smooth<N>) {
         let mut sure = 0;
@@ -243,7 +261,7 @@ impl<const N: usize> Route<N> {
             known |= n < sure;
             if !known && part.to.s >= self.cells[n].end {
                 sure = n + 1;
-                known = part.to.a.abs() <= STILL * self.cells[n].slope(0.0);
+                known = self.parts(n, part.to.a);
             }
         });
         if sure == 0 {
@@ -266,6 +284,7 @@ impl<const N: usize> Route<N> {
             let limits = Limits { accel, ..ground.limits[n] };
             let begin = Moment::at_rest(here.t, cell.begin);
             let course = limits.over(begin, Moment::at_rest(0.0, cell.end), w.sqrt());
+            let course = course.unwrap_or_default();
             here = course.last().map_or(begin, |piece| piece.to);
             smooth.course.extend(course);
         }
@@ -354,6 +373,20 @@ impl<const N: usize> Route<N> {
         (smooth.course, smooth.tried) = (course.into(), tried);
         Some(count)
     }
+}
+
+/// Less acceleration at the corners among these nodes; false if they have none.
+fn gentler(kinks: &mut [Kink], spans: &[(usize, usize)], round: usize) -> bool {
+    let by = if round < GENTLE { LESS } else { 0.0 };
+    let (mut done, mut bent) = (0, false);
+    for &(from, to) in spans {
+        for kink in kinks.iter_mut().take(to + 1).skip(from.max(done)) {
+            bent |= *kink != [0.0; 2];
+            *kink = kink.map(|accel| by * accel);
+        }
+        done = done.max(to + 1);
+    }
+    bent
 }
 
 /// Of the acceleration, which is none.

@@ -47,6 +47,11 @@ fn bends<const N: usize>(cells: &VecDeque<Cell<N>>, n: usize) -> Bends<N> {
     straight.then_some(both)
 }
 
+/// Whether there is a corner at a node between two cells.
+pub(crate) fn is_corner<const N: usize>(cells: &VecDeque<Cell<N>>, n: usize) -> bool {
+    bends(cells, n).is_none()
+}
+
 /// The last node, behind which other cells may follow, up to which they don't change the bounds.
 pub(crate) fn firm<const N: usize>(cells: &VecDeque<Cell<N>>) -> usize {
     let far = cells.len().saturating_sub(1 << (WINDOWS - 1));

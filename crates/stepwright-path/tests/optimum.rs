@@ -14,7 +14,7 @@ enum Best {
     /// The least time within the acceleration, and that with the speed at which it can turn.
     Accel,
     Level,
-    /// The least time with the jerk limited along the path.
+    /// The least time with the jerk limited along the path, over corners too.
     Jerk,
 }
 
@@ -55,8 +55,10 @@ fn spread(count: u64, kinds: Kinds, best: Best) -> [f64; 2] {
         "{count} paths of {kinds:?} beside {best:?}: {mean:+.2} % in the mean, {least:+.2} to \
          {most:+.2} %, {within} within 2 %"
     );
-    // An optimum that is slower is none: the grid's error is below this.
-    assert!(least > -0.1, "{least} %");
+    if best != Best::Jerk {
+        // An optimum that is slower is none: the grid's error is below this.
+        assert!(least > -0.1, "{least} %");
+    }
     [mean, most]
 }
 
@@ -68,15 +70,17 @@ fn paths_without_jerk_are_near_their_optimum() {
     assert!(mean <= 0.6 && most <= 2.0, "{mean} %, {most} %");
 }
 
+/// The acceleration of this optimum goes on evenly over corners. That of a route jumps there, where
+/// the law allows it, so it is faster.
 #[test]
-fn lines_with_jerk_are_near_their_optimum() {
+fn lines_with_jerk_are_faster_than_without_jumps_of_acceleration() {
     let [mean, most] = spread(2, Kinds::Lines, Best::Jerk);
-    assert!(mean <= 2.0 && most <= 3.0, "{mean} %, {most} %");
+    assert!(mean <= -3.0 && most <= -2.0, "{mean} %, {most} %");
 }
 
-/// This optimum does not limit the jerk of turning: a motor can't do it.
+/// Nor does it limit the jerk of turning: a motor can't do it.
 #[test]
 fn curves_with_jerk_are_as_near_to_it_as_they_were() {
     let [mean, most] = spread(2, Kinds::All, Best::Jerk);
-    assert!(mean <= 8.5 && most <= 9.0, "{mean} %, {most} %");
+    assert!(mean <= 2.7 && most <= 3.4, "{mean} %, {most} %");
 }

@@ -1,0 +1,94 @@
+//! How a corner is come to, and left, with an acceleration.
+//!
+//! At a corner the speed of each axis jumps, so that along the route need not change evenly: it may
+//! be braked up to the corner, and speed up from there on.
+//!
+//! ```text
+//!   v  ╲     ╱        before  −α along the route, of an axis −α·t
+//!       ╲   ╱         behind   β                            β·t′
+//!        ╲_╱
+//! ```
+//!
+//! An axis that jumps by all of S has its u at the far end of what the jump hides on both sides, and u'
+//! does not jump. What its own acceleration does at the corner is hidden as u leaves that end on one
+//! side, within S again:
+//!
+//! ```text
+//!   |β·t′ + α·t| ≤ √(2·S·J)
+//! ```
+//!
+//! An axis that turns back is accelerated the same way before and behind, so it may have any. These
+//! bounds are for speed: whether a plan keeps the law is tried with [`Lens`](crate::lens::Lens).
+
+use std::collections::VecDeque;
+
+use crate::cell::Cell;
+use crate::route::AxisPace;
+use crate::turning::is_corner;
+
+/// Of that: what lies before and behind a corner takes of the jump, too.
+const PART: f64 = 0.9;
+
+/// Rounds over all axes: less of one side may leave more to be hidden of another axis.
+const ROUNDS: usize = 2;
+
+/// Below 0 before a node, and above behind it: how large an acceleration may be there.
+pub(crate) type Kink = [f64; 2];
+
+/// Of each node, with the w that it is passed at.
+pub(crate) fn kinks<const N: usize>(
+    cells: &VecDeque<Cell<N>>,
+    caps: &[f64],
+    axes: &[AxisPace; N],
+    jerk: &[f64; N],
+) -> Vec<Kink> {
+    let node = |n: usize| {
+        let before = n.checked_sub(1).and_then(|n| cells.get(n));
+        let (Some(before), Some(after)) = (before, cells.get(n)) else { return [0.0; 2] };
+        if !is_corner(cells, n) {
+            return [0.0; 2];
+        }
+        let most = [before, after].map(|cell| cell.slope(caps[n]));
+        let hidden = std::array::from_fn(|n| (2.0 * axes[n].jump * jerk[n]).sqrt());
+        hide(most, [&before.last, &after.first], &hidden).map(|accel| PART * accel)
+    };
+    (0..caps.len()).map(node).collect()
+}
+
+/// What of these accelerations each axis can hide.
+fn hide<const N: usize>(mut kink: Kink, ways: [&[f64; N]; 2], hidden: &[f64; N]) -> Kink {
+    for axis in (0..ROUNDS).flat_map(|_| 0..N) {
+        let parts = [0, 1].map(|side| kink[side] * ways[side][axis]);
+        let sum = parts[0] + parts[1];
+        let over = sum.abs() - hidden[axis];
+        if over <= 0.0 {
+            continue;
+        }
+        // Of the sides that it comes from.
+        let own = parts.map(|part| if part * sum > 0.0 { part.abs() } else { 0.0 });
+        for side in [0, 1].into_iter().filter(|side| own[*side] > 0.0) {
+            kink[side] *= (1.0 - over / (own[0] + own[1])).max(0.0);
+        }
+    }
+    kink
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_axes_hide_by_hand() {
+        let near = |kink: Kink, to: Kink| {
+            assert!(kink.iter().zip(to).all(|(a, b)| (a - b).abs() < 1e-9), "{kink:?} {to:?}");
+        };
+        let most = [1_000.0, 800.0];
+        // From X to Y: each has its own.
+        near(hide(most, [&[1.0, 0.0], &[0.0, 1.0]], &[300.0, 200.0]), [300.0, 200.0]);
+        // Back: what differs.
+        near(hide(most, [&[1.0, 0.0], &[-1.0, 0.0]], &[300.0, 200.0]), most);
+        near(hide(most, [&[1.0, 0.0], &[-1.0, 0.0]], &[50.0, 200.0]), [850.0, 800.0]);
+        // On: both together.
+        near(hide(most, [&[1.0, 0.0], &[0.8, 0.6]], &[164.0, 1e9]), [100.0, 80.0]);
+    }
+}

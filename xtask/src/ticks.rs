@@ -236,7 +236,8 @@ fn listen(command: &mut Command, mut hear: impl FnMut(&str) -> Result<bool>) -> 
 /// Builds a program of the AVR, the S-curve's alone or that of the other laws.
 fn avr(ws: &Workspace, alone: bool) -> Result<PathBuf> {
     let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
-    let built = ws.target.join("avr/roomy");
+    // Beside the Uno's firmware, which needs the same parts for this machine.
+    let built = ws.target.join("avr/uno");
     let _alone = alone_in(&built)?;
     let mut cargo = cross.cargo_in(ws, "rustc", &[&ATMEGA1284P], &built);
     cargo.current_dir(ws.root.join("firmware/ticks"));

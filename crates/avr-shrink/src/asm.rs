@@ -140,32 +140,31 @@ impl Program {
         // The function whose `.type` has been read, and whose label is to come.
         let mut named: Option<&str> = None;
         while let Some(line) = lines.next() {
-            let trimmed = line.trim();
-            if named.is_some() && trimmed.strip_suffix(':') == named {
-                let name = named.take().unwrap_or_default().to_string();
-                parts.push(Part::Text(std::mem::take(&mut between)));
-                let mut function = Function { lines: vec![Line::Label(name.clone())], name };
-                let mut foreign = false;
-                for line in lines.by_ref() {
-                    if line.starts_with(".Lfunc_end") {
-                        between.push(line.to_string());
-                        break;
-                    }
-                    function.lines.extend(self::line(line, &mut foreign));
-                }
-                parts.push(match function.is_by_hand() {
-                    true => Part::Text(function.lines.iter().map(Line::to_string).collect()),
-                    false => Part::Function(function),
-                });
+            // The GNU assembler has no sections of one name.
+            let line = line.split(",unique,").next().unwrap_or(line);
+            between.push(line.to_string());
+            named = typed(line).or(named);
+            if named.is_none() || line.trim().strip_suffix(':') != named {
                 continue;
             }
-            if let Some(symbol) = trimmed.strip_prefix(".type") {
-                let symbol = symbol.trim().strip_suffix(",@function");
-                named = symbol.or(named);
+            between.pop();
+            let name = named.take().unwrap_or_default().to_string();
+            parts.push(Part::Text(std::mem::take(&mut between)));
+            let mut function = Function { lines: vec![Line::Label(name.clone())], name };
+            let mut foreign = false;
+            for line in lines.by_ref() {
+                // One by hand may have no end: the next begins.
+                named = typed(line);
+                if named.is_some() || line.starts_with(".Lfunc_end") {
+                    between.push(line.to_string());
+                    break;
+                }
+                function.lines.extend(self::line(line, &mut foreign));
             }
-            // The GNU assembler has no sections of one name.
-            let unique = line.split(",unique,").next().unwrap_or(line);
-            between.push(unique.to_string());
+            parts.push(match named.is_some() || function.is_by_hand() {
+                true => Part::Text(function.lines.iter().map(Line::to_string).collect()),
+                false => Part::Function(function),
+            });
         }
         parts.push(Part::Text(between));
         Program { parts }
@@ -183,6 +182,11 @@ impl Program {
     pub fn append(&mut self, text: &str) {
         self.parts.push(Part::Text(text.lines().map(Into::into).collect()));
     }
+}
+
+/// The function that a `.type` announces.
+fn typed(line: &str) -> Option<&str> {
+    line.trim().strip_prefix(".type")?.trim().strip_suffix(",@function")
 }
 
 /// The instruction of a line of text; none for a label, a directive or a comment.
@@ -273,6 +277,15 @@ DATA:
         assert_eq!(f.name, "f");
         let code: Vec<_> = f.code().map(|(at, code)| (at, code.to_string())).collect();
         assert_eq!(code, [(1, "\tldi\tr24, 1".into()), (6, "\trjmp\t.L1".into())]);
+    }
+
+    #[test]
+    fn one_by_hand_without_an_end_ends_where_the_next_begins() {
+        let by_hand = "\t.type\thandler,@function\nhandler:\n\tnop\t\n\t.section\t.text.f\n";
+        let program = Program::parse(&format!("{by_hand}{TEXT}"));
+        assert!(program.to_string().starts_with(by_hand));
+        let functions: Vec<_> = program.clone().functions_mut().map(|f| f.name.clone()).collect();
+        assert_eq!(functions, ["f"]);
     }
 
     #[test]

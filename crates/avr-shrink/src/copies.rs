@@ -193,23 +193,6 @@ fn step(state: &mut State, function: &Function, flow: &Flow, n: usize) {
                 state[usize::from(a)] = constant;
             }
         }
-        // No bits, or those that there are.
-        ("andi", Some(a), _) => {
-            let (a, mask) = (usize::from(a), constant(b));
-            if let Some(left) = masked(before[a], mask) {
-                state[a] = left;
-            } else if mask == Some(1) {
-                state[a] |= BIT;
-            }
-        }
-        ("or" | "eor" | "add" | "sub", Some(a), Some(b)) if before[usize::from(b)] == 0 => {
-            state[usize::from(a)] = before[usize::from(a)];
-        }
-        ("and" | "or" | "eor", Some(a), Some(b))
-            if [a, b].iter().all(|&register| is_bit(before[usize::from(register)])) =>
-        {
-            state[usize::from(a)] |= BIT;
-        }
         ("clr", Some(a), _) => state[usize::from(a)] = 0,
         // What is compared says the same again.
         ("cpi", Some(a), _) => {
@@ -350,11 +333,9 @@ mod tests {
             let left = left(&format!("in r24, 10; {nothing}; out 10, r24"));
             assert!(!left.contains("r24, r") && !left.contains("andi"), "{left}");
         }
-        // A bit is one where ways meet, and beside another.
+        // A bit is one where ways meet.
         let bit = "ldi r24, 1; cp r18, r20; brlo .L1; mov r24, r1\n.L1:";
         assert!(!left(&format!("{bit}; andi r24, 1; out 10, r24")).contains("andi"));
-        let two = format!("{bit}; in r25, 9; andi r25, 1; and r24, r25; andi r24, 1; out 10, r24");
-        assert_eq!(left(&two).matches("andi").count(), 1);
         // One that is no bit on one way; and flags that are read.
         for needed in [
             format!("{}; andi r24, 1; out 10, r24", bit.replace("r24, 1", "r24, 3")),

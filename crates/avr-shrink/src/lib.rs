@@ -7,7 +7,7 @@
 //! | file | stage |
 //! | --- | --- |
 //! | `copies` | a value that a register holds is not put there again, one that nobody reads is not computed |
-//! | `truths` | a condition that is made a byte and asked again is a branch |
+//! | `truths` | a condition that is made a byte and asked again is a branch, a pair is compared with 0 by one instruction |
 //! | `branches` | a branch over a jump becomes a branch, a call before a return a jump |
 //! | `frames` | one routine saves the registers of all functions, one restores them |
 //! | `order` | functions stand near those that call them, so that calls take one word |
@@ -103,6 +103,7 @@ pub fn shrink(text: &str, spared: &Spared) -> Result<String, UnknownFunction> {
         copies::leave_out(&mut program);
         truths::branch(&mut program);
     }
+    truths::shorten(&mut program);
     branches::turn(&mut program);
     frames::share(&mut program, spared);
     Ok(order::order(&program.to_string()))

@@ -12,7 +12,8 @@
 //!   brne .L5
 //! ```
 //!
-//! and a comparison with 0 goes where the flags say already what it would, of a byte or of two.
+//! and a comparison of a byte with 0 goes where the flags say already what it would. One of a pair of
+//! registers is one instruction: `sbiw r24, 0`, or `or r18, r19` where one of them is not read later.
 
 use super::asm::{Code, Function, Line, Program};
 use super::branches::opposite;
@@ -24,10 +25,7 @@ use super::flow::Flow;
 pub(crate) fn branch(program: &mut Program) {
     let calls = Calls::of(program);
     for function in program.functions_mut() {
-        while asked(function, &calls)
-            || compared(function, &calls)
-            || compared_pair(function, &calls)
-        {}
+        while asked(function, &calls) || compared(function, &calls) {}
     }
 }
 
@@ -230,47 +228,40 @@ fn compared(function: &mut Function, calls: &Calls) -> bool {
     false
 }
 
-/// Takes out one comparison of a pair of registers with 0. Whether there was one.
-fn compared_pair(function: &mut Function, calls: &Calls) -> bool {
+/// Has one instruction compare a pair of registers with 0, in all functions. Comes behind all that
+/// looks for values: these instructions write what they compare.
+pub(crate) fn shorten(program: &mut Program) {
+    let calls = Calls::of(program);
+    for function in program.functions_mut() {
+        while shorter(function, &calls) {}
+    }
+}
+
+/// Shortens one comparison of a pair with 0. Whether there was one.
+fn shorter(function: &mut Function, calls: &Calls) -> bool {
     let Some(flow) = Flow::of(function, calls) else { return false };
     let live = flow.live();
     let is = |n: usize, text: String| function.lines[n].code().is_some_and(|code| code.is(&text));
-    let found = (1..function.lines.len() - 1).find(|&n| {
-        let Some(code) = function.lines[n].code().filter(|code| code.name == "cp") else {
-            return false;
-        };
-        let Some(low) = register(operands(code).0) else { return false };
-        if !is(n, format!("cp r{low}, r1"))
-            || !is(n + 1, format!("cpc r{}, r1", low + 1))
-            || flow.pinned[n]
-            || !flow.has_zero(function, n)
-            || live[n + 1] & (CARRY | SIGN) != 0
-        {
-            return false;
+    let found = (1..function.lines.len() - 1).find_map(|n| {
+        let low = register(operands(function.lines[n].code()?).0)?;
+        let high = low + 1;
+        let compares = is(n, format!("cp r{low}, r1")) && is(n + 1, format!("cpc r{high}, r1"));
+        if !compares || flow.pinned[n] || !flow.has_zero(function, n) {
+            return None;
         }
-        let keeps = |m: &usize| {
-            flow.effects[*m].is_some_and(|effect| effect.writes & (FLAGS | 3 << low) == 0)
+        let unread = |register: u8| live[n + 1] & (1 << register | CARRY | SIGN) == 0;
+        let new = match low {
+            // All flags are the same.
+            24 | 26 | 28 | 30 => format!("sbiw r{low}, 0"),
+            _ if unread(low) => format!("or r{low}, r{high}"),
+            _ if unread(high) => format!("or r{high}, r{low}"),
+            _ => return None,
         };
-        let Some(last) = (1..n).rev().find(|m| !keeps(m)) else { return false };
-        !flow.pinned[last] && says_pair(function, last, low)
+        Some((n, Code::parse(&new)))
     });
-    found.inspect(|&n| drop(function.lines.drain(n..n + 2))).is_some()
-}
-
-/// Whether a line leaves the flags of a pair of registers, of which this is the lower one.
-fn says_pair(function: &Function, n: usize, low: u8) -> bool {
-    let code = |n: usize| function.lines.get(n)?.code();
-    let first = |n: usize| {
-        code(n).map(|code| (&*code.name, register(operands(code).0))).unwrap_or_default()
-    };
-    match first(n) {
-        ("sbiw" | "adiw", register) => register == Some(low),
-        // Its zero flag is that of both.
-        ("sbci" | "sbc", register) if register == Some(low + 1) => {
-            matches!(first(n - 1), ("subi" | "sub", register) if register == Some(low))
-        }
-        _ => false,
-    }
+    let Some((n, code)) = found else { return false };
+    function.lines.splice(n..n + 2, [Line::Code(code)]);
+    true
 }
 
 /// The register of which the flags say whether it is 0.
@@ -346,23 +337,28 @@ mod tests {
     }
 
     #[test]
-    fn what_the_flags_say_of_a_pair_is_not_asked_again() {
-        let asked = "sbiw r26, 1; std Y+1, r24; cp r26, r1; cpc r27, r1; breq .L7; ldi r24, 1";
-        assert_eq!(left(asked), "sbiw r26, 1; std Y+1, r24; breq .L7; ldi r24, 1");
-        let chain = "subi r26, 3; sbci r27, 1; cp r26, r1; cpc r27, r1; brne .L7; ldi r24, 1";
-        assert_eq!(left(chain), "subi r26, 3; sbci r27, 1; brne .L7; ldi r24, 1");
-        for needed in [
-            asked.replace("cp r26, r1; cpc r27, r1", "cp r24, r1; cpc r25, r1"),
-            asked.replace("std Y+1, r24", "mov r27, r24"),
-            asked.replace("std Y+1, r24", "inc r24"),
-            asked.replace("std Y+1, r24", "call g"),
-            asked.replace("breq", "brlt"),
-            asked.replace("sbiw", "sbrc r24, 0; sbiw"),
-            asked.replace("std Y+1, r24", "sbrc r24, 0"),
-            chain.replace("sbci", "subi"),
-            chain.replace("subi r26, 3", "subi r25, 3"),
-        ] {
-            assert_eq!(left(&needed), needed);
+    fn a_pair_is_compared_with_0_by_one_instruction() {
+        let short = |body: &str| tests::left(body, shorten);
+        let word = "cp r26, r1; cpc r27, r1; breq .L7; ldi r24, 1";
+        assert_eq!(short(word), "sbiw r26, 0; breq .L7; ldi r24, 1");
+        // The carry and the zero flag of the bytes so far are the same.
+        let wide = word.replace("breq", "cpc r20, r1; breq");
+        assert_eq!(short(&wide), "sbiw r26, 0; cpc r20, r1; breq .L7; ldi r24, 1");
+        for (unread, one) in [("r18", "or r18, r19"), ("r19", "or r19, r18")] {
+            let pair = format!("cp r18, r1; cpc r19, r1; ldi {unread}, 2; breq .L7");
+            assert_eq!(short(&pair), format!("{one}; ldi {unread}, 2; breq .L7"));
+            for needed in [
+                pair.replace("breq", "brlt"),
+                pair.replace("breq", "cpc r20, r1; breq"),
+                pair.replace("cpc r19", "cpc r20"),
+                pair.replace("cpc r19, r1", "cpc r19, r2"),
+                // Both are read later; the other byte is skipped, or r1 is no zero.
+                pair.replace(&format!("ldi {unread}, 2; "), ""),
+                format!("sbrc r24, 0; {pair}"),
+                format!("mul r20, r21; {pair}; clr r1"),
+            ] {
+                assert_eq!(short(&needed), needed);
+            }
         }
     }
 

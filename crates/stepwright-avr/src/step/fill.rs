@@ -269,6 +269,7 @@ sw_turn:
 
 ; From the foreground: r24 are axes that rest no longer. Nothing is held up, as who comes in
 ; between does all that is wanted.
+; stepwright_refill takes r24
 .global stepwright_refill
 .type stepwright_refill, @function
 stepwright_refill:

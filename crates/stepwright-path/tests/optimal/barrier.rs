@@ -1,89 +1,135 @@
-//! The fastest speed with limited jerk, by an interior point. Beside the limits of each cell:
+//! The fastest speed with limited jerk, by an interior point. Beside the limits of each cell, along
+//! the path:
 //!
 //! ```text
-//!   |w''| ≤ 2·jerk/√w            along the path: its third derivative in time
-//!   a²    ≤ 2·jerk·v             or the speed was below 0 just before, or is just behind
-//!   |Δκ|·w ≤ √(8·jump·jerk)      where the curvature changes at once: a ramp of the acceleration
-//!                                beside a step of Δ is up to Δ²/8·jerk off in speed
+//!   |w''| ≤ 2·jerk/√w            its third derivative in time, but at corners
+//!   a²    ≤ 2·jerk·v             or the speed was below 0 just before, or is just behind; not from
+//!                                one corner to the next
 //! ```
 //!
-//! The jerk of turning is not limited within an arc: there this may be faster than any axis. Newton's
-//! method on the time less a logarithm of each distance to a limit. The curvature of the limits that
-//! are not convex is left out, so each step is a descent, and each speed keeps the limits. What is
-//! found is a local optimum. Compare Consolini et al., arXiv 2105.15095.
+//! and of each axis the law of jerk itself, with its speed t·v and a speed u at each node as another
+//! variable:
+//!
+//! ```text
+//!   |t·v − u| ≤ jump/2           at both sides of a corner
+//!   |u'| ≤ accel, |u''| ≤ jerk   in time: turning, and a jump of the acceleration at a corner, too
+//! ```
+//!
+//! u may begin and end with any acceleration. Without that law there are no corners, the jerk of turning
+//! is not limited, and |Δκ|·w ≤ √(8·jump·jerk) where the curvature changes at once: a ramp of the
+//! acceleration beside a step of Δ is up to Δ²/8·jerk off in speed.
+//!
+//! Newton's method on the time less a logarithm of each
+//! distance to a limit. The curvature of the limits that are not convex is left out, so each step is a
+//! descent, and each speed keeps the limits. What is found is a local optimum. Compare Consolini et
+//! al., arXiv 2105.15095.
 
 use stepwright_path::AxisPace;
 
+use super::bands::Bands;
 use super::{Cell, Grid};
 
 /// Of the time, by which it may be above the optimum.
 const GAP: f64 = 1e-4;
 
+/// Steps of each weight at most.
+const STEPS: usize = 200;
+
+/// Of the part of the logarithms: a descent that is none. With a larger one it stops at slower speeds.
+const NEAR: f64 = 1e-5;
+
+/// Of the diagonal of Newton's matrix, at least.
+const DAMP: f64 = 1e-10;
+
+/// Variables of a node at most: w, and u of each axis.
+const MOST: usize = 4;
+
+/// By how much a distance changes with the variables of three nodes.
+type Slopes = [[f64; MOST]; 3];
+
 struct Problem<'a, const N: usize> {
     grid: &'a Grid<N>,
     axes: &'a [AxisPace; N],
+    /// Whether each axis has the law of jerk.
+    lawful: bool,
     /// w at each node at most, and the jerk along each cell.
     caps: Vec<f64>,
     jerk: Vec<f64>,
+    /// Nodes that are corners, and the acceleration along each cell that there may be of them.
+    corners: Vec<bool>,
+    kinks: Vec<f64>,
 }
 
-/// A symmetric matrix with two bands beside the diagonal, and a gradient.
-struct Newton {
-    bands: [Vec<f64>; 3],
-    slope: Vec<f64>,
+/// w, and u of each axis, at each node.
+#[derive(Clone)]
+struct Speed<const N: usize> {
+    w: Vec<f64>,
+    u: Vec<[f64; N]>,
 }
 
-impl Newton {
-    /// The solution of H·x = −gradient, but for the first node and the last.
-    fn step(&self) -> Vec<f64> {
-        let count = self.slope.len();
-        let mut x = vec![0.0; count];
-        // H = L·D·Lᵀ, with 1 on L's diagonal.
-        let (mut d, mut l1, mut l2) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
-        let far = |n: usize, by: usize| n > by;
-        for n in 1..count - 1 {
-            let two = if far(n, 2) { self.bands[2][n - 2] } else { 0.0 };
-            let one = if far(n, 1) { self.bands[1][n - 1] } else { 0.0 };
-            l2[n] = if far(n, 2) { two / d[n - 2] } else { 0.0 };
-            let known = if far(n, 2) { l2[n] * d[n - 2] * l1[n - 1] } else { 0.0 };
-            l1[n] = if far(n, 1) { (one - known) / d[n - 1] } else { 0.0 };
-            d[n] = self.bands[0][n];
-            if far(n, 1) {
-                d[n] -= l1[n] * l1[n] * d[n - 1];
-            }
-            if far(n, 2) {
-                d[n] -= l2[n] * l2[n] * d[n - 2];
-            }
-            // What is left of it by rounding.
-            d[n] = d[n].max(self.bands[0][n] * 1e-13);
-            x[n] = -self.slope[n];
-            if far(n, 1) {
-                x[n] -= l1[n] * x[n - 1];
-            }
-            if far(n, 2) {
-                x[n] -= l2[n] * x[n - 2];
+impl<const N: usize> Speed<N> {
+    /// By a part of a step, which has `each` variables of a node.
+    fn moved(&self, step: &[f64], part: f64, each: usize) -> Speed<N> {
+        let mut next = self.clone();
+        for (n, step) in step.chunks(each).enumerate() {
+            next.w[n] += part * step[0];
+            for (u, step) in next.u[n].iter_mut().zip(&step[1..]) {
+                *u += part * step;
             }
         }
-        for n in (1..count - 1).rev() {
-            x[n] /= d[n];
-            if n + 1 < count - 1 {
-                x[n] -= l1[n + 1] * x[n + 1];
-            }
-            if n + 2 < count - 1 {
-                x[n] -= l2[n + 2] * x[n + 2];
-            }
-        }
-        x
+        next
     }
 
-    fn curve(&mut self, n: usize, m: usize, by: f64) {
-        self.bands[m - n][n] += by;
+    /// The speed at a node, and by how much it changes with w.
+    fn at(&self, n: usize) -> [f64; 2] {
+        let v = self.w[n].sqrt();
+        [v, if v > 0.0 { 0.5 / v } else { 0.0 }]
     }
+}
+
+/// The time over a cell and u' in it, and how they change with w and u of both nodes.
+struct Rate {
+    time: f64,
+    rate: f64,
+    times: [f64; 2],
+    by: [[f64; 2]; 2],
+}
+
+impl Rate {
+    /// By the speed of each node, how that changes with w, and u.
+    fn new(length: f64, nodes: [([f64; 2], f64); 2]) -> Rate {
+        let [([v, dv], u), ([v1, dv1], u1)] = nodes;
+        let time = 2.0 * length / (v + v1);
+        let rate = (u1 - u) / time;
+        let times = [dv, dv1].map(|dv| -time / (v + v1) * dv);
+        let by = [[-rate / time * times[0], -1.0 / time], [-rate / time * times[1], 1.0 / time]];
+        Rate { time, rate, times, by }
+    }
+}
+
+fn along(parts: [f64; 3]) -> Slopes {
+    parts.map(|part| std::array::from_fn(|k| if k == 0 { part } else { 0.0 }))
+}
+
+fn minus(slopes: &Slopes) -> Slopes {
+    slopes.map(|node| node.map(|part| -part))
 }
 
 impl<const N: usize> Problem<'_, N> {
+    /// Variables of each node.
+    fn each(&self) -> usize {
+        if self.lawful { N + 1 } else { 1 }
+    }
+
     /// Each distance to a limit, with the first node that it depends on and its slopes.
-    fn limits(&self, w: &[f64], mut each: impl FnMut(usize, [f64; 3], f64)) {
+    fn limits(&self, speed: &Speed<N>, mut each: impl FnMut(usize, &Slopes, f64)) {
+        self.limits_along(&speed.w, |n, parts, left| each(n, &along(parts), left));
+        if self.lawful {
+            self.limits_of_axes(speed, each);
+        }
+    }
+
+    fn limits_along(&self, w: &[f64], mut each: impl FnMut(usize, [f64; 3], f64)) {
         let cells = &self.grid.cells;
         let last = cells.len();
         for (n, (w, cap)) in w.iter().zip(&self.caps).enumerate().take(last).skip(1) {
@@ -104,13 +150,14 @@ impl<const N: usize> Problem<'_, N> {
             }
             if n > 0 && n + 1 < last {
                 let middle = (here + next) / 2.0;
-                let most = 2.0 * (2.0 * self.jerk[n]).sqrt() * length * middle.powf(0.25);
-                let slope = most / middle / 8.0;
+                let part = 2.0 * self.jerk[n] * middle.sqrt();
+                let most = way * (part + self.kinks[n].powi(2)).sqrt();
+                let slope = way * way * part / middle / most / 8.0;
                 each(n, [slope + 1.0, slope - 1.0, 0.0], most - (next - here));
                 each(n, [slope - 1.0, slope + 1.0, 0.0], most + (next - here));
             }
         }
-        for n in 1..last {
+        for n in (1..last).filter(|n| !self.corners[*n]) {
             let [before, after] = [cells[n - 1].length, cells[n].length];
             let mean = (before + after) / 2.0;
             let (left, right) = (1.0 / (before * mean), 1.0 / (after * mean));
@@ -125,48 +172,101 @@ impl<const N: usize> Problem<'_, N> {
         }
     }
 
+    fn limits_of_axes(&self, speed: &Speed<N>, mut each: impl FnMut(usize, &Slopes, f64)) {
+        for (axis, pace) in self.axes.iter().enumerate() {
+            let k = axis + 1;
+            let mut before: Option<Rate> = None;
+            for (n, Cell { length, ends }) in self.grid.cells.iter().enumerate() {
+                let nodes = [n, n + 1].map(|n| (speed.at(n), speed.u[n][axis]));
+                for (m, ([v, dv], u)) in nodes.into_iter().enumerate() {
+                    let mut slopes = [[0.0; MOST]; 3];
+                    (slopes[m][0], slopes[m][k]) = (ends[m].t[axis] * dv, -1.0);
+                    let off = ends[m].t[axis] * v - u;
+                    each(n, &minus(&slopes), pace.jump / 2.0 - off);
+                    each(n, &slopes, pace.jump / 2.0 + off);
+                }
+                let here = Rate::new(*length, nodes);
+                let mut slopes = [[0.0; MOST]; 3];
+                for m in [0, 1] {
+                    [slopes[m][0], slopes[m][k]] = here.by[m];
+                }
+                each(n, &minus(&slopes), pace.accel - here.rate);
+                each(n, &slopes, pace.accel + here.rate);
+                if let Some(before) = before {
+                    let half = pace.jerk / 2.0;
+                    let (mut most, mut change) = ([[0.0; MOST]; 3], [[0.0; MOST]; 3]);
+                    for m in [0, 1] {
+                        most[m][0] += half * before.times[m];
+                        most[m + 1][0] += half * here.times[m];
+                        for (j, place) in [0, k].into_iter().enumerate() {
+                            change[m][place] -= before.by[m][j];
+                            change[m + 1][place] += here.by[m][j];
+                        }
+                    }
+                    let sum = |sign: f64| -> Slopes {
+                        let part = |m: usize, j: usize| most[m][j] + sign * change[m][j];
+                        std::array::from_fn(|m| std::array::from_fn(|j| part(m, j)))
+                    };
+                    let left = half * (before.time + here.time);
+                    let rises = here.rate - before.rate;
+                    each(n - 1, &sum(-1.0), left - rises);
+                    each(n - 1, &sum(1.0), left + rises);
+                }
+                before = Some(here);
+            }
+        }
+    }
+
     /// The time less the logarithms; infinite beyond a limit.
-    fn value(&self, w: &[f64], weight: f64) -> f64 {
+    fn value(&self, speed: &Speed<N>, weight: f64) -> f64 {
         let mut sum = 0.0;
-        let mut beyond = w.iter().any(|w| w.is_nan() || *w < 0.0);
+        let mut beyond = speed.w.iter().any(|w| w.is_nan() || *w < 0.0);
         if !beyond {
-            self.limits(w, |_, _, left| {
+            self.limits(speed, |_, _, left| {
                 beyond |= left.is_nan() || left <= 0.0;
                 sum += left.ln();
             });
         }
-        if beyond { f64::INFINITY } else { self.grid.time(w, true) - weight * sum }
+        if beyond { f64::INFINITY } else { self.grid.time(&speed.w, true) - weight * sum }
     }
 
-    fn newton(&self, w: &[f64], weight: f64) -> Newton {
-        let count = w.len();
-        let mut newton =
-            Newton { bands: std::array::from_fn(|_| vec![0.0; count]), slope: vec![0.0; count] };
+    fn newton(&self, speed: &Speed<N>, weight: f64) -> Bands {
+        let (w, count, each) = (&speed.w, speed.w.len(), self.each());
+        let mut newton = Bands::new(count * each, 3 * each);
+        // It is at rest at both ends.
+        let free = |n: usize, k: usize| k > 0 || (n > 0 && n + 1 < count);
         for (n, cell) in self.grid.cells.iter().enumerate() {
             let part = if n == 0 || n + 2 == count { 3.0 } else { 2.0 } * cell.length;
             let v = [w[n].sqrt(), w[n + 1].sqrt()];
             let sum = v[0] + v[1];
             for m in [0, 1].into_iter().filter(|m| v[*m] > 0.0) {
-                newton.slope[n + m] -= part / (sum * sum) / (2.0 * v[m]);
+                let row = (n + m) * each;
+                newton.slope[row] -= part / (sum * sum) / (2.0 * v[m]);
                 let curve = 2.0 / sum.powi(3) / (4.0 * v[m].powi(2))
                     + 1.0 / sum.powi(2) / (4.0 * v[m].powi(3));
-                newton.curve(n + m, n + m, part * curve);
+                newton.add(row, row, part * curve);
             }
             if v[0] > 0.0 && v[1] > 0.0 {
-                newton.curve(n, n + 1, part * 2.0 / sum.powi(3) / (4.0 * v[0] * v[1]));
+                let curve = part * 2.0 / sum.powi(3) / (4.0 * v[0] * v[1]);
+                newton.add(n * each, (n + 1) * each, curve);
             }
         }
-        self.limits(w, |first, slopes, left| {
+        self.limits(speed, |first, slopes, left| {
             let by = weight / left;
-            for m in 0..3 {
-                if slopes[m] == 0.0 {
-                    continue;
-                }
-                newton.slope[first + m] -= by * slopes[m];
-                for k in m..3 {
-                    if slopes[k] != 0.0 {
-                        newton.curve(first + m, first + k, by / left * slopes[m] * slopes[k]);
+            let mut terms = [(0, 0.0); 3 * MOST];
+            let mut some = 0;
+            for (m, node) in slopes.iter().enumerate() {
+                for (k, slope) in node.iter().enumerate().take(each) {
+                    if *slope != 0.0 && free(first + m, k) {
+                        terms[some] = ((first + m) * each + k, *slope);
+                        some += 1;
                     }
+                }
+            }
+            for (place, (row, slope)) in terms[..some].iter().enumerate() {
+                newton.slope[*row] -= by * slope;
+                for (column, other) in &terms[place..some] {
+                    newton.add(*row, *column, by / left * slope * other);
                 }
             }
         });
@@ -174,8 +274,8 @@ impl<const N: usize> Problem<'_, N> {
     }
 }
 
-/// The time of the fastest speed.
-pub fn fastest<const N: usize>(grid: &Grid<N>, axes: &[AxisPace; N]) -> f64 {
+/// The time of the fastest speed; with the law of each axis, or without it and evenly over corners.
+pub fn fastest<const N: usize>(grid: &Grid<N>, axes: &[AxisPace; N], lawful: bool) -> f64 {
     let cells = &grid.cells;
     let last = cells.len();
     let along = |cell: &Cell<N>| {
@@ -186,7 +286,11 @@ pub fn fastest<const N: usize>(grid: &Grid<N>, axes: &[AxisPace; N]) -> f64 {
     };
     let jerk: Vec<f64> = cells.iter().map(along).collect();
     let mut caps = grid.caps.clone();
-    for n in 1..last {
+    let corner = |n: usize| {
+        let turns = |axis: usize| cells[n].ends[0].t[axis] - cells[n - 1].ends[1].t[axis];
+        lawful && n > 0 && n < last && (0..N).any(|axis| turns(axis).abs() > 1e-6)
+    };
+    for n in (1..last).filter(|_| !lawful) {
         let (before, after) = (&cells[n - 1].ends[1], &cells[n].ends[0]);
         for (axis, pace) in axes.iter().enumerate() {
             let corner = (after.t[axis] - before.t[axis]).abs() > 1e-6;
@@ -196,53 +300,68 @@ pub fn fastest<const N: usize>(grid: &Grid<N>, axes: &[AxisPace; N]) -> f64 {
             }
         }
     }
+    let corners: Vec<bool> = (0..=last).map(corner).collect();
+    let mut kinks = vec![0.0; last];
+    let ends: Vec<usize> = (0..=last).filter(|n| *n == 0 || *n == last || corners[*n]).collect();
+    for pair in ends.windows(2).filter(|pair| corners[pair[0]] || corners[pair[1]]) {
+        let accel = |pace: &AxisPace| pace.accel * (N as f64).sqrt();
+        kinks[pair[0]..pair[1]].fill(axes.iter().map(accel).fold(0.0, f64::max));
+    }
     // From rest: w = (9·J/2)^⅔·s^(4/3).
     let from_rest = |jerk: f64, s: f64| (4.5 * jerk).powf(2.0 / 3.0) * s.powf(4.0 / 3.0);
     caps[1] = caps[1].min(from_rest(jerk[0], cells[0].length));
     caps[last - 1] = caps[last - 1].min(from_rest(jerk[last - 1], cells[last - 1].length));
-    let problem = Problem { grid, axes, caps, jerk };
+    let problem = Problem { grid, axes, lawful, caps, jerk, corners, kinks };
     // A slow speed within all limits.
     let length: f64 = cells.iter().map(|cell| cell.length).sum();
-    let mut w = vec![0.0; last + 1];
+    let mut speed = Speed { w: vec![0.0; last + 1], u: vec![[0.0; N]; last + 1] };
     let mut s = 0.0;
     for (n, cell) in cells.iter().enumerate().take(last - 1) {
         s += cell.length;
-        w[n + 1] = from_rest(1e3, s * (length - s) / length);
+        speed.w[n + 1] = from_rest(1e3, s * (length - s) / length);
     }
     let mut tries = 0;
-    while problem.value(&w, 0.0).is_infinite() {
-        w.iter_mut().for_each(|w| *w *= 0.5);
+    while problem.value(&speed, 0.0).is_infinite() {
+        speed.w.iter_mut().for_each(|w| *w *= 0.5);
         tries += 1;
         assert!(tries < 100, "no speed keeps the limits");
     }
     let mut limits = 0;
-    problem.limits(&w, |_, _, _| limits += 1);
+    problem.limits(&speed, |_, _, _| limits += 1);
     let limits = f64::from(limits);
-    let mut weight = grid.time(&w, true) / limits;
+    let mut weight = grid.time(&speed.w, true) / limits;
+    // Of the diagonal, on top of it: more where a step ends at a limit.
+    let mut damp = DAMP;
     loop {
-        for _ in 0..60 {
-            let newton = problem.newton(&w, weight);
-            let step = newton.step();
+        for _ in 0..STEPS {
+            let mut newton = problem.newton(&speed, weight);
+            let step = newton.step(damp);
             let descent: f64 =
                 newton.slope.iter().zip(&step).map(|(slope, step)| slope * step).sum();
-            let before = problem.value(&w, weight);
+            let before = problem.value(&speed, weight);
             let mut part = 1.0;
             let mut found = None;
-            while part > 1e-10 {
-                let next: Vec<f64> = w.iter().zip(&step).map(|(w, step)| w + part * step).collect();
+            while part > 1e-6 && descent < 0.0 {
+                let next = speed.moved(&step, part, problem.each());
                 if problem.value(&next, weight) <= before + 1e-4 * part * descent {
                     found = Some(next);
                     break;
                 }
                 part /= 2.0;
             }
-            let Some(next) = found else { break };
-            w = next;
-            if -descent < 1e-3 * weight * limits * 1e-2 {
+            damp = if part < 0.2 { damp * 10.0 } else { DAMP.max(damp / 10.0) };
+            let Some(next) = found else {
+                if damp > 1.0 {
+                    break;
+                }
+                continue;
+            };
+            speed = next;
+            if -descent < NEAR * weight * limits {
                 break;
             }
         }
-        let time = grid.time(&w, true);
+        let time = grid.time(&speed.w, true);
         if weight * limits < GAP * time {
             return time;
         }

@@ -16,6 +16,7 @@
 // Each test program uses a part of it.
 #![allow(dead_code)]
 
+pub mod bands;
 pub mod barrier;
 pub mod passes;
 pub mod paths;

@@ -168,7 +168,7 @@ impl Build {
 
         let cross =
             Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
-        // Two chips share a triple, so each has a folder of its own.
+        // Programs of two boards are built at a time.
         let built = ws.target.join("avr").join(feature);
         let _alone = alone_in(&built)?;
         let mut cargo = cross.cargo_in(ws, "rustc", &[chip], &built);

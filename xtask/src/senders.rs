@@ -97,10 +97,10 @@ pub fn on_board(ws: &Workspace, board: On, chords: u32) -> Result<()> {
 fn drive(ws: &Workspace, lines: u32, senders: &[String], port: Option<&Path>) -> Result<()> {
     python::SENDERS.prepare(ws)?;
     node::CNCJS.prepare(ws)?;
-    ws.shipped()?;
+    let command = ws.shipped()?;
     let script = ws.root.join("crates/stepwright-cli/tests/senders/senders.py");
     let mut python = Command::new(python::SENDERS.interpreter(ws));
-    python.arg(script).arg(ws.command()).arg(lines.to_string()).args(senders);
+    python.arg(script).arg(command).arg(lines.to_string()).args(senders);
     if let Some(port) = port {
         python.env("STEPWRIGHT_PORT", port);
     }

@@ -21,8 +21,9 @@ const LLVM: &[&str] = &[
 
 /// The arguments with which rustc has `avr-shrink` link a program.
 pub fn flags(ws: &Workspace, program: &Program) -> Result<Vec<String>> {
-    run(&mut ws.cargo(["build", "--package", "avr-shrink"]))?;
-    let linker = ws.built("avr-shrink");
+    // Not in the dev profile: its folder is locked while the tests are built.
+    run(&mut ws.cargo(["build", "--release", "--package", "avr-shrink"]))?;
+    let linker = ws.released("avr-shrink");
     let mut flags = vec!["--emit=asm".into(), format!("-Clinker={}", linker.display())];
     flags.extend(LLVM.iter().map(|flag| format!("-Cllvm-args=-{flag}")));
     let mut argument = |name: &str, value: &str| flags.push(format!("-Clink-arg=--{name}={value}"));

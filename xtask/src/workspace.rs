@@ -51,7 +51,12 @@ impl Workspace {
 
     /// Where [`shipped`](Workspace::shipped) leaves the command.
     pub fn command(&self) -> PathBuf {
-        self.target.join("release").join(format!("stepwright{}", env::consts::EXE_SUFFIX))
+        self.released("stepwright")
+    }
+
+    /// A program that `cargo build --release` left.
+    pub fn released(&self, name: &str) -> PathBuf {
+        self.target.join("release").join(format!("{name}{}", env::consts::EXE_SUFFIX))
     }
 
     /// A program that `cargo build` left in the dev profile's folder.

@@ -42,6 +42,7 @@ pub(crate) fn kinks<const N: usize>(
     axes: &[AxisPace; N],
     jerk: &[f64; N],
 ) -> Vec<Kink> {
+    let hidden = std::array::from_fn(|axis| (2.0 * axes[axis].jump * jerk[axis]).sqrt());
     let node = |n: usize| {
         let before = n.checked_sub(1).and_then(|n| cells.get(n));
         let (Some(before), Some(after)) = (before, cells.get(n)) else { return [0.0; 2] };
@@ -49,7 +50,6 @@ pub(crate) fn kinks<const N: usize>(
             return [0.0; 2];
         }
         let most = [before, after].map(|cell| cell.slope(caps[n]));
-        let hidden = std::array::from_fn(|n| (2.0 * axes[n].jump * jerk[n]).sqrt());
         hide(most, [&before.last, &after.first], &hidden).map(|accel| PART * accel)
     };
     (0..caps.len()).map(node).collect()

@@ -14,8 +14,8 @@ const LIMIT: Duration = Duration::from_secs(600);
 /// Nothing moves without control, and every answer is as described.
 pub fn run(ws: &Workspace) -> Result<()> {
     python::API.prepare(ws)?;
-    ws.shipped()?;
+    let command = ws.shipped()?;
     let mut check = Command::new(python::API.interpreter(ws));
     check.current_dir(&ws.target).arg(ws.root.join("crates/stepwright-serve/tests/api/check.py"));
-    run_within(LIMIT, check.arg(ws.command()))
+    run_within(LIMIT, check.arg(command))
 }

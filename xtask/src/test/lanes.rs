@@ -194,6 +194,18 @@ mod tests {
     }
 
     #[test]
+    fn what_runs_alone_runs_behind_both_lanes() {
+        let names = ["uno", "fmt", "flash", "page"];
+        let order = Mutex::new(Vec::new());
+        let run = |name: &str| {
+            order.lock().unwrap().push(name.to_owned());
+            Ok(Said { passed: true, last: Vec::new() })
+        };
+        side_by_side(&lanes(&names, 2), &names, &run);
+        assert_eq!(order.into_inner().unwrap()[2..], ["uno", "flash"]);
+    }
+
+    #[test]
     fn a_step_that_cannot_be_started_has_failed() {
         let none = |_: &str| anyhow::bail!("no such file");
         let ended = side_by_side(&lanes(&["fmt"], 2), &["fmt"], &none);

@@ -14,10 +14,10 @@ const SAMPLES: &str = "vcd:downsample=625";
 
 /// The decoder counts every step, from 0, and sees no speed above the top speed.
 pub fn run(ws: &Workspace) -> Result<()> {
-    ws.shipped()?;
+    let command = ws.shipped()?;
     let dump = ws.root.join("target/sigrok.vcd");
     let steps = MOVE.0.to_string();
-    let mut order = Command::new(ws.command());
+    let mut order = Command::new(command);
     workspace::run(order.args(["move", &steps, "--fast", "--vcd"]).arg(&dump))?;
     let mut sigrok = Command::new("sigrok-cli");
     sigrok.arg("-i").arg(&dump).args(["-I", SAMPLES]);

@@ -18,8 +18,7 @@ const LIMIT: Duration = Duration::from_secs(300);
 pub fn run(ws: &Workspace) -> Result<()> {
     Build { board: Board::Uno, timer: 1, bench: false }.controller(ws)?;
     let sim = rig::program(ws, "sim")?;
-    ws.shipped()?;
-    let built = ws.command();
+    let built = ws.shipped()?;
     let mut path = built.parent().map(|folder| folder.as_os_str().to_owned()).unwrap_or_default();
     path.push(":");
     path.push(env::var_os("PATH").unwrap_or_default());

@@ -27,9 +27,9 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     ensure!(status.success(), "no moves: {status}");
     let script = ws.root.join("crates/stepwright-wasm/tests/equal.mjs");
     run(Command::new("node").arg(script).arg(wasm::PLAN.place(ws)).arg(list).arg(MOVES))?;
-    ws.shipped()?;
+    let command = ws.shipped()?;
     let script = ws.root.join("crates/stepwright-wasm-board/tests/equal.mjs");
-    run(Command::new("node").arg(script).arg(wasm::BOARD.place(ws)).arg(ws.command()))?;
+    run(Command::new("node").arg(script).arg(wasm::BOARD.place(ws)).arg(command))?;
     let host = ws.root.join("crates/stepwright-wasm-host");
     let said = output(Command::new("node").arg(host.join("examples/19_in_javascript.mjs")))?;
     ensure!(said == "reached 2000\n", "the example of the host library says {said}");

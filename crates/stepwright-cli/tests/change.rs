@@ -1,15 +1,13 @@
 //! A change of mind on the way: `retarget`, the lines of a script, and keys.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs::File;
 use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{LIMIT, Running, pty, stepwright, stepwright_with};
+use crate::common::{self, LIMIT, Running, pty, stepwright, stepwright_with};
 use rustix::process::Signal;
 use rustix::termios::tcgetattr;
 

@@ -1,8 +1,6 @@
 //! `stepwright cycle`: the examples, and files with a mistake.
 
-mod common;
-
-use common::{Scratch, stepwright};
+use crate::common::{Scratch, stepwright};
 
 fn example(name: &str) -> String {
     format!("{}/../../examples/cycles/{name}.toml", env!("CARGO_MANIFEST_DIR"))

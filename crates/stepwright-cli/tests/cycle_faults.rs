@@ -1,9 +1,7 @@
 //! `stepwright cycle` with files that go to its limits: of size, speed, length of a
 //! line, and names.
 
-mod common;
-
-use common::{Scratch, stepwright, stepwright_with};
+use crate::common::{Scratch, stepwright, stepwright_with};
 
 /// A motor of a file: a step is a unit.
 fn motor(name: &str, smallest: u32) -> String {

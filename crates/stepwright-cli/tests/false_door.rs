@@ -2,8 +2,6 @@
 //! made there is not believed.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs::{self, DirBuilder};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt, chown, symlink};
@@ -11,7 +9,7 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::process::Command;
 
-use common::{Ended, Running};
+use crate::common::{self, Ended, Running};
 
 /// Answers every line as a board that stands at 424242.
 fn lie(socket: &Path) {

@@ -2,13 +2,11 @@
 //! chip: `cargo xtask test --only flash`.)
 #![cfg(unix)]
 
-mod common;
-
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
-use common::{Running, Scratch, stepwright};
+use crate::common::{self, Running, Scratch, stepwright};
 
 #[test]
 fn a_dry_run_shows_the_image_and_leaves_the_board_alone() {

@@ -1,10 +1,8 @@
 //! `stepwright gcode FILE`, planned and run.
 
-mod common;
-
 use std::io::Write;
 
-use common::{Running, stepwright};
+use crate::common::{self, Running, stepwright};
 
 const BADGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/gcode/badge.nc");
 

@@ -1,10 +1,8 @@
 //! `stepwright gcode FILE --laser`: its power beside the edges, as the text of the job orders it.
 
-mod common;
-
 use std::io::Write;
 
-use common::{Ended, Running, stepwright};
+use crate::common::{Ended, Running, stepwright};
 
 const ENGRAVE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/gcode/engrave.nc");
 

@@ -1,12 +1,10 @@
 //! `stepwright grbl`: its three lines, what it keeps, how it ends.
 
-mod common;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 
-use common::{LIMIT, Running, Scratch, stepwright, stepwright_with};
+use crate::common::{self, LIMIT, Running, Scratch, stepwright, stepwright_with};
 
 /// What is said on standard input, as fast as the machine can.
 fn says(options: &[&str], lines: &str) -> common::Ended {

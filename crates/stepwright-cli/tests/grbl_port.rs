@@ -1,14 +1,12 @@
 //! `grbl --port` on `board --pty --program stream`: the motors of a board, under a sender.
 #![cfg(unix)]
 
-mod common;
-
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
-use common::{PtyBoard, program};
+use crate::common::{PtyBoard, program};
 
 fn stepwright() -> Command {
     Command::new(program())

@@ -1,8 +1,6 @@
 //! Every command has `--help` with an example that begins with its own name.
 
-mod common;
-
-use common::stepwright;
+use crate::common::stepwright;
 
 /// The subcommands that a help text lists, between its usage and its options.
 fn listed(help: &str) -> Vec<String> {

@@ -1,11 +1,9 @@
 //! Hints: what the command says where a reader would be lost, one test for each.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs;
 
-use common::{Ended, Running, Scratch, stepwright};
+use crate::common::{Ended, Running, Scratch, stepwright};
 use rustix::process::Signal;
 use serde_json::Value;
 

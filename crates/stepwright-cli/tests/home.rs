@@ -1,9 +1,7 @@
 //! `stepwright home`: 0 by a limit switch, on a virtual machine.
 #![cfg(unix)]
 
-mod common;
-
-use common::{Ended, Running, stepwright};
+use crate::common::{self, Ended, Running, stepwright};
 
 /// A machine on a pseudo-terminal.
 struct Machine {

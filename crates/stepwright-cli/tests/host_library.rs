@@ -1,12 +1,10 @@
 //! A program of one's own by `stepwright-host`, and the command beside it, on one board.
 #![cfg(unix)]
 
-mod common;
-
 use std::thread;
 use std::time::Duration;
 
-use common::{Ended, Running, stepwright};
+use crate::common::{Ended, Running, stepwright};
 use rustix::process::Signal;
 use stepwright::{Accel, Speed};
 use stepwright_host::motion::Action;

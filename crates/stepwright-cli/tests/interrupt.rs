@@ -1,12 +1,10 @@
 //! Ctrl-C: once brakes, twice kills. (Other signals: `signals.rs`.)
 #![cfg(unix)]
 
-mod common;
-
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 
-use common::Running;
+use crate::common::{self, Running};
 use rustix::process::Signal;
 
 /// Braking from this speed takes ten seconds: time to press again.

@@ -1,8 +1,6 @@
 //! `stepwright jog` on a terminal: keys run a motor, and everything else stops it.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs::File;
 use std::io::{Read, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -11,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use common::{LIMIT, Running, pty, stepwright};
+use crate::common::{self, LIMIT, Running, pty, stepwright};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal, kill_process};
 use rustix::termios::tcgetattr;

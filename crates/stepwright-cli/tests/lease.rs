@@ -1,15 +1,11 @@
 //! `--lease`: a board that hears no more from the command brakes by itself.
 #![cfg(unix)]
 
-mod common;
-#[path = "common/served.rs"]
-mod served;
-
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{Ended, Running, stepwright};
-use served::Served;
+use crate::common::{Ended, Running, stepwright};
+use crate::served::Served;
 
 #[test]
 fn a_lease_is_asked_for_with_the_order_and_held_to_its_end() {

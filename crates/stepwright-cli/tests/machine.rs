@@ -1,8 +1,6 @@
 //! The machine file: what it says holds where nothing is typed, and nowhere else.
 
-mod common;
-
-use common::{Ended, Running, Scratch, stepwright, stepwright_with};
+use crate::common::{Ended, Running, Scratch, stepwright, stepwright_with};
 
 const MILL: &str = "\
 # The mill in the corner.

@@ -2,11 +2,9 @@
 //! with files that can't be read.
 #![cfg(unix)]
 
-mod common;
-
 use std::collections::BTreeSet;
 
-use common::{Ended, Running, Scratch, stepwright};
+use crate::common::{Ended, Running, Scratch, stepwright};
 use rustix::process::Signal;
 
 /// Every key that a machine file may have, `PORT` aside.

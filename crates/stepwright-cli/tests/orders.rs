@@ -1,8 +1,6 @@
 //! `move` and `run` on the virtual board, and what every order refuses.
 
-mod common;
-
-use common::{Scratch, stepwright, stepwright_with};
+use crate::common::{Scratch, stepwright, stepwright_with};
 
 #[test]
 fn a_move_shows_what_it_understood_and_ends_where_it_was_ordered() {

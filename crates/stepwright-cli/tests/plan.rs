@@ -1,8 +1,7 @@
 //! `plan` against a closed form of its own, in f64: 2⁵³ is far more than the
 //! ticks of these travels. (The core's tests hold it to 160 bits.)
 
-mod common;
-
+use crate::common;
 use proptest::prelude::*;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};

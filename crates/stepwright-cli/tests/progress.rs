@@ -1,13 +1,11 @@
 //! What a terminal shows of a moving motor: it fits, and it is right after a change, too.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs::File;
 use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 
-use common::pty;
+use crate::common::{self, pty};
 use rustix::termios::{Winsize, tcsetwinsize};
 
 /// All that a terminal of this many columns shows of a command, with these keys pressed when

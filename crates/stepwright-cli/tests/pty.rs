@@ -2,11 +2,9 @@
 //! other programs.
 #![cfg(unix)]
 
-mod common;
-
 use std::time::{Duration, Instant};
 
-use common::{Ended, LIMIT, Running, stepwright};
+use crate::common::{self, Ended, LIMIT, Running, stepwright};
 use rustix::process::Signal;
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use serial2::SerialPort;

@@ -2,15 +2,13 @@
 
 #![cfg(unix)]
 
-mod common;
-
 use std::collections::HashMap;
 use std::error::Error;
 use std::fs::read_to_string;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{Running, Scratch, stepwright, stepwright_with};
+use crate::common::{self, Running, Scratch, stepwright, stepwright_with};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

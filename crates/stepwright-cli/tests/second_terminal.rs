@@ -1,14 +1,12 @@
 //! A second terminal, while the first one moves a motor.
 #![cfg(unix)]
 
-mod common;
-
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use common::{Ended, Running, stepwright};
+use crate::common::{self, Ended, Running, stepwright};
 use rustix::process::Signal;
 
 /// A board, its path, and a motor that the first terminal moves.

@@ -1,11 +1,9 @@
 //! `stepwright selftest`: what it says of a line, and what it refuses.
 
-mod common;
-
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use common::{program, stepwright};
+use crate::common::{program, stepwright};
 use stepwright_selftest::{Chip, Crc32, Found, Line, ORDERS, plan};
 
 /// What the simulated chips have said (`cargo xtask test --only pico --only qemu`).

@@ -1,16 +1,12 @@
 //! `stepwright serve`, as programs and pages meet it: over HTTP, and over its WebSocket.
 
-mod common;
-#[path = "common/served.rs"]
-mod served;
-
 use std::io::Write;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use common::Running;
+use crate::common::{self, Running};
+use crate::served::{Served, next};
 use serde_json::{Value, json};
-use served::{Served, next};
 use tungstenite::Message;
 use tungstenite::client::IntoClientRequest;
 
@@ -227,7 +223,7 @@ fn a_page_of_another_site_can_not_join() {
 #[cfg(unix)]
 mod unix {
     use super::*;
-    use common::{Scratch, stepwright};
+    use crate::common::{Scratch, stepwright};
     use rustix::process::Signal;
 
     #[test]

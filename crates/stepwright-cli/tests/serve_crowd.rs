@@ -2,18 +2,14 @@
 
 #![cfg(unix)]
 
-mod common;
-#[path = "common/served.rs"]
-mod served;
-
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::process::Command;
 use std::time::Duration;
 
-use common::Running;
+use crate::common::{Running, program};
+use crate::served::{Served, answered, next};
 use serde_json::json;
-use served::{Served, answered, next};
 use tungstenite::client::IntoClientRequest;
 
 /// Descriptors of the server, and connections that would take more than that.
@@ -25,11 +21,9 @@ const LONG: Duration = Duration::from_secs(60);
 
 /// A server with few descriptors.
 fn narrow() -> Served {
-    let serve = format!(
-        "ulimit -n {DESCRIPTORS} && exec {} serve --machine none --virtual --bind 127.0.0.1:0",
-        env!("CARGO_BIN_EXE_stepwright")
-    );
-    Served::by(Running::of(Command::new("sh").args(["-c", &serve])))
+    let serve = format!("ulimit -n {DESCRIPTORS} && exec \"$0\" \"$@\"");
+    let words = ["serve", "--machine", "none", "--virtual", "--bind", "127.0.0.1:0"];
+    Served::by(Running::of(Command::new("sh").args(["-c", &serve]).arg(program()).args(words)))
 }
 
 /// Connections to it that have said this, and say no more.

@@ -1,13 +1,10 @@
 //! Homing by `stepwright serve`: 0 by a limit switch, and all that may come between.
 
-mod common;
-#[path = "common/served.rs"]
-mod served;
-
 use std::time::{Duration, Instant};
 
+use crate::common;
+use crate::served::{Served, next};
 use serde_json::{Value, json};
-use served::{Served, next};
 use tungstenite::Message;
 
 /// A virtual machine whose switch of axis 1 stands there, and whose board knows of it.
@@ -239,7 +236,7 @@ fn who_takes_over_ends_the_homing_of_the_one_before() {
 #[cfg(unix)]
 mod unix {
     use super::*;
-    use common::{Running, Scratch};
+    use crate::common::{Running, Scratch};
 
     /// A board on a pseudo-terminal, which a name leads to.
     fn plug(name: &Scratch) -> Running {

@@ -1,15 +1,11 @@
 //! G-code jobs drawn and run by `stepwright serve`: against the numbers of the job, and against
 //! what `stepwright gcode` plans.
 
-mod common;
-#[path = "common/served.rs"]
-mod served;
-
 use std::time::Instant;
 
-use common::{Running, stepwright};
+use crate::common::{self, Running, stepwright};
+use crate::served::{Served, answered, next};
 use serde_json::{Value, json};
-use served::{Served, answered, next};
 
 const BADGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/gcode/badge.nc");
 

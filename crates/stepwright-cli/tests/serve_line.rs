@@ -1,16 +1,12 @@
 //! Lines of several axes by `stepwright serve`, and requests that wait for the end of an order.
 
-mod common;
-#[path = "common/served.rs"]
-mod served;
-
 use std::net::TcpStream;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::stepwright;
+use crate::common::{self, stepwright};
+use crate::served::{Served, answered};
 use serde_json::{Value, json};
-use served::{Served, answered};
 
 /// Where every axis is, after all rest.
 #[track_caller]

@@ -1,16 +1,12 @@
 //! Cycle files drawn by `stepwright serve`: their points against the numbers of the file, and
 //! against what `stepwright cycle` plays.
 
-mod common;
-#[path = "common/served.rs"]
-mod served;
-
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-use common::stepwright;
+use crate::common::stepwright;
+use crate::served::{Served, next};
 use serde_json::{Value, json};
-use served::{Served, next};
 
 /// A step of `drawing.toml`, in nm.
 const STEP: f64 = 12_500.0;

@@ -1,9 +1,7 @@
 //! `stepwright settings`, with a virtual board on a pseudo-terminal.
 #![cfg(unix)]
 
-mod common;
-
-use common::{Ended, Running, Scratch, stepwright};
+use crate::common::{Ended, Running, Scratch, stepwright};
 
 struct Board {
     _running: Running,

@@ -2,8 +2,6 @@
 //! gives the terminal back. Only a second Ctrl-C kills.
 #![cfg(target_os = "linux")]
 
-mod common;
-
 use std::fs::File;
 use std::io::Read;
 use std::os::unix::process::CommandExt;
@@ -11,7 +9,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{LIMIT, Running, pty, stepwright};
+use crate::common::{self, LIMIT, Running, pty, stepwright};
 use rustix::process::{Pid, Signal, kill_process};
 use rustix::termios::{Termios, tcgetattr};
 

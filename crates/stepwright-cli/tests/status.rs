@@ -1,9 +1,7 @@
 //! `stepwright status`: switches, faults, the reason of the last stop, and what was set.
 #![cfg(unix)]
 
-mod common;
-
-use common::{Running, stepwright};
+use crate::common::{Running, stepwright};
 use serde_json::{Value, json};
 
 /// A virtual board with a switch 100 steps behind its first axis.

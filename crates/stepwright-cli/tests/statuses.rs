@@ -1,12 +1,10 @@
 //! The guide's page of exit statuses: each of its commands ends as it says.
 #![cfg(unix)]
 
-mod common;
-
 use std::path::Path;
 use std::process::Command;
 
-use common::Running;
+use crate::common::{self, Running};
 use rustix::process::Signal;
 
 fn page() -> String {

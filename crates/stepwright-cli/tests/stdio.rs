@@ -3,9 +3,7 @@
 //! In a script a space stands for CR, so that it reads as it is answered, and
 //! `_` for a second of line feeds: a pause.
 
-mod common;
-
-use common::{Ended, Scratch, stepwright_with};
+use crate::common::{Ended, Scratch, stepwright_with};
 
 /// This many bytes take a second at 115200 baud.
 const SECOND: usize = 11_520;

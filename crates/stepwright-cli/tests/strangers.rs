@@ -2,12 +2,10 @@
 //! ones. The test plays the board on a pseudo-terminal.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs::File;
 use std::io::{Read, Write};
 
-use common::{Ended, pty, stepwright};
+use crate::common::{Ended, pty, stepwright};
 
 /// A slave that knows the Nano slave's lines and nothing else, which moves a little whenever it
 /// is asked.

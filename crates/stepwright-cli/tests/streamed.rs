@@ -1,12 +1,10 @@
 //! `gcode FILE --port` on `board --pty --program stream`: the same way as on a real board.
 #![cfg(unix)]
 
-mod common;
-
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use common::{PtyBoard, program};
+use crate::common::{PtyBoard, program};
 
 fn stepwright() -> Command {
     Command::new(program())

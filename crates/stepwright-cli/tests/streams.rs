@@ -2,13 +2,11 @@
 //! seen enough is none.
 #![cfg(target_os = "linux")]
 
-mod common;
-
 use std::fs::File;
 use std::io::Read;
 use std::process::{Command, Stdio};
 
-use common::stepwright;
+use crate::common::{self, stepwright};
 
 const ANSWERS: [&[&str]; 8] = [
     &["--help"],

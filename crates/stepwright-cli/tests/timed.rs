@@ -1,8 +1,6 @@
 //! `stepwright timed`: the pins of a drive in csv, vcd and mcap.
 
-mod common;
-
-use common::{Scratch, stepwright};
+use crate::common::{Scratch, stepwright};
 
 /// Half steps of a unipolar motor on D8 to D11: what each pin has after each step.
 #[test]

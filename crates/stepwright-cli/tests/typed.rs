@@ -1,8 +1,6 @@
 //! What a person types at the first try: it is taken, or the answer says what to type.
 
-mod common;
-
-use common::{Ended, stepwright};
+use crate::common::{Ended, stepwright};
 use serde_json::Value;
 
 fn typed(line: &str) -> Ended {

@@ -1,8 +1,6 @@
 //! Results, plots and positions in what the machine counts in, beside steps.
 
-mod common;
-
-use common::{Ended, Scratch, stepwright};
+use crate::common::{Ended, Scratch, stepwright};
 use serde_json::{Value, json};
 
 const MILL: &str = "\
@@ -124,7 +122,7 @@ fn plots_have_its_scales() {
 #[cfg(unix)]
 #[test]
 fn positions_are_said_in_it() {
-    use common::Running;
+    use crate::common::Running;
     let mut board = Running::start(&["board", "--pty"]);
     let port = board.wait_out("pty ").replace("pty ", "");
     let mill = mill("units-position.toml");

@@ -1,9 +1,6 @@
 //! Braking at a switch: how far, how fast, and that every step is counted.
 
-#[path = "common/rig.rs"]
-mod rig;
-
-use rig::{HZ, Rig};
+use crate::rig::{HZ, Rig};
 use stepwright::run::Run;
 use stepwright_cycle::{
     AtHardEnd, Calibration, Clock, CycleError, End, Faults, Leg, Motor, Program, Refusal, Status,

@@ -1,9 +1,6 @@
 //! stepper_h's numbers: on its fixed tick tick for tick, and by deadlines.
 
-#[path = "common/rig.rs"]
-mod rig;
-
-use rig::{PULSE, Rig, What};
+use crate::rig::{self, PULSE, Rig, What};
 use stepwright_cycle::{
     AtSmallDelay, AtSoftEnd, Calibration, Clock, CycleError, End, Faults, Leg, Motor, Program,
     Refusal, Status, Strategies,

@@ -1,10 +1,7 @@
 //! The known faults of stepper_h's public implementation, which must not be
 //! here: each a test.
 
-#[path = "common/rig.rs"]
-mod rig;
-
-use rig::{PULSE, Rig, What};
+use crate::rig::{PULSE, Rig, What};
 use stepwright_cycle::{
     AtHardEnd, AtSmallDelay, AtSoftEnd, Calibration, Clock, Faults, Leg, Motor, Program, Refusal,
     Status, Strategies,

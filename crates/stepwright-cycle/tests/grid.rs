@@ -1,11 +1,8 @@
 //! The fixed tick in one pass a step against that of three, what a pause leaves of its grid, and
 //! where positions end.
 
-#[path = "common/rig.rs"]
-mod rig;
-
+use crate::rig::{PULSE, Rig, What};
 use proptest::prelude::*;
-use rig::{PULSE, Rig, What};
 use stepwright_cycle::{
     AtHardEnd, AtSoftEnd, Calibration, Clock, Faults, Leg, Motor, Program, Refusal, Strategies,
 };

@@ -1,11 +1,8 @@
 //! Random cycles: whatever ends, pauses, cancels and callbacks do, the edges
 //! add up to the reported position, and nobody moves another's.
 
-#[path = "common/rig.rs"]
-mod rig;
-
+use crate::rig::{PULSE, Rig, What};
 use proptest::prelude::*;
-use rig::{PULSE, Rig, What};
 use stepwright_cycle::{
     AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Calibration, Clock, Leg, Motor, NextDelay,
     Program, Strategies,

@@ -1,8 +1,6 @@
 //! What lines reach through the device: late steps, positions, orders that are refused.
 
-mod common;
-
-use common::{Panel, Rig};
+use crate::common::{Panel, Rig};
 use stepwright::Axis;
 use stepwright::queue::Queue;
 

@@ -1,8 +1,6 @@
 //! Drivers, switches, inputs, silence and marks, on a board of a few cells.
 
-mod common;
-
-use common::{Panel, Rig};
+use crate::common::{Panel, Rig};
 use stepwright::queue::Queue;
 use stepwright_device::{Mark, Reset};
 

@@ -1,8 +1,6 @@
 //! Moves that are awaited, changed, dropped and joined, judged by the pins.
 
-mod bench;
-
-use bench::{AXES, with};
+use crate::bench::{AXES, with};
 use embassy_futures::join::join;
 use embassy_futures::select::{Either, select};
 use stepwright::{Accel, Axis, AxisLimits, AxisSet, MoveError, Refusal, Speed};

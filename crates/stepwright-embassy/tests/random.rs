@@ -1,12 +1,10 @@
 //! Random programs: moves, drops, changes, stops and faults of three axes by up to four tasks. Positions are
 //! those of the pins, and nothing is late or stuck.
 
-mod bench;
-
 use std::future::Future;
 use std::pin::Pin;
 
-use bench::{AXES, Bench, Moved, with};
+use crate::bench::{AXES, Bench, Moved, with};
 use embassy_futures::select::select;
 use proptest::prelude::*;
 use stepwright::{Axis, MoveError, Speed};

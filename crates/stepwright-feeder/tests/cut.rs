@@ -1,11 +1,9 @@
 //! What was sent ahead is taken back: a hold, its end, an override, on the virtual board by a serial line,
 //! judged by its edges.
 
-mod common;
-
 use std::collections::VecDeque;
 
-use common::*;
+use crate::common::*;
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_path::{AxisPace, Lead, Planned, Route, RouteStep};
 use stepwright_sim::{Edge, Queues};

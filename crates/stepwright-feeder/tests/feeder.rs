@@ -1,8 +1,6 @@
 //! Whole runs on the virtual board by a serial line, judged by its edges.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use stepwright_feeder::FeedState;
 use stepwright_sim::Queues;
 

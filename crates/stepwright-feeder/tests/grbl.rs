@@ -1,9 +1,7 @@
 //! A sender's controller on a board that is fed, in simulated time: hold, resume, override, jog, reset,
 //! judged by the board's steps.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_grbl::{Coming, Grbl, VirtualMill};
 use stepwright_sim::{Queues, StreamBoard};

@@ -1,12 +1,10 @@
 //! A host falls silent at random instants of runs of all speeds, on the virtual board. 1,000 and more of
 //! them, here and on the chips: `cargo xtask silence`.
 
-mod common;
-
-use common::guards;
-use common::instants::{Befalls, Guarded, KINDS, Random, befall, instant, motion};
-use common::wire::Wire;
-use common::{Job, MILLIS, board};
+use crate::common::guards;
+use crate::common::instants::{Befalls, Guarded, KINDS, Random, befall, instant, motion};
+use crate::common::wire::Wire;
+use crate::common::{Job, MILLIS, board};
 use stepwright_sim::{Edge, Queues, StreamBoard};
 
 impl Guarded for StreamBoard<'_, Vec<Edge>> {

@@ -1,8 +1,6 @@
 //! Arcs: planes, directions, centres and radii, tolerances to the picometre.
 
-mod common;
-
-use common::{read, table};
+use crate::common::{read, table};
 
 #[test]
 fn arcs_by_their_centre() {

@@ -1,8 +1,6 @@
 //! Every error, its number and its place, and what it says.
 
-mod common;
-
-use common::{blocks, table};
+use crate::common::{blocks, table};
 use stepwright_gcode::{Fault, Reader};
 
 #[test]

@@ -4,9 +4,7 @@
 //! `STEPWRIGHT_FUZZ_LINES` sets the number of lines (the default takes some seconds),
 //! `STEPWRIGHT_FUZZ_SEED` the seed.
 
-mod common;
-
-use common::words;
+use crate::common::words;
 use stepwright_gcode::{
     Arc, Effect, FeedRate, Length, Move, MoveKind, Options, Parameter, Point, Reader, System,
 };

@@ -1,8 +1,6 @@
 //! How a line is written: blanks, case, comments, numbers, line ends.
 
-mod common;
-
-use common::{blocks, read, read_with, table};
+use crate::common::{self, blocks, read, read_with, table};
 use stepwright_gcode::{Options, Reader};
 
 #[test]

@@ -1,8 +1,6 @@
 //! What a block means: modes, offsets, signals, in the order of execution.
 
-mod common;
-
-use common::table;
+use crate::common::{self, table};
 
 #[test]
 fn axis_words_move_in_the_motion_mode() {

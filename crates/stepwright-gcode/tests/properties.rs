@@ -1,10 +1,8 @@
 //! What holds for every line: how it is written changes nothing, and numbers are exact.
 
-mod common;
-
 use std::str::FromStr;
 
-use common::{blocks, words};
+use crate::common::{blocks, words};
 use dashu_float::DBig;
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -1,9 +1,7 @@
 //! Moves under a sender's hand: holds, overrides, jogs, resets, switches. The machine's own count
 //! of steps is to be the controller's, always.
 
-mod common;
-
-use common::Sender;
+use crate::common::Sender;
 
 #[test]
 fn a_job_ends_where_it_says() {

@@ -1,8 +1,6 @@
 //! Conversations as grbl 1.1h has them by its documents: answers, reports, orders.
 
-mod common;
-
-use common::Sender;
+use crate::common::Sender;
 use stepwright_grbl::{Grbl, KEPT, QUIET, VirtualMill};
 
 #[test]

@@ -1,8 +1,6 @@
 //! Changes of a route at known times: an override, a hold and its end, a jog that is cancelled.
 
-mod judge;
-
-use judge::{Axis, jump_needed};
+use crate::judge::{Axis, jump_needed};
 use stepwright_path::{AxisPace, Route, Unplannable};
 
 const AXIS: AxisPace =

@@ -1,9 +1,7 @@
 //! The judges of a motion, by violations made by hand.
 
-mod judge;
-
-use judge::jerk::jerk_broken;
-use judge::{Axis, jump_needed};
+use crate::judge::jerk::jerk_broken;
+use crate::judge::{self, Axis, jump_needed};
 
 const STEP: f64 = 0.0125;
 

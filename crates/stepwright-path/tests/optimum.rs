@@ -2,11 +2,8 @@
 //!
 //! `STEPWRIGHT_OPTIMA` says of how many random paths; docs/paths.md has the figures of 60.
 
-mod jobs;
-mod optimal;
-
-use optimal::Grid;
-use optimal::paths::{Kinds, Path};
+use crate::optimal::paths::{Kinds, Path};
+use crate::optimal::{self, Grid};
 
 /// What a path is compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]

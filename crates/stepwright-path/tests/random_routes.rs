@@ -5,14 +5,11 @@
 //! `STEPWRIGHT_ROUTES` says how many, and `STEPWRIGHT_SMOOTH_ROUTES` how many of the latter, from
 //! seed `STEPWRIGHT_ROUTES_FROM` on.
 
-mod jobs;
-mod judge;
-
 use std::f64::consts::{PI, TAU};
 
-use jobs::Dice;
-use judge::jerk::jerk_broken;
-use judge::{Axis, jump_needed};
+use crate::jobs::Dice;
+use crate::judge::jerk::jerk_broken;
+use crate::judge::{self, Axis, jump_needed};
 use stepwright_path::{AxisPace, Route};
 
 /// A route that is being made.

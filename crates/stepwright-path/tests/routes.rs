@@ -1,10 +1,7 @@
 //! Routes, judged by their steps alone.
 
-mod jobs;
-mod judge;
-
-use jobs::{AXIS, Job};
-use judge::{Axis, jump_needed};
+use crate::jobs::{self, AXIS, Job};
+use crate::judge::{Axis, jump_needed};
 use stepwright_path::Route;
 
 /// The steps of each axis, and when the last cell ends.

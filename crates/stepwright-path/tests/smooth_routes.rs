@@ -1,11 +1,8 @@
 //! Routes with limited jerk, judged by their steps alone.
 
-mod jobs;
-mod judge;
-
-use jobs::{AXIS, Job};
-use judge::jerk::jerk_broken;
-use judge::{Axis, jump_needed};
+use crate::jobs::{self, AXIS, Job};
+use crate::judge::jerk::jerk_broken;
+use crate::judge::{Axis, jump_needed};
 use stepwright_path::{AxisPace, Route, Unplannable};
 
 fn smooth(jerk: f64) -> Route<2> {

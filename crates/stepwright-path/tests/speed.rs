@@ -5,12 +5,10 @@
 //! The stored ratios are what was measured when they were written, in processor time. Twice as long
 //! fails: on a busy machine half as long again was seen.
 
-mod jobs;
-
 use std::hint::black_box;
 use std::time::Instant;
 
-use jobs::{AXIS, Job, time};
+use crate::jobs::{self, AXIS, Job, time};
 use stepwright_path::{AxisPace, Route};
 
 /// Links of the chain in a unit of time.

@@ -9,11 +9,8 @@
 //! What its axes do is beyond their limits, and the judge says by how much. No limits of a route are
 //! these: each axis has its acceleration once. A route whose axes jump by as much is compared.
 
-mod jobs;
-mod judge;
-
-use jobs::{AXIS, Job};
-use judge::{Axis, jump_needed};
+use crate::jobs::{self, AXIS, Job};
+use crate::judge::{Axis, jump_needed};
 use stepwright_path::{AxisPace, Route};
 
 /// Seconds, and the jump that the steps need with the acceleration of the axes.

@@ -5,9 +5,7 @@
 //! the way between them; M3 adds up to S times the time. What a planner thought of its speed is not
 //! asked for.
 
-mod common;
-
-use common::{AXES, Job, Tool, run};
+use crate::common::{AXES, Job, Tool, run};
 use proptest::prelude::*;
 use stepwright::{Board, Rate};
 use stepwright_path::AxisPace;

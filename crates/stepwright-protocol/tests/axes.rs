@@ -1,8 +1,6 @@
 //! Several axes: which one a line means, and what starts together, as tables: see `talk` in `common/mod.rs`.
 
-mod common;
-
-use common::{Bench, say, talk};
+use crate::common::{Bench, say, talk};
 use stepwright_protocol::Slave;
 
 #[test]

@@ -1,10 +1,8 @@
 //! The master against the slave, over a good line and over a bad one.
 
-mod common;
-
 use std::collections::VecDeque;
 
-use common::{Bench, Random, lines};
+use crate::common::{Bench, Random, lines};
 use proptest::prelude::*;
 use stepwright::{Accel, Speed};
 use stepwright_protocol::{

@@ -1,8 +1,6 @@
 //! The Nano slave's conversations, as tables: see `talk` in `common/mod.rs`.
 
-mod common;
-
-use common::talk;
+use crate::common::talk;
 
 // ---- The Nano slave's lines, as its master sends them ----
 

@@ -1,8 +1,6 @@
 //! Changes of a travel in progress, as tables: see `talk` in `common/mod.rs`.
 
-mod common;
-
-use common::talk;
+use crate::common::talk;
 
 #[test]
 fn a_travel_in_progress_gets_another_target() {

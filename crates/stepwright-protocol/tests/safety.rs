@@ -1,9 +1,7 @@
 //! What guards a machine on a board that can `safety`: safe start, homing first, soft
 //! limits and errors that stay.
 
-mod common;
-
-use common::{Bench, say, talk};
+use crate::common::{Bench, say, talk};
 use stepwright_protocol::{Refusal, Slave, Stop};
 
 // ---- Errors ----

@@ -1,8 +1,6 @@
 //! The settings of a board, over the line, as tables: see `talk` in `common/mod.rs`.
 
-mod common;
-
-use common::talk;
+use crate::common::talk;
 use stepwright_protocol::Setting;
 
 #[test]

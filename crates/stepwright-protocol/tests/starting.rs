@@ -1,8 +1,6 @@
 //! An order is started piece by piece. What comes between the pieces: a stop, a line, noise.
 
-mod common;
-
-use common::{Bench, say, text};
+use crate::common::{Bench, say, text};
 use stepwright_protocol::{Refusal, Slave, Stop};
 
 /// Three axes, of which the first runs; the second and third are ordered, E has come, and the

@@ -1,8 +1,6 @@
 //! Lines with a checksum, as tables: see `talk` in `common/mod.rs`.
 
-mod common;
-
-use common::{Bench, say, talk};
+use crate::common::{Bench, say, talk};
 use stepwright_protocol::Slave;
 
 #[test]

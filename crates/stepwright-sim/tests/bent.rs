@@ -4,24 +4,14 @@
 //!
 //! `STEPWRIGHT_CASES` sets the number of stories in each test.
 
-#[path = "common/bends.rs"]
-mod bends;
-#[path = "common/edges.rs"]
-mod edges;
-#[expect(dead_code)] // what trapezoids are followed by
-#[path = "common/legs.rs"]
-mod legs;
-#[path = "common/story.rs"]
-mod story;
-
-use bends::{Follower, Limits};
+use crate::bends::{Follower, Limits};
+use crate::story::{Story, What, Whim, exact, play, spread, story, tell_all};
 use proptest::prelude::*;
 use stepwright::profile::Ramp;
 use stepwright::timer::Count;
 use stepwright::units::Jerk;
 use stepwright::{Accel, Order, Rate, Speed, Travel};
 use stepwright_sim::Description;
-use story::{Story, What, Whim, exact, play, spread, story, tell_all};
 
 /// Of each test: 4,000 changes. 3,000 stories (`STEPWRIGHT_CASES=3000`) were tried once without a miss.
 const STORIES: u32 = 800;

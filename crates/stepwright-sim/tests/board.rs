@@ -1,9 +1,6 @@
 //! What a board refuses, kills and forgets; the same on 16 and on 32 bits.
 
-#[path = "common/edges.rs"]
-mod edges;
-
-use edges::{check_timing, steps_of};
+use crate::edges::{check_timing, steps_of};
 use stepwright::profile::Ramp;
 use stepwright::{Accel, Axis, Order, Rate, Refusal, Speed, Travel};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};

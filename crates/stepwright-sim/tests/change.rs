@@ -4,21 +4,14 @@
 //!
 //! `STEPWRIGHT_CASES` sets the number of stories in each test.
 
-#[path = "common/edges.rs"]
-mod edges;
-#[path = "common/legs.rs"]
-mod legs;
-#[path = "common/story.rs"]
-mod story;
-
 use std::panic::AssertUnwindSafe;
 
-use legs::{Follower, HAIRS, Limits};
+use crate::legs::{Follower, HAIRS, Limits};
+use crate::story::{Story, What, Whim, exact, play, spread, story, tell_all};
 use stepwright::profile::Ramp;
 use stepwright::timer::Count;
 use stepwright::{Accel, Order, Rate, Speed, Travel};
 use stepwright_sim::Description;
-use story::{Story, What, Whim, exact, play, spread, story, tell_all};
 
 /// Of each test: 5,000 changes. 4,000 stories (`STEPWRIGHT_CASES=4000`) were tried once without a miss.
 const STORIES: u32 = 1_000;

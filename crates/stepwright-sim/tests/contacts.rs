@@ -1,9 +1,6 @@
 //! Limit switches whose contacts bounce: `debounce-ms`.
 
-#[path = "common/conversation.rs"]
-mod conversation;
-
-use conversation::{Board, MS, board, say, wait};
+use crate::conversation::{Board, MS, board, say, wait};
 use stepwright_sim::{Pin, Queues};
 
 fn steps(board: &mut Board<'_>) -> usize {

@@ -1,14 +1,8 @@
 //! What a board does besides stepping: drivers, switches, a silent host, and
 //! settings that outlast a loss of power.
 
-#[path = "common/conversation.rs"]
-mod conversation;
-
-#[path = "common/edges.rs"]
-mod edges;
-
-use conversation::{Board, MS, board, say, wait};
-use edges::{check_timing, steps_of};
+use crate::conversation::{Board, MS, board, say, wait};
+use crate::edges::{check_timing, steps_of};
 use stepwright_sim::{Description, EMPTY, Edge, Eeprom, Pin, Queues, VirtualBoard};
 
 fn last(board: &mut Board<'_>) -> String {

@@ -1,13 +1,8 @@
 //! Random orders and stops: every pulse on an independent curve, every
 //! position the sum of the edges, every driver's time kept.
 
-#[path = "common/curve.rs"]
-mod curve;
-#[path = "common/edges.rs"]
-mod edges;
-
-use curve::Curve;
-use edges::{check_timing, steps_of};
+use crate::curve::Curve;
+use crate::edges::{check_timing, steps_of};
 use proptest::prelude::*;
 use stepwright::profile::{Fit, Ramp};
 use stepwright::timer::Count;

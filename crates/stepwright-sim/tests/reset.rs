@@ -1,9 +1,6 @@
 //! A board after a reset: where it stands is known if it is still true.
 
-#[path = "common/conversation.rs"]
-mod conversation;
-
-use conversation::{Board, MS, say};
+use crate::conversation::{Board, MS, say};
 use stepwright_sim::{Description, Mark, Queues, Remains, Reset, VirtualBoard};
 
 /// What is left of a board this many ms after these lines.

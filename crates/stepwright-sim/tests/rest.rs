@@ -1,9 +1,7 @@
 //! Travels of a motor lie a start interval apart, whatever lies between them: another order,
 //! a turn, a new target at the end, a soft stop.
 
-#[path = "common/edges.rs"]
-mod edges;
-
+use crate::edges;
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;

@@ -1,10 +1,7 @@
 //! What guards a machine, on the boards that have room for it: the lease, and the inputs
 //! that stop everything.
 
-#[path = "common/conversation.rs"]
-mod conversation;
-
-use conversation::{Board, board, say, wait};
+use crate::conversation::{Board, board, say, wait};
 use stepwright_sim::Queues;
 
 /// A word of the answer to `?`.

@@ -1,10 +1,7 @@
 //! How even the Uno's ramps are, by the deadlines of its planner: the figures
 //! that the peers were measured by.
 
-#[path = "common/edges.rs"]
-mod edges;
-
-use edges::steps_of;
+use crate::edges::steps_of;
 use stepwright::profile::Ramp;
 use stepwright::{Accel, Axis, Order, Speed, Travel};
 use stepwright_oracle::IdealTrapezoid;

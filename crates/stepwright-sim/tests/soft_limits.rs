@@ -1,9 +1,6 @@
 //! What guards a machine, on the whole virtual board: limits are kept by its steps.
 
-#[path = "common/conversation.rs"]
-mod conversation;
-
-use conversation::{Board, MS, say};
+use crate::conversation::{Board, MS, say};
 use stepwright_sim::{Description, Queues, VirtualBoard};
 
 /// Says the lines, and looks every ms, until the board rests, where it was.

@@ -1,9 +1,7 @@
 //! Soft stops on the line: a travel that was ordered at its start speed has no ramps, so it
 //! gets another top speed only once it has them, and stops along them.
 
-#[path = "common/edges.rs"]
-mod edges;
-
+use crate::edges;
 use stepwright::Rate;
 use stepwright::timer::Count;
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};

@@ -1,15 +1,11 @@
 //! Homing against a stop that the motor can't pass, and alarms on the way.
 
-#[path = "../../stepwright-embassy/tests/bench/mod.rs"]
-mod bench;
-mod model;
-
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use bench::{Bench, Moved};
+use crate::bench::{self, Bench, Moved};
+use crate::model::{self, Chip, DRV_STATUS, Delay, Diag, Wire};
 use embassy_futures::select::{Either, select};
-use model::{Chip, DRV_STATUS, Delay, Diag, Wire};
 use proptest::prelude::*;
 use stepwright::{Accel, Axis, AxisLimits, MoveError, Speed};
 use stepwright_embassy::Outcome;

@@ -1,13 +1,10 @@
 //! Registers by the data sheet, over a line with noise.
 
-#[path = "../../stepwright-embassy/tests/bench/mod.rs"]
-mod bench;
-mod model;
-
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use model::{
+use crate::bench;
+use crate::model::{
     CHOPCONF, Chip, DRV_STATUS, Delay, GCONF, GSTAT, IHOLD_IRUN, IOIN, SGTHRS, TCOOLTHRS, Wire, crc,
 };
 use stepwright::Speed;

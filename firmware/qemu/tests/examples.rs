@@ -1,13 +1,11 @@
 //! Programs with an executor, with RTIC and with a main loop of their own (`firmware/microbit`): what
 //! they say of their positions is what their pins have done, and when is what the virtual board does.
 
+use crate::planned;
 use stepwright::{Axis, MoveError, Steppers};
 use stepwright_qemu::boards::{MICROBIT, NRF51, VIRT};
 use stepwright_qemu::{Edge, Machine, Pace, Simulated, machine, virtual_board};
 use stepwright_sim::{Queues, SimEngine, virtual_engine};
-
-#[path = "../chip/planned.rs"]
-mod planned;
 
 /// Ticks between an edge and the virtual board's, of one axis that moves alone, and of two: a visit of
 /// the interrupt steps both, and takes entries for both.

@@ -1,22 +1,20 @@
 //! Streamed runs on chips of 32 bits: their edges against the virtual board's that plays the same frames,
 //! and what silence, noise and a hold come to. The judges are those of the AVR's.
 
-#[path = "../../../crates/stepwright-feeder/tests/common/mod.rs"]
-mod feed;
-mod streamed;
-
-use feed::guards;
-use feed::instants::{Befalls, Guarded, Outcome, Random, befall, instant, motion};
-use feed::judge::judge;
-use feed::wire::Wire;
-use feed::{Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of};
+use crate::feed::guards;
+use crate::feed::instants::{Befalls, Guarded, Outcome, Random, befall, instant, motion};
+use crate::feed::judge::judge;
+use crate::feed::wire::Wire;
+use crate::feed::{
+    self, Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of,
+};
+use crate::streamed::{apart, organic, terms};
 use stepwright::Rate;
 use stepwright_controller::StreamBoard as Player;
 use stepwright_feeder::{FeedState, FeedTerms};
 use stepwright_qemu::boards::{NRF51, VIRT};
 use stepwright_qemu::{Pace, Paced, Simulated, virtual_board};
 use stepwright_sim::Edge;
-use streamed::{apart, organic, terms};
 
 /// The boards, and how they play streams.
 const BOARDS: [(&Simulated, Player); 2] =

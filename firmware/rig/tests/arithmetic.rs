@@ -2,11 +2,9 @@
 //! for bit, for random operands of every length. (Arguments on the stack, which it gets wrong
 //! on a Mega, are refused when a firmware is built: `cargo xtask check`.)
 
-mod common;
-
 use std::cell::RefCell;
 
-use common::board;
+use crate::common::board;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use stepwright_rig::{Chip, firmware};

@@ -7,9 +7,7 @@
 //! them every edge must be the chip's. Legs are compared from their first step
 //! on: what begins after a turn begins when the foreground comes by.
 
-mod common;
-
-use common::{LATENCY, board, chip, rest, say, steps};
+use crate::common::{self, LATENCY, board, chip, rest, say, steps};
 use stepwright_rig::edges::Step;
 use stepwright_rig::{Board, Chip};
 use stepwright_sim::{Description, Edge, Pin, Queues, VirtualBoard};

@@ -4,9 +4,7 @@
 //! A late step would cancel the cycle: that is the strategy that the example leaves as it
 //! is. So where the last positions are reached, none was.
 
-mod common;
-
-use common::{BESIDE, board, steps};
+use crate::common::{self, BESIDE, board, steps};
 use stepwright_cycle::{Calibration, Clock, Motor, Program};
 use stepwright_rig::edges::{Needs, check, steps_of};
 use stepwright_rig::{Chip, firmware};

@@ -1,9 +1,8 @@
 //! The program `cycles` by its lines alone: positions of 64 bits on the way, inverted directions,
 //! an ENABLE for each motor, the longest time of its handler.
 
-mod common;
-
-use common::cycles::{look, prepare, say, wire};
+use crate::common;
+use crate::common::cycles::{look, prepare, say, wire};
 use stepwright_cycle::line::{CycleLine, LineProgram};
 use stepwright_cycle::{AtTiming, Calibration, Clock, Leg, Motor, Strategies};
 use stepwright_protocol::crc;

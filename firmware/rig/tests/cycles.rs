@@ -5,8 +5,6 @@
 //! The command talks to the simulated chip over a pseudo-terminal. The chip's time runs as fast
 //! as this machine lets it.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::env;
 use std::fs;
@@ -14,7 +12,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::board;
+use crate::common::{self, board};
 use stepwright_rig::board::Pin as ChipPin;
 use stepwright_rig::pty::Pty;
 use stepwright_rig::{Board, Chip};

@@ -8,8 +8,7 @@ use stepwright_austin::Fixed;
 use stepwright_rig::board::Pin;
 use stepwright_rig::{Board, Chip, firmware};
 
-mod common;
-use common::board;
+use crate::common::board;
 
 const MILLIS: u64 = 16_000;
 /// The largest difference between an edge and the host's delays, in cycles: nothing else

@@ -12,8 +12,7 @@ use stepwright_rig::edges::steps_of;
 use stepwright_rig::{Board, Chip, firmware};
 use stepwright_sim::{CycleBoard, Description, Edge, Queues, Stand, virtual_steppers};
 
-mod common;
-use common::board;
+use crate::common::board;
 
 /// The largest difference between an edge and the virtual board's, in cycles: of planned moves,
 /// beside which the main loop plans, and of motor cycles, two motors at once.

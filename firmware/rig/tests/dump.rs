@@ -9,8 +9,7 @@ use stepwright_timed::fit::Hardware;
 use stepwright_timed::line::{Line, Report, Wire};
 use stepwright_timed::{Control, Model, SetSpeed};
 
-mod common;
-use common::board;
+use crate::common::{self, board};
 
 const MILLIS: u64 = 16_000;
 /// What the caller's clock shows at the call.

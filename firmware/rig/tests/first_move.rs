@@ -7,8 +7,7 @@ use stepwright_rig::edges::{Needs, Step, check, steps_of};
 use stepwright_rig::{Chip, firmware};
 use stepwright_sim::{Description, Edge, Queues, virtual_steppers};
 
-mod common;
-use common::board;
+use crate::common::board;
 
 /// The edges of the same calls on the virtual board.
 fn ideal() -> Vec<Edge> {

@@ -1,9 +1,7 @@
 //! What guards a machine: the lease, soft limits, homing first, safe start, drivers off after
 //! a kill, switches that bounce.
 
-mod common;
-
-use common::{chip, rest, say, steps, talk};
+use crate::common::{chip, rest, say, steps, talk};
 use stepwright_rig::Chip;
 
 /// Cycles of a millisecond.

@@ -1,8 +1,6 @@
 //! The inputs that stop everything.
 
-mod common;
-
-use common::{board, chip, rest, say, steps, talk};
+use crate::common::{board, chip, rest, say, steps, talk};
 
 /// The inputs are looked at every millisecond, and what is queued is cleared: cycles from
 /// the level to the last step.

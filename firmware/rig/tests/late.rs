@@ -1,8 +1,6 @@
 //! Ramps that planning is fast enough for, and those that it is not, which are refused.
 
-mod common;
-
-use common::{board, chip, image, rest, say, steps};
+use crate::common::{board, chip, image, rest, say, steps};
 use stepwright_rig::Board;
 
 #[test]

@@ -10,8 +10,7 @@ use stepwright_rig::edges::steps_of;
 use stepwright_rig::{Board, Chip};
 use stepwright_sim::{Description, Edge, LawBoard, Pin, Queues};
 
-mod common;
-use common::board;
+use crate::common::{self, board};
 
 /// A millisecond in cycles.
 const MILLIS: u64 = 16_000;

@@ -5,9 +5,7 @@
 //! in its motor, and the axis's count of what it has made up, by the same number. Before and after that the
 //! binary is on its own, and each step is looked at.
 
-mod common;
-
-use common::{FIT, LATENCY, chip, follows, image, path_of_accel, rest, say, steps, talk};
+use crate::common::{FIT, LATENCY, chip, follows, image, path_of_accel, rest, say, steps, talk};
 use stepwright_rig::Chip;
 
 /// The longest travel in a direction.

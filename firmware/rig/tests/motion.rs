@@ -1,8 +1,8 @@
 //! Every travel's count, ramp and rest, from the edges of the real binary.
 
-mod common;
-
-use common::{BESIDE, FIT, LATENCY, chip, follows, path_of_accel, path_of_steps, rest, say, steps};
+use crate::common::{
+    BESIDE, FIT, LATENCY, chip, follows, path_of_accel, path_of_steps, rest, say, steps,
+};
 
 #[test]
 fn ramps_in_steps_follow_the_closed_form() {

@@ -5,18 +5,10 @@
 //! program. What the Rust does is compiled from its own file, whose tests come
 //! along: it is private to the core.
 
-#[allow(dead_code)] // likewise
-#[path = "../../../crates/stepwright/src/clamp.rs"]
-mod clamp;
-mod common;
-#[allow(dead_code, unused_imports, clippy::all)] // the core uses more of it
-#[path = "../../../crates/stepwright/src/num/mod.rs"]
-mod num;
-
 use std::cell::RefCell;
 
-use common::{board, image};
-use num::Num;
+use crate::common::{board, image};
+use crate::num::Num;
 use proptest::prelude::*;
 use stepwright_rig::{Chip, Image};
 

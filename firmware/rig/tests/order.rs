@@ -1,9 +1,7 @@
 //! An order of three axes is started piece by piece: what each piece takes, and what comes
 //! between them.
 
-mod common;
-
-use common::{board, chip, image, rest, say, steps};
+use crate::common::{board, chip, image, rest, say, steps};
 use stepwright_rig::{Board, Chip};
 
 /// Orders of all kinds of ramps; each axis steps at once, or turns first.

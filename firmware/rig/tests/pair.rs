@@ -1,8 +1,6 @@
 //! The Nano slave's master on a second board: two chips on one cable.
 
-mod common;
-
-use common::{board, chip, say};
+use crate::common::{board, chip, say};
 use stepwright_rig::edges::{Needs, check, position_of, steps_of};
 use stepwright_rig::{Chip, Pair, firmware};
 

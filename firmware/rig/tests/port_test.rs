@@ -1,8 +1,6 @@
 //! The AVR's step timer keeps the contract of `StepTimer`: `stepwright-port-test` on the chip.
 
-mod common;
-
-use common::board;
+use crate::common::board;
 use stepwright_rig::board::HZ;
 use stepwright_rig::{Chip, firmware};
 

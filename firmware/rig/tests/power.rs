@@ -1,8 +1,6 @@
 //! Resets, power loss at any moment, and the pins of the drivers meanwhile.
 
-mod common;
-
-use common::{board, chip, image, rest, say, steps, talk, wake};
+use crate::common::{board, chip, image, rest, say, steps, talk, wake};
 use stepwright_rig::Chip;
 
 #[test]

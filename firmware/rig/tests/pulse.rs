@@ -3,9 +3,7 @@
 //! How long a step takes depends on its pulse: the board's description says so,
 //! and what it admits it keeps.
 
-mod common;
-
-use common::{MINUTE, board, chip, say};
+use crate::common::{MINUTE, board, chip, say};
 use stepwright_rig::Chip;
 use stepwright_rig::edges::{Needs, check, position_of};
 use stepwright_sim::Description;

@@ -1,9 +1,7 @@
 //! Resets for every reason, at every moment: the position is known afterwards if
 //! it is still true, and else unknown.
 
-mod common;
-
-use common::{board, chip, image, rest, say, talk, wake};
+use crate::common::{board, chip, image, rest, say, talk, wake};
 use stepwright_rig::{Cause, Chip};
 
 const CAUSES: [Cause; 4] = [Cause::Power, Cause::Button, Cause::BrownOut, Cause::Watchdog];

@@ -1,13 +1,11 @@
 //! `cargo xtask sim`: the firmware behind a pseudo-terminal that says its path, in real time.
 
-mod common;
-
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::board;
+use crate::common::board;
 
 /// Ends with the test, however that goes.
 struct Sim(Child);

@@ -4,11 +4,9 @@
 //! switched off (`Chip`). The stack of `fast-pwm` is that without its interrupt, which simavr does
 //! not know.
 
-mod common;
-
 use std::fs;
 
-use common::{MINUTE, board, cycles, program};
+use crate::common::{self, MINUTE, board, cycles, program};
 use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::line::Line as LawLine;
 use stepwright_austin::{Austin, LinearFactor, Piecewise, PowerTerm, Recipe};

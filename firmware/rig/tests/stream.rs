@@ -1,20 +1,18 @@
 //! Streamed runs on the simulated chip, with its receiver of three bytes: edges against the virtual
 //! board's, and against the times that were asked for.
 
-#[path = "../../../crates/stepwright-feeder/tests/common/mod.rs"]
-mod feed;
-
-mod common;
-
 use std::collections::VecDeque;
 use std::io::{PipeReader, Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use feed::guards;
-use feed::instants::{Befalls, Guarded, KINDS, Outcome, Random, befall, instant, motion};
-use feed::judge::judge;
-use feed::wire::Wire;
-use feed::{Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of, terms};
+use crate::common;
+use crate::feed::guards;
+use crate::feed::instants::{Befalls, Guarded, KINDS, Outcome, Random, befall, instant, motion};
+use crate::feed::judge::judge;
+use crate::feed::wire::Wire;
+use crate::feed::{
+    self, Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of, terms,
+};
 use nix::sys::wait::waitpid;
 use nix::unistd::{ForkResult, Pid, fork};
 use stepwright_feeder::{FeedState, FeedTerms};

@@ -1,8 +1,6 @@
 //! Random stories on the chip, briefly: `cargo xtask stress --board uno` tells more.
 
-mod common;
-
-use common::{board, image};
+use crate::common::{board, image};
 use stepwright_rig::Board;
 use stepwright_rig::stress::{play, story};
 use stepwright_stress::{Rules, Sum};

@@ -1,8 +1,6 @@
 //! Limit switches: they stop their axis at once, and the position stays known.
 
-mod common;
-
-use common::{chip, rest, say, steps, talk};
+use crate::common::{chip, rest, say, steps, talk};
 
 /// A switch is looked at every millisecond, and what is queued is cleared:
 /// cycles from the contact to the last step.

@@ -1,8 +1,6 @@
 //! Top speeds in thousandths of a step per second, on the chip.
 
-mod common;
-
-use common::{LATENCY, chip, rest, say, steps};
+use crate::common::{LATENCY, chip, rest, say, steps};
 
 /// 2.5 steps/s, and 0.05: 20 s from step to step.
 #[test]

@@ -8,8 +8,7 @@ use stepwright_sim::timed::{TimedBoard, published};
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::{Control, Model, SetSpeed};
 
-mod common;
-use common::board;
+use crate::common::board;
 
 const MILLIS: u64 = 16_000;
 /// `millis()` at the call.

@@ -13,8 +13,7 @@ use stepwright_timed::fit::Hardware;
 use stepwright_timed::line::{Line, Report, Wire};
 use stepwright_timed::{Code, Control, Model, SetSpeed, Status};
 
-mod common;
-use common::board;
+use crate::common::{self, board};
 
 const MILLIS: u64 = 16_000;
 /// A question's and a check's longest stretch without the interrupt, in cycles.

@@ -1,8 +1,6 @@
 //! Axes of different speeds under any traffic: what is admitted is on time.
 
-mod common;
-
-use common::{chip, rest, say, steps};
+use crate::common::{chip, rest, say, steps};
 
 /// What a host asks without a pause.
 const TRAFFIC: [&[&str]; 5] = [&[], &["?"], &["$"], &["V1", "F"], &["?", "V3", "$", "F"]];

@@ -10,11 +10,9 @@
 //!
 //! What motors keep that do not end together, and why, is in `docs/benchmarks.md`.
 
-mod common;
-
 use std::path::Path;
 
-use common::{FIT, LATENCY, board, image, path_of_accel, rest, say, steps, wake};
+use crate::common::{FIT, LATENCY, board, image, path_of_accel, rest, say, steps, wake};
 use stepwright_rig::bench::Table;
 use stepwright_rig::edges::Step;
 use stepwright_rig::{Board, Chip, Image, firmware};

@@ -1,9 +1,7 @@
 //! Series that turn, by the program `cycles` under its default strategies: a step that came late
 //! would cancel the cycle.
 
-mod common;
-
-use common::{board, cycles};
+use crate::common::{self, board, cycles};
 use stepwright_cycle::line::{CycleFault, CycleLine, CycleReport};
 use stepwright_cycle::{Leg, Motor, Refusal};
 use stepwright_protocol::Fault;

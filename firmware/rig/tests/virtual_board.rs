@@ -5,9 +5,7 @@
 //! the virtual one none. What is left between the edges is the chip's latency:
 //! the first step's own moves all others the other way.
 
-mod common;
-
-use common::{BESIDE, LATENCY, chip, rest, say, steps};
+use crate::common::{BESIDE, LATENCY, chip, rest, say, steps};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 /// Steps of axis `axis` on a virtual Uno that is told `lines`.

@@ -4,9 +4,7 @@
 //! there is a jump to itself. On a board that would be a fault of the program
 //! or of the chip; after the reset it is gone, or it is not.
 
-mod common;
-
-use common::{chip, image, rest, say, steps, talk, wake};
+use crate::common::{chip, image, rest, say, steps, talk, wake};
 use stepwright_rig::Chip;
 use stepwright_sim::Pin;
 

@@ -131,10 +131,41 @@ pub fn run(ws: &Workspace) -> Result<()> {
             }
         }
     }
+    for name in without_program(&ws.root)? {
+        faults
+            .push(format!("{name} is in no test program: tests/all.rs beside it names the others"));
+    }
     for fault in &faults {
         println!("{fault}");
     }
     if faults.is_empty() { Ok(()) } else { bail!("{} broken invariants", faults.len()) }
+}
+
+/// The test files that no program has, where cargo does not make one of each.
+fn without_program(root: &Path) -> Result<Vec<String>> {
+    let mut lost = Vec::new();
+    for place in ["crates", "firmware"] {
+        for entry in fs::read_dir(root.join(place))? {
+            let tests = entry?.path().join("tests");
+            let Ok(all) = fs::read_to_string(tests.join("all.rs")) else { continue };
+            let manifest = fs::read_to_string(tests.join("../Cargo.toml"))?;
+            let mut names = Vec::new();
+            for file in fs::read_dir(&tests)? {
+                let file = file?.file_name().to_string_lossy().into_owned();
+                names.extend(file.strip_suffix(".rs").map(str::to_owned));
+            }
+            let folder = tests.strip_prefix(root).unwrap_or(&tests).display();
+            let unnamed = names.iter().filter(|name| !has_program(name, &all, &manifest));
+            lost.extend(unnamed.map(|name| format!("{folder}/{name}.rs")));
+        }
+    }
+    Ok(lost)
+}
+
+/// Whether the program of all tests has this file, or it is another program.
+fn has_program(name: &str, all: &str, manifest: &str) -> bool {
+    all.lines().any(|line| line == format!("mod {name};"))
+        || manifest.lines().any(|line| line == format!("path = \"tests/{name}.rs\""))
 }
 
 /// What a crate depends on, its tests apart.
@@ -211,6 +242,16 @@ mod tests {
         assert_eq!(found("let unsafe_f64x = 0;\n/// f64"), [""; 0]);
         assert_eq!(found("use std::fs;\nunsafe { f() }"), ["unsafe", "std::fs"]);
         assert_eq!(code("a\n#[cfg(test)]\nmod tests {\n f64"), "a");
+    }
+
+    #[test]
+    fn a_test_file_is_a_module_or_a_program() {
+        let all = "mod common;\n\nmod line;\n";
+        let manifest = "[[test]]\nname = \"all\"\npath = \"tests/all.rs\"\n";
+        assert!(has_program("line", all, manifest));
+        assert!(has_program("all", all, manifest));
+        assert!(!has_program("lin", all, manifest));
+        assert!(!has_program("stop", all, manifest));
     }
 
     #[test]

@@ -1,13 +1,14 @@
 //! Test programs side by side.
 //!
-//! `cargo test` runs one after the other. Many of ours have one long test, or wait for a clock,
-//! and leave a processor idle. Cargo builds them here, and as many as there are processors run at
-//! a time; what each prints comes in one piece when it has ended.
+//! `cargo test` runs one after the other. Many tests of ours are long, or wait for a clock, and leave a
+//! processor idle. Cargo builds them here, and as many as there are processors run at a time; what each
+//! prints comes in one piece when it has ended. A crate's test files are modules of one program, which is
+//! linked once: it runs once for each of them.
 //!
 //! Random tests draw from one seed here, so that a change is judged by the same cases as the
 //! state before it; a plain `cargo test` draws others each time.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::env;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
@@ -18,17 +19,19 @@ use std::thread;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
-use crate::workspace::{cargo_path, line};
+use crate::workspace::{cargo_path, line, output};
 
 /// Where proptest looks for its seed, and the seed without it.
 const SEED: (&str, &str) = ("PROPTEST_RNG_SEED", "20");
 
-/// A test program.
+/// A test program, or a module of one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TestProgram {
-    /// Its package's folder and its own name, as people know it.
+    /// Its package's folder, and the name of the program or of the module, as people know it.
     pub name: String,
     program: PathBuf,
+    /// Of its tests those that run; all of them where it is empty.
+    tests: Vec<String>,
     /// Where cargo runs it.
     folder: PathBuf,
 }
@@ -37,6 +40,9 @@ impl TestProgram {
     /// A command that runs it.
     pub fn command(&self) -> Command {
         let mut command = Command::new(&self.program);
+        if !self.tests.is_empty() {
+            command.arg("--exact").args(&self.tests);
+        }
         command.current_dir(&self.folder).env("CARGO", cargo_path());
         command.env("CARGO_MANIFEST_DIR", &self.folder);
         if env::var_os(SEED.0).is_none() {
@@ -44,9 +50,38 @@ impl TestProgram {
         }
         command
     }
+
+    /// One for each module of the tests of a crate. The tests at the end of its own files stay together.
+    fn modules(self) -> Result<Vec<TestProgram>> {
+        if !self.name.ends_with(ALL) {
+            return Ok(vec![self]);
+        }
+        let tests = output(self.command().args(["--list", "--format=terse"]))?;
+        Ok(self.split(&tests))
+    }
+
+    /// Likewise, of a list of its tests.
+    fn split(self, list: &str) -> Vec<TestProgram> {
+        let mut modules: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        for test in list.lines().filter_map(|line| line.strip_suffix(": test")) {
+            let module = test.split_once("::").map_or("", |(module, _)| module);
+            modules.entry(module).or_default().push(test.to_owned());
+        }
+        let package = self.name.trim_end_matches(ALL);
+        let one = |(module, tests)| TestProgram {
+            name: format!("{package} {module}"),
+            tests,
+            ..self.clone()
+        };
+        modules.into_iter().map(one).collect()
+    }
 }
 
-/// Builds the test programs of a `cargo test`, in the order in which cargo names them.
+/// How the name of a program ends that has all test files of its crate.
+const ALL: &str = " all";
+
+/// Builds the test programs of a `cargo test`, in the order in which cargo names them, and takes them apart
+/// by modules.
 pub fn build(cargo: &mut Command) -> Result<Vec<TestProgram>> {
     cargo.args(["--no-run", "--message-format=json-render-diagnostics"]);
     eprintln!("$ {}", line(cargo));
@@ -58,7 +93,9 @@ pub fn build(cargo: &mut Command) -> Result<Vec<TestProgram>> {
     let mut programs = Vec::new();
     for message in text.lines() {
         let message: Value = serde_json::from_str(message).context("cargo's messages")?;
-        programs.extend(program(&message));
+        if let Some(program) = program(&message) {
+            programs.append(&mut program.modules()?);
+        }
     }
     Ok(programs)
 }
@@ -74,6 +111,7 @@ fn program(message: &Value) -> Option<TestProgram> {
     Some(TestProgram {
         name: format!("{package} {}", message["target"]["name"].as_str()?),
         program: message["executable"].as_str()?.into(),
+        tests: Vec::new(),
         folder,
     })
 }
@@ -165,6 +203,22 @@ mod tests {
         message["profile"]["test"] = json!(false);
         assert_eq!(program(&message), None);
         assert_eq!(program(&json!({ "reason": "build-finished" })), None);
+    }
+
+    #[test]
+    fn a_program_runs_once_for_each_module_of_its_tests() {
+        let all = TestProgram {
+            name: "core all".to_owned(),
+            program: "/a/all-1".into(),
+            tests: Vec::new(),
+            folder: "/a/crates/core".into(),
+        };
+        let list = "stop::soft: test\nline::long::of_all: test\nstop::hard: test\n\n3 tests, 0 benchmarks\n";
+        let modules = all.split(list);
+        let names: Vec<_> = modules.iter().map(|module| module.name.as_str()).collect();
+        assert_eq!(names, ["core line", "core stop"]);
+        let command = modules[1].command();
+        assert_eq!(command.get_args().collect::<Vec<_>>(), ["--exact", "stop::soft", "stop::hard"]);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 use std::ffi::OsString;
 use std::io::{BufReader, Read, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -195,7 +196,9 @@ pub struct Scratch(pub std::path::PathBuf);
 impl Scratch {
     pub fn new(name: &str) -> Scratch {
         let dir = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
-        Scratch(dir.join(format!("{}-{name}", std::process::id())))
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        Scratch(dir.join(format!("{}-{count}-{name}", std::process::id())))
     }
 
     pub fn path(&self) -> &str {

@@ -1,5 +1,4 @@
 //! A board that is served, and the way to it: over HTTP, and over its WebSocket.
-#![allow(dead_code, reason = "each test uses what it needs")]
 
 use std::io::{Read, Write};
 use std::net::TcpStream;

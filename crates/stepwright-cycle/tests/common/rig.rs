@@ -1,5 +1,4 @@
 //! A cycle on a timer that the test moves: every edge is written down.
-#![allow(dead_code)] // not all tests that share this file use all of it
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;

@@ -1,8 +1,6 @@
 //! A board of a few cells, and an engine that plays what it is told to: so a test says when time
 //! passes, when a motor has come to rest, and sees each pin.
 
-#![allow(dead_code)] // each test file uses some of it
-
 use std::cell::Cell;
 
 use stepwright::queue::{Consumer, Next, Producer, Queue, Source};

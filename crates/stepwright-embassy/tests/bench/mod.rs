@@ -2,7 +2,7 @@
 //!
 //! Nothing of the board is the library's but the engine: the time, the pins and the count of entries
 //! are made here.
-#![allow(dead_code)] // each test has what it needs
+#![allow(dead_code)] // the driver's tests share it, and each uses its part
 
 use std::cell::{Cell, RefCell};
 use std::future::Future;

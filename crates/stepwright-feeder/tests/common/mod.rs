@@ -1,5 +1,5 @@
 //! A virtual board at the end of a serial line, and jobs for it.
-#![allow(dead_code)] // each test uses its part
+#![allow(dead_code)] // the tests of simulated chips share it, and each uses its part
 
 pub mod guards;
 pub mod instants;

@@ -1,5 +1,4 @@
 //! What a text of G-code comes to, in short words.
-#![allow(dead_code)] // Each test uses some of it.
 
 use stepwright_gcode::{
     Arc, Block, Effect, Error, FeedRate, MoveKind, Options, Parameter, Plane, Probe, Reader,

@@ -1,7 +1,5 @@
 //! A sender with a clock: it says bytes, lets time pass, and reads what is answered.
 
-#![allow(dead_code)] // each test program uses a part
-
 use stepwright_grbl::{Grbl, VirtualMill};
 
 /// Milliseconds from look to look.

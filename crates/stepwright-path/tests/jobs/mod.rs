@@ -2,7 +2,6 @@
 //! 5 mm/s. docs/paths.md has the table.
 
 // Each test program uses a part of it.
-#![allow(dead_code)]
 
 use std::f64::consts::{PI, TAU};
 

@@ -11,7 +11,6 @@
 //! which one pass finds: all that is kept are the largest v' + A·t' and the least v' − A·t'.
 
 // Each test program uses a part of it.
-#![allow(dead_code)]
 
 pub mod jerk;
 

@@ -14,7 +14,6 @@
 //! time may turn faster than that. Chords of a curve turn evenly from the middle of one to the middle of the next.
 
 // Each test program uses a part of it.
-#![allow(dead_code)]
 
 pub mod bands;
 pub mod barrier;

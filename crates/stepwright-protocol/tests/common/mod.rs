@@ -1,5 +1,4 @@
 //! A machine for tests: it writes down what it is told and moves when told to.
-#![allow(dead_code)] // each test uses its part
 
 use std::fmt::Write as _;
 use std::task::Poll;

@@ -1,5 +1,4 @@
 //! A virtual Uno, and what a master says to it.
-#![allow(dead_code)] // not all tests that share this file ask for all of it
 
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 

@@ -21,7 +21,6 @@ pub fn steps_of(edges: &[Edge], axis: u8) -> Vec<(u64, i64)> {
 }
 
 /// Pulse width, direction set-up and hold, as the driver sees them.
-#[allow(dead_code)] // not all tests that share this file ask
 pub fn check_timing(edges: &[Edge], pulse: u64, setup: u64, hold: u64, min: u64) {
     for axis in 0..3 {
         let (mut rise, mut turn, mut high) = (None::<u64>, None::<u64>, false);

@@ -1,7 +1,6 @@
 //! A TMC2209 by its data sheet (revision 1.09): registers and datagrams on one wire, and its pin DIAG.
 //!
 //! It shares nothing with what it judges: numbers of registers and bits are written out here.
-#![allow(dead_code)] // each test has what it needs
 
 use std::cell::RefCell;
 use std::collections::VecDeque;

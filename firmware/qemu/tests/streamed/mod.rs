@@ -1,5 +1,4 @@
 //! What the tests of streamed runs on different chips share: the virtual board that plays the same frames.
-#![allow(dead_code)] // each test uses its part
 
 use stepwright_controller::StreamBoard as Player;
 use stepwright_feeder::FeedTerms;

@@ -1,0 +1,8 @@
+//! All tests of this crate in one program, which is built and linked once.
+
+mod common;
+
+mod line;
+mod main_loop;
+mod store;
+mod supervisor;

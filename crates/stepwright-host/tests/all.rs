@@ -1,0 +1,8 @@
+//! All tests of this crate in one program, which is built and linked once.
+
+mod board;
+mod noise;
+mod pipe;
+mod programs;
+mod rows;
+mod socket;

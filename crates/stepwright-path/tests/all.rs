@@ -1,0 +1,18 @@
+//! All tests of this crate in one program, which is built and linked once.
+
+mod jobs;
+mod judge;
+mod optimal;
+
+mod changes;
+mod cycles;
+mod holds;
+mod judging;
+mod legs;
+mod optimum;
+mod paths;
+mod random_routes;
+mod routes;
+mod smooth_routes;
+mod speed;
+mod unshared;

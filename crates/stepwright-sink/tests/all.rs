@@ -1,0 +1,5 @@
+//! All tests of this crate in one program, which is built and linked once.
+
+mod engine;
+mod groups;
+mod suite;

@@ -19,6 +19,7 @@ mod package;
 mod page;
 pub mod pico;
 mod ports;
+mod processor;
 mod programs;
 mod pyserial;
 pub mod python;
@@ -303,10 +304,16 @@ impl Test {
 /// Runs a step in this process; whether it passed.
 fn here(step: &Step, ws: &Workspace) -> bool {
     println!("\n=== {}: {}", step.name, step.what);
-    let start = Instant::now();
+    let (start, before) = (Instant::now(), processor::time());
     let result = setup::ensure(step.needs).and_then(|()| (step.run)(ws));
+    let (wall, used) = (start.elapsed(), processor::time().saturating_sub(before));
     match &result {
-        Ok(()) => println!("=== {} passed in {:.1} s", step.name, start.elapsed().as_secs_f32()),
+        Ok(()) => println!(
+            "=== {} passed in {:.1} s, {:.1} s of a processor",
+            step.name,
+            wall.as_secs_f32(),
+            used.as_secs_f32()
+        ),
         Err(error) => println!("{error:#}\n=== {} FAILED", step.name),
     }
     result.is_ok()

@@ -57,8 +57,11 @@ impl<'q> Mill<'q> {
                     self.grbl.changed(!late);
                 }
                 let here = feeder.now(micros).max(0.0);
-                self.now = self.now.max(*base + here);
                 let mine = self.grbl.run() == Some(*number);
+                // For a run that waits for the end of this one time stands.
+                if mine || self.grbl.run().is_none() {
+                    self.now = self.now.max(*base + here);
+                }
                 if mine
                     && let Some(brakes) = self.grbl.wants_change()
                     && let Some(cut) = feeder.cut(micros, brakes)
@@ -68,7 +71,7 @@ impl<'q> Mill<'q> {
                 }
                 while feeder.wants() {
                     let late = micros > 30_000 && self.planned < here + 0.45;
-                    match self.grbl.plan(late, here + 0.25).filter(|_| mine) {
+                    match self.grbl.plan(*number, late, here + 0.25) {
                         Some(Coming::Step(step)) => {
                             self.planned = step.time;
                             feeder.step(step.axis, step.time, step.forward);
@@ -101,9 +104,11 @@ impl<'q> Mill<'q> {
 
     /// Until nothing moves, and the board rests.
     fn rest(&mut self) {
-        let mut quiet = 0;
+        let (mut quiet, mut turns) = (0, 0);
         while quiet < 50 {
             self.turn();
+            turns += 1;
+            assert!(turns < 60_000, "it does not come to rest: {}", self.report());
             let moves = self.run.is_some() || self.grbl.run().is_some();
             quiet = if moves { 0 } else { quiet + 1 };
         }
@@ -174,4 +179,36 @@ fn a_jog_and_a_reset_brake_along_the_path() {
     let [x, y, _] = mill.agree();
     assert!((x - 2 * y).abs() <= 3, "{x} {y}");
     assert!(mill.report().starts_with("<Idle|"));
+}
+
+/// A move right behind a stop waits until the board has come to the end of the run before.
+#[test]
+fn a_run_that_waits_for_the_one_before_loses_no_step() {
+    let mut queues = Queues::default();
+    let mut mill = Mill::new(&mut queues);
+    let stops = ["M3 S100", "M5", "G4 P0.01", "G4 P0.1", "M8"];
+    for (n, stop) in stops.iter().enumerate() {
+        mill.say(format!("G1 X5 F3000\n{stop}\nG1 X0.2 Y3\n").as_bytes());
+        mill.rest();
+        assert_eq!(mill.agree(), [16, 240, 0], "{stop}");
+        // A hold and an override of the second run, soon after its beginning.
+        for millis in [40, 120, 250] {
+            mill.say(format!("G1 X{}\n{stop}\nG4 P0.01\nG1 X60\n", n + 1).as_bytes());
+            let over = mill.states.len();
+            let mut turns = 0;
+            while mill.states.len() == over || mill.run.is_none() {
+                mill.turn();
+                turns += 1;
+                assert!(turns < 5_000, "{stop}, {millis} ms: {}", mill.report());
+            }
+            mill.pass(millis);
+            mill.say(b"!\x91");
+            mill.pass(400);
+            mill.say(b"~\x90");
+            mill.rest();
+            assert_eq!(mill.agree(), [4_800, 240, 0], "{stop}, {millis} ms");
+            mill.say(b"G0 X0.2\n");
+            mill.rest();
+        }
+    }
 }

@@ -23,15 +23,17 @@ impl<M: GrblMachine> Grbl<M> {
     }
 
     /// The number of the run that is under way. It began at the session's time of its first
-    /// move, when its own is 0. The session's time stands until the board begins it.
+    /// move, when its own is 0. The session's time stands until the board begins it, also while the
+    /// board comes to the end of the run before.
     pub fn run(&self) -> Option<u64> {
         (!self.motion.is_over()).then_some(self.motion.runs)
     }
 
-    /// What comes next of the run. `None` until more moves come: with `late` it goes on by what is known.
-    /// Where it rests, it may rest until `rest`, in s of the run.
-    pub fn plan(&mut self, late: bool, rest: f64) -> Option<Coming> {
-        self.motion.plan(late, rest)
+    /// What comes next of the run of this number. `None` until more moves come: with `late` it goes on by
+    /// what is known. Where it rests, it may rest until `rest`, in s of the run. `None` as well where
+    /// the run is over: the steps of one that waits are not lost to it.
+    pub fn plan(&mut self, run: u64, late: bool, rest: f64) -> Option<Coming> {
+        if self.run() == Some(run) { self.motion.plan(late, rest) } else { None }
     }
 
     /// Whether the run is to be changed; and if so, whether it brakes from there on.

@@ -131,8 +131,11 @@ impl Fed {
             grbl.changed(!late);
         }
         let here = run.feeder.now(micros).max(0.0);
-        self.now = self.now.max(run.base + here);
         let mine = grbl.run() == Some(run.number);
+        // For a run that waits for the end of this one time stands.
+        if mine || grbl.run().is_none() {
+            self.now = self.now.max(run.base + here);
+        }
         if mine
             && let Some(brakes) = grbl.wants_change()
             && let Some(cut) = run.feeder.cut(micros, brakes)
@@ -144,7 +147,7 @@ impl Fed {
             let fills = run.feeder.state() == FeedState::Filling;
             let breath = now.saturating_sub(run.begun) > BREATH;
             let late = if fills { breath } else { run.planned < here + LATE };
-            match grbl.plan(late, here + REST).filter(|_| mine) {
+            match grbl.plan(run.number, late, here + REST) {
                 Some(Coming::Step(step)) => {
                     run.planned = step.time;
                     run.feeder.step(step.axis, step.time, step.forward);

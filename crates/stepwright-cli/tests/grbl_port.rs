@@ -47,8 +47,12 @@ impl Sender {
     }
 
     fn say(&mut self, text: &str) {
+        self.bytes(text.as_bytes());
+    }
+
+    fn bytes(&mut self, bytes: &[u8]) {
         let input = self.input.as_mut().unwrap();
-        input.write_all(text.as_bytes()).unwrap();
+        input.write_all(bytes).unwrap();
         input.flush().unwrap();
     }
 
@@ -144,6 +148,27 @@ fn a_move_ends_where_the_board_says_it_is() {
     sender.report("<Idle|MPos:10.000,-5.000,0.000");
     let told = sender.end();
     assert!(told.contains("board 800 -400 0, late steps 0"), "{told}");
+}
+
+/// The time of the session stands while a move waits for the board to come to a stop: a hold of that move
+/// keeps the steps that the board keeps.
+#[test]
+fn a_move_behind_a_stop_that_is_held_ends_where_the_board_says_it_is() {
+    let board = PtyBoard::new(&["--program", "stream"]);
+    let mut sender = Sender::new(&board);
+    for stop in ["M3 S100", "M5", "G4 P0.01", "G4 P0.2"] {
+        sender.say("G0 X3\n");
+        sender.report("<Idle|MPos:3.000");
+        sender.say(&format!("G1 X3.5 F3000\n{stop}\nG1 X60\n"));
+        // From 10 mm on.
+        sender.report("<Run|MPos:1");
+        sender.bytes(b"!\x91");
+        sender.report("<Hold:0");
+        sender.bytes(b"~\x90");
+        sender.report("<Idle|MPos:60.000,0.000,0.000");
+    }
+    let told = sender.end();
+    assert!(told.contains("board 4800 0 0, late steps 0"), "{told}");
 }
 
 #[test]

@@ -20,9 +20,7 @@ impl Rs274 {
         let is_job = |name: &&str| name.ends_with(".ngc") && Path::new(name).is_file();
         let jobs: Vec<_> = files.lines().filter(is_job).collect();
         ensure!(!jobs.is_empty(), "linuxcnc-uspace has no .ngc file");
-        let mut test = ws.cargo(["test", "--package", "stepwright-gcode", "--test", "all"]);
-        run(test
-            .args(["--", "rs274::", "--nocapture"])
-            .env("STEPWRIGHT_NGC_FILES", jobs.join("\n")))
+        let mut test = ws.cargo(["test", "--package", "stepwright-gcode", "--test", "rs274"]);
+        run(test.args(["--", "--nocapture"]).env("STEPWRIGHT_NGC_FILES", jobs.join("\n")))
     }
 }

@@ -1,4 +1,4 @@
-//! All tests of this crate in one program, which is built and linked once.
+//! All tests of this crate, but for rs274.rs, in one program, which is built and linked once.
 
 mod common;
 
@@ -8,4 +8,3 @@ mod fuzz;
 mod lines;
 mod modes;
 mod properties;
-mod rs274;

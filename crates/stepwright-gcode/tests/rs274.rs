@@ -5,11 +5,13 @@
 //! takes those of its package. A file that is beyond the dialect is tried again without the words
 //! of other machines, which both then read without.
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::process::{Command, Output};
 use std::{env, fs};
 
-use crate::common::blocks;
+use common::blocks;
 use stepwright_gcode::{Effect, Length, MoveKind, Options, Plane, Reader};
 
 /// A move, its end and its centre in millimetres.

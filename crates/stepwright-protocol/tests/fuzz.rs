@@ -6,9 +6,14 @@
 //! takes about ten seconds in release), `STEPWRIGHT_FUZZ_SEED` the first one:
 //! a failure names its own.
 
-use crate::common::{Bench, Random, text, words};
-use crate::judge::{self, AXES, Entry, should_answer, should_change, should_start};
-use crate::noise;
+mod common;
+#[path = "common/judge.rs"]
+mod judge;
+#[path = "common/noise.rs"]
+mod noise;
+
+use common::{Bench, Random, text, words};
+use judge::{AXES, Entry, should_answer, should_change, should_start};
 use stepwright_protocol::{Refusal, Slave};
 
 /// Plays one case; the lines that were answered, the starts and the changes.

@@ -1,4 +1,4 @@
-//! All tests of this crate in one program, which is built and linked once.
+//! All tests of this crate, but for pico.rs, in one program, which is built and linked once.
 
 #[path = "../../../crates/stepwright-feeder/tests/common/mod.rs"]
 mod feed;
@@ -9,7 +9,6 @@ mod streamed;
 mod conversation;
 mod edges;
 mod examples;
-mod pico;
 mod port_test;
 mod programs;
 mod selftest;

@@ -1,19 +1,23 @@
 //! Streamed runs on a Pico, whose PIO makes the steps, in rp2040js: `firmware/rp2040/test/stream.cjs`. By
 //! `cargo xtask test --only pico`, which tells by `STEPWRIGHT_PICO` where that script is.
 
+#[path = "../../../crates/stepwright-feeder/tests/common/mod.rs"]
+mod feed;
+mod streamed;
+
 use std::env;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-use crate::feed::instants::{Befalls, Guarded, Random, ask, befall, instant, motion};
-use crate::feed::judge::judge;
-use crate::feed::wire::{Heard, Wire};
-use crate::feed::{Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of};
-use crate::streamed::{apart, organic, terms};
+use feed::instants::{Befalls, Guarded, Random, ask, befall, instant, motion};
+use feed::judge::judge;
+use feed::wire::{Heard, Wire};
+use feed::{Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of};
 use stepwright_feeder::{FeedState, FeedTerms};
 use stepwright_rp2040::board::{EMERGENCY, FAULT, STREAM, STREAM_BOARD, SWITCHES};
 use stepwright_sim::{Description, Edge, Pin};
 use stepwright_stream::brake::BrakeLaw;
+use streamed::{apart, organic, terms};
 
 /// When it has woken, in 2⁻⁴ µs.
 const AWAKE: u64 = 20 * MILLIS;

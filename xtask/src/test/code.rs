@@ -58,7 +58,7 @@ pub fn doc(ws: &Workspace) -> Result<()> {
 /// programs; without them, in `unit`, they are brief.
 pub fn fuzz(ws: &Workspace) -> Result<()> {
     run(ws
-        .cargo(["test", "--release", "--package", "stepwright-protocol", "--test", "all", "fuzz::"])
+        .cargo(["test", "--release", "--package", "stepwright-protocol", "--test", "fuzz"])
         .env("STEPWRIGHT_FUZZ_CASES", "500000"))?;
     run(ws
         .cargo(["test", "--release", "--package", "avr-shrink", "--test", "whole"])

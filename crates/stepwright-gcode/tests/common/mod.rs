@@ -1,4 +1,5 @@
 //! What a text of G-code comes to, in short words.
+#![allow(dead_code)] // rs274.rs uses its part
 
 use stepwright_gcode::{
     Arc, Block, Effect, Error, FeedRate, MoveKind, Options, Parameter, Plane, Probe, Reader,

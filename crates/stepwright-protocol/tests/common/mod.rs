@@ -1,4 +1,5 @@
 //! A machine for tests: it writes down what it is told and moves when told to.
+#![allow(dead_code)] // fuzz.rs uses its part
 
 use std::fmt::Write as _;
 use std::task::Poll;

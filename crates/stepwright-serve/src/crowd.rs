@@ -29,6 +29,9 @@ use tower::ServiceExt;
 /// Connections at once, at most: half of the descriptors of a small system.
 const CONNECTIONS: usize = 64;
 
+/// Those that came last: what they ask may not have been read yet.
+const NEWEST: usize = 16;
+
 /// The headers of a request, its body, and the pause before the next request take this long
 /// at most, each.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
@@ -87,12 +90,14 @@ impl Crowd {
         place
     }
 
-    /// Closes the oldest connection of the lowest standing.
+    /// Closes the oldest connection of the lowest standing. The newest are taken to ask.
     fn make_room(&mut self) {
-        let standing = |place: &Weak<Place>| {
-            place.upgrade().map(|place| place.standing.load(Ordering::Relaxed))
+        let heard = self.0.len().saturating_sub(NEWEST);
+        let standing = |at: usize| {
+            let standing = self.0[at].upgrade()?.standing.load(Ordering::Relaxed);
+            Some(if at < heard { standing } else { standing.max(Standing::Asking as u8) })
         };
-        let lowest = (0..self.0.len()).min_by_key(|&at| standing(&self.0[at]));
+        let lowest = (0..self.0.len()).min_by_key(|&at| standing(at));
         if let Some(place) = lowest.and_then(|at| self.0.remove(at).upgrade()) {
             place.leave.notify_one();
         }
@@ -148,6 +153,27 @@ mod tests {
         let mut wanted = std::pin::pin!(place.wanted());
         let mut context = std::task::Context::from_waker(std::task::Waker::noop());
         wanted.as_mut().poll(&mut context).is_ready()
+    }
+
+    /// It has had no time to say that it is a stop.
+    #[test]
+    fn who_came_last_is_spared_though_all_others_ask() {
+        let mut crowd = Crowd::default();
+        let others: Vec<_> = (1..CONNECTIONS).map(|_| crowd.enter()).collect();
+        others.iter().for_each(|place| place.stand(Standing::Asking));
+        let stop = crowd.enter();
+        // No descriptors, more connections.
+        crowd.make_room();
+        let more: Vec<_> = (1..NEWEST).map(|_| crowd.enter()).collect();
+        assert!(!is_wanted(&stop));
+        assert!(is_wanted(&others[0]));
+        drop(more);
+        // But not before the one who controls.
+        let mut few = Crowd::default();
+        let places = [few.enter(), few.enter()];
+        places[0].stand(Standing::Controlling);
+        few.make_room();
+        assert!(is_wanted(&places[1]) && !is_wanted(&places[0]));
     }
 
     #[test]

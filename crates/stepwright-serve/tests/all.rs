@@ -1,4 +1,0 @@
-//! All tests of this crate in one program, which is built and linked once.
-
-mod live;
-mod seats;

@@ -12,7 +12,8 @@ pub fn read(path: &Path, most: usize) -> Result<String, Failure> {
     read_from(file, path, most)
 }
 
-/// Reads what comes, at most `most` bytes, and no more of what never ends.
+/// Reads what comes, at most `most` bytes, and no more of what never ends. A byte order mark before
+/// the text is left out.
 pub fn read_from(from: impl Read, path: &Path, most: usize) -> Result<String, Failure> {
     let mut bytes = Vec::new();
     let limit = most as u64 + 1;
@@ -22,6 +23,9 @@ pub fn read_from(from: impl Read, path: &Path, most: usize) -> Result<String, Fa
     if bytes.len() > most {
         let what = format!("can't read {}: it has more than {most} bytes", path.display());
         return Err(Failure::new(what).hint("is it the file that you mean?"));
+    }
+    if bytes.starts_with("\u{feff}".as_bytes()) {
+        bytes.drain(..'\u{feff}'.len_utf8());
     }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

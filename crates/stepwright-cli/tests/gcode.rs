@@ -48,6 +48,16 @@ fn programs_read_json_from_standard_input() {
 }
 
 #[test]
+fn a_byte_order_mark_before_a_job_is_passed_over() {
+    assert_eq!(piped("\u{feff}G0 X1\n", "json").stdout, piped("G0 X1\n", "json").stdout);
+    let ended = piped("G0 X1\n\u{feff}G0 X2\n", "table");
+    assert_eq!(ended.code(), Some(1));
+    ended.assert_error(
+        "-: line 2, column 1: error 1: a byte order mark (U+FEFF) stands here: it is ",
+    );
+}
+
+#[test]
 fn an_error_has_its_number_and_its_place() {
     let ended = piped("G0 X1\nG1 X5 F-1\n", "table");
     assert_eq!(ended.code(), Some(1));

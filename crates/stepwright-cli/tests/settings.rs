@@ -91,6 +91,13 @@ fn a_file_takes_settings_from_board_to_board() {
     assert_eq!(numbers(&saved), numbers(&std::fs::read_to_string(&file.0).unwrap()));
 }
 
+#[test]
+fn a_byte_order_mark_before_a_file_is_passed_over() {
+    let (board, file) = (Board::start(), Scratch::new("marked.toml"));
+    std::fs::write(&file.0, "\u{feff}hold-us = 7\n").unwrap();
+    board.settings(&["load", file.path()]).assert(0, "1 of 1 settings changed");
+}
+
 /// The old file is whole until the new one is, which takes its name: who holds the old
 /// one, here by a second name, finds it unchanged.
 #[test]

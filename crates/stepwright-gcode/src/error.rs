@@ -19,7 +19,8 @@ use core::fmt;
 pub struct Error {
     /// The line, from 1; CR, LF and CR LF each end one.
     pub line: u32,
-    /// The byte of the line at which the word or the character that is wrong begins, from 1.
+    /// The byte of the line at which the word or the character that is wrong begins, from 1. A byte
+    /// order mark before the first line is not counted.
     pub column: u16,
     /// What is wrong.
     pub fault: Fault,
@@ -41,6 +42,8 @@ impl fmt::Display for Error {
 pub enum Fault {
     /// 1: no letter where a word begins.
     Letter,
+    /// 1: a byte order mark that does not begin the input.
+    Mark,
     /// 2: no number after a letter.
     Number,
     /// 2: a number of 10,000,000 or more; a length beyond 1,000,000 mm.
@@ -106,7 +109,7 @@ impl Fault {
     pub const fn number(self) -> u8 {
         use Fault::*;
         match self {
-            Letter => 1,
+            Letter | Mark => 1,
             Number | TooLarge => 2,
             System => 3,
             Negative(_) => 4,
@@ -139,6 +142,10 @@ impl fmt::Display for Fault {
         use Fault::*;
         f.write_str(match self {
             Letter => "no word begins here: a word is a letter and a number, as in G1 or X-2.5",
+            Mark => {
+                "a byte order mark (U+FEFF) stands here: it is allowed at the start of a file \
+                     alone; remove it"
+            }
             Number => {
                 "a number is missing: write digits, before them a sign and among them a point \
                        if need be, as in -2.5"

@@ -16,7 +16,12 @@ pub(crate) struct Lexer {
     word: Option<(u8, u16, Scanner)>,
     words: Words,
     fault: Option<Refused>,
+    /// How many bytes of a [`MARK`] came last.
+    mark: u8,
 }
+
+/// The byte order mark of UTF-8.
+const MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
 
 /// What is not read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,9 +40,18 @@ impl Lexer {
         self.column == 0
     }
 
+    /// Whether a byte order mark has come, and nothing else.
+    pub fn is_mark(&self) -> bool {
+        self.column == 3 && self.mark == 3
+    }
+
     /// One more byte, which ends no line.
     pub fn push(&mut self, byte: u8, options: Options) {
         self.column = self.column.saturating_add(1);
+        self.mark = match MARK.get(usize::from(self.mark)) {
+            Some(&next) if next == byte => self.mark + 1,
+            _ => u8::from(byte == MARK[0]),
+        };
         match (self.skip, byte) {
             (Skip::Comment, b')') => self.skip = Skip::Nothing,
             (Skip::Comment | Skip::Rest, _) | (_, 0..=b' ') => {}
@@ -65,6 +79,10 @@ impl Lexer {
                 };
                 self.fault = read.err();
             }
+        }
+        let first = self.column.saturating_sub(2);
+        if self.mark == 3 && self.fault == Some((Fault::Letter, first)) {
+            self.fault = Some((Fault::Mark, first));
         }
     }
 

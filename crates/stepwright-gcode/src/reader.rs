@@ -34,6 +34,8 @@ pub struct Reader {
     /// Lines that have ended.
     lines: u32,
     after_cr: bool,
+    /// A byte order mark began the input.
+    marked: bool,
 }
 
 impl Reader {
@@ -51,6 +53,9 @@ impl Reader {
             b'\r' | b'\n' => Some(self.end_line()),
             _ => {
                 self.lexer.push(byte, self.options);
+                if self.lines == 0 && !self.marked && self.lexer.is_mark() {
+                    (self.lexer, self.marked) = (Lexer::default(), true);
+                }
                 None
             }
         }

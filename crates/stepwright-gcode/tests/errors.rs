@@ -11,7 +11,8 @@ fn words_that_are_none() {
         ("G0 X1 \u{e9}", "error 1 at 1:7"),
         ("G0 X1?", "error 1 at 1:6"),
         ("G0 X1*23", "error 1 at 1:6"),
-        ("\u{feff}G0 X1", "error 1 at 1:1"),
+        ("G0 X1\u{feff}", "error 1 at 1:6"),
+        (" \u{feff}G0 X1", "error 1 at 1:2"),
         ("X1.2.3", "error 1 at 1:5"),
         ("X1-2", "error 1 at 1:3"),
         ("\n\nG0 X", "error 2 at 3:4"),
@@ -178,6 +179,10 @@ fn an_error_says_what_is_wrong_and_what_to_do() {
         ),
         ("X1 P2", "line 1, column 4: error 36: no code of this block uses P: remove it"),
         ("G4", "line 1, column 1: error 28: a word that is needed is missing: add P"),
+        (
+            "G0\u{feff}X1",
+            "line 1, column 3: error 1: a byte order mark (U+FEFF) stands here: it is allowed at the start of a file alone; remove it",
+        ),
         (
             "E1",
             "line 1, column 1: error 20: there is no word E: the letters are F, G, I to N, P, R to T and X to Z",

@@ -35,6 +35,23 @@ fn comments_are_passed_over() {
 }
 
 #[test]
+fn a_byte_order_mark_may_begin_the_input() {
+    table(&[
+        ("\u{feff}G0 X1", "rapid X1 Y0 Z0"),
+        ("\u{feff}%\nX1", "rapid X1 Y0 Z0"),
+        ("\u{feff}", ""),
+        ("\u{feff}\nX1", "rapid X1 Y0 Z0"),
+        // The line is what stands behind it.
+        ("\u{feff}G0 Q1", "error 20 at 1:4"),
+        ("\u{feff}\u{feff}G0 X1", "error 1 at 1:1"),
+        ("\n\u{feff}G0 X1", "error 1 at 2:1"),
+        // Another character that begins with the same byte.
+        ("\u{fefe}G0 X1", "error 1 at 1:1"),
+    ]);
+    assert!(blocks(&mut Reader::default(), b"\xEF\xBB")[0].is_err());
+}
+
+#[test]
 fn a_line_with_a_slash_is_skipped_if_asked() {
     let text = "/G0 X1\n / (a comment) X2\nX3";
     assert_eq!(read(text), "rapid X1 Y0 Z0\nrapid X2 Y0 Z0\nrapid X3 Y0 Z0");

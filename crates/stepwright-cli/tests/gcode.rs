@@ -80,6 +80,17 @@ fn a_file_that_is_not_there_is_named() {
     ended.assert_error("can't read /: ");
 }
 
+#[test]
+fn a_line_that_never_ends_is_refused() {
+    for args in [&["--plan"][..], &["--fast"]] {
+        let ended = stepwright(&[&["gcode", "/dev/zero"], args].concat());
+        assert_eq!(ended.code(), Some(1));
+        ended.assert_error(
+            "/dev/zero: line 1, column 65535: error 11: the line is too long: at most 65535 ",
+        );
+    }
+}
+
 /// Standard error without the words about plots and recordings.
 fn json(ended: &common::Ended) -> serde_json::Value {
     assert_eq!(ended.code(), Some(0), "{ended:#?}");

@@ -54,6 +54,8 @@ pub enum Fault {
     Negative(char),
     /// 11: more bytes than the limit, which stands here.
     LineLength(u16),
+    /// 11: more bytes with blanks and comments than the limit, which stands here.
+    Endless(u16),
     /// 20: a letter that is not in the dialect.
     Word(char),
     /// 20: a G code that is not in the dialect, or an L of G10.
@@ -113,7 +115,7 @@ impl Fault {
             Number | TooLarge => 2,
             System => 3,
             Negative(_) => 4,
-            LineLength(_) => 11,
+            LineLength(_) | Endless(_) => 11,
             Word(_) | GCode | MCode => 20,
             Group => 21,
             NoFeed => 22,
@@ -161,6 +163,13 @@ impl fmt::Display for Fault {
                     f,
                     "the line is too long: at most {limit} characters are allowed, without blanks \
                      and comments; write it as several"
+                );
+            }
+            Endless(limit) => {
+                return write!(
+                    f,
+                    "the line is too long: at most {limit} characters are allowed, with blanks and \
+                     comments; is it a file of G-code?"
                 );
             }
             Word(letter) => {

@@ -20,6 +20,9 @@ pub(crate) struct Lexer {
     mark: u8,
 }
 
+/// The most bytes of a line with its blanks and comments: no column is further.
+const LONGEST: u16 = u16::MAX;
+
 /// The byte order mark of UTF-8.
 const MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
 
@@ -38,6 +41,11 @@ impl Lexer {
     /// Whether no byte has come.
     pub fn is_empty(&self) -> bool {
         self.column == 0
+    }
+
+    /// Whether another byte would be too many.
+    pub fn is_full(&self) -> bool {
+        self.column == LONGEST
     }
 
     /// Whether a byte order mark has come, and nothing else.
@@ -104,6 +112,11 @@ impl Lexer {
         let Some((letter, column, number)) = self.word.take() else { return Ok(()) };
         let value = number.finish().map_err(|fault| (fault, column))?;
         self.words.add(letter, value, column)
+    }
+
+    /// What is wrong with a line that goes on behind [`LONGEST`] bytes.
+    pub fn too_long(&self) -> Refused {
+        self.fault.unwrap_or((Fault::Endless(LONGEST), self.column))
     }
 
     /// The words, at the end of the line.

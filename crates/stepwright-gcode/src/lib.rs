@@ -46,6 +46,7 @@
 //!   in parentheses or go from `;` to the end of the line.
 //! - A line that begins with `%` says nothing. A line that begins with `/` is read, unless
 //!   [`Options`] ask to skip it.
+//! - A line has at most 80 bytes without blanks and comments ([`Options::line_limit`]), and 65,535 in all.
 //! - A byte order mark at the start of the input says nothing.
 //! - A block is refused as a whole, with grbl's error number ([`Fault`]).
 //! - M2 and M30 end a program: spindle and coolant go off, and G1, G17, G54, G90 and G94 hold. Units,

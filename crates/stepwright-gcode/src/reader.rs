@@ -2,6 +2,7 @@
 
 use crate::lexer::Lexer;
 use crate::state::State;
+use crate::words::{Refused, Words};
 use crate::{Block, Error, Modal, Parameter, Point};
 
 /// What a reader may be told of its input.
@@ -36,6 +37,8 @@ pub struct Reader {
     after_cr: bool,
     /// A byte order mark began the input.
     marked: bool,
+    /// The line is too long, which has been said.
+    cut: bool,
 }
 
 impl Reader {
@@ -46,11 +49,23 @@ impl Reader {
 
     /// Takes a byte. At the end of a line, of an empty one too, the line's block or its error
     /// comes out. CR, LF and CR LF each end a line.
+    ///
+    /// Of a line of more than 65,535 bytes the error comes out before its end, and nothing at its end.
     pub fn push(&mut self, byte: u8) -> Option<Result<Block, Error>> {
         let after_cr = core::mem::replace(&mut self.after_cr, byte == b'\r');
         match byte {
             b'\n' if after_cr => None,
+            b'\r' | b'\n' if self.cut => {
+                self.cut = false;
+                None
+            }
             b'\r' | b'\n' => Some(self.end_line()),
+            _ if self.cut => None,
+            _ if self.lexer.is_full() => {
+                self.cut = true;
+                let refused = core::mem::take(&mut self.lexer).too_long();
+                Some(self.end_with(Err(refused)))
+            }
             _ => {
                 self.lexer.push(byte, self.options);
                 if self.lines == 0 && !self.marked && self.lexer.is_mark() {
@@ -67,10 +82,14 @@ impl Reader {
     }
 
     fn end_line(&mut self) -> Result<Block, Error> {
+        let words = core::mem::take(&mut self.lexer).finish();
+        self.end_with(words)
+    }
+
+    fn end_with(&mut self, words: Result<Words, Refused>) -> Result<Block, Error> {
         self.lines = self.lines.saturating_add(1);
         let line = self.lines;
         let mut state = self.state;
-        let words = core::mem::take(&mut self.lexer).finish();
         match words.and_then(|words| state.execute(words)) {
             Ok(block) => {
                 self.state = state;

@@ -78,6 +78,28 @@ fn a_line_has_a_length() {
 }
 
 #[test]
+fn a_line_that_goes_on_is_refused_before_it_ends() {
+    let longest = format!("G0 X1 ;{}", "-".repeat(65_535 - 7));
+    assert_eq!(read(&longest), "rapid X1 Y0 Z0");
+    for longer in
+        [format!("{longest}-"), " ".repeat(65_536), "\0".repeat(65_536), "(".repeat(65_536)]
+    {
+        let mut reader = Reader::default();
+        let mut early = blocks(&mut reader, longer.as_bytes()).into_iter();
+        let error = early.next().unwrap().unwrap_err();
+        assert_eq!((error.fault.number(), error.line, error.column), (11, 1, u16::MAX));
+        assert!(early.next().is_none());
+        // It is one line, however long.
+        let rest = blocks(&mut reader, b"G0 X1 ( and so on\r\nG0 X2");
+        let moves: Vec<_> = rest.into_iter().map(|block| block.unwrap()).collect();
+        assert_eq!((moves.len(), moves[0].line), (1, 2));
+        assert_eq!(reader.position().to_string(), "X2 Y0 Z0");
+    }
+    // What is wrong before is said first, and once.
+    assert_eq!(read(&format!("?{}\nX1", " ".repeat(99_999))), "error 1 at 1:1\nrapid X1 Y0 Z0");
+}
+
+#[test]
 fn every_line_end_ends_one_line() {
     let text = b"G0 X1\rX2\nX3\r\n\n\rQ";
     let blocks = blocks(&mut Reader::default(), text);

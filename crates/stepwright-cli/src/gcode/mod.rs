@@ -146,8 +146,11 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         let sheet = plan.sheet(format!("G-code job {name}"), BOARD);
         return unless_closed(sheet.write(&mut out, args.format).and_then(|()| out.flush()));
     }
-    let job = read(&args.file, |bytes| Ok(bytes.collect::<Vec<u8>>()))?;
-    let plan = plan(&mut job.iter().copied(), axes, laser, &name)?;
+    // Planned while it is read: what is no job ends the reading.
+    let mut job = Vec::new();
+    let plan = read(&args.file, |bytes| {
+        plan(&mut bytes.inspect(|byte| job.push(*byte)), axes, laser, &name)
+    })?;
     if let Some(refused) = plan.refused {
         return Err(refusal(&name, &refused)
             .hint("a lower --top-speed of this axis, or fewer steps a turn"));

@@ -47,6 +47,19 @@ fn programs_read_json_from_standard_input() {
     assert_eq!(found["rows"][1]["cut_from"], -50.8);
 }
 
+/// A place on a circle is a sine, and where that should be 0 it is 3e-16.
+#[test]
+fn places_of_corners_have_no_noise() {
+    let ended = piped("G0 X5\nG1 F6000\nG3 X-5 I-5\nX5 I5\nG1 Y5\nG2 X0 Y0 J-5\nG1 X-3 Y7", "json");
+    let found = json(&ended);
+    let rows = found["corners"]["rows"].as_array().unwrap();
+    assert!(rows.len() > 1, "{found}");
+    for place in rows.iter().flat_map(|row| ["x", "y", "z"].map(|axis| &row[axis])) {
+        let text = place.to_string();
+        assert!(["-3.0", "0.0", "5.0", "7.0"].contains(&text.as_str()), "{text}");
+    }
+}
+
 #[test]
 fn a_byte_order_mark_before_a_job_is_passed_over() {
     assert_eq!(piped("\u{feff}G0 X1\n", "json").stdout, piped("G0 X1\n", "json").stdout);

@@ -10,6 +10,7 @@ use std::io::{self, Write};
 use serde_json::{Value, json};
 
 use crate::tidy;
+use crate::tidy::unsigned_zero;
 
 /// How a sheet is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -100,7 +101,7 @@ impl Cell {
 
     fn csv(&self) -> String {
         match self {
-            Cell::Real(value, _) => value.to_string(),
+            Cell::Real(value, _) => unsigned_zero(*value).to_string(),
             Cell::Text(text) => quoted(text).into_owned(),
             cell => cell.shown(),
         }

@@ -5,7 +5,7 @@ use serde_json::{Number, Value};
 /// Digits that a measurement or a calculation is good for.
 const DIGITS: usize = 12;
 
-/// The same value, its fractions to 12 digits: 0.3, not 0.30000000000000004.
+/// The same value, its fractions to 12 digits: 0.3, not 0.30000000000000004; and no -0.
 pub fn tidy(value: Value) -> Value {
     match value {
         Value::Number(number) => Value::Number(rounded(&number).unwrap_or(number)),
@@ -15,10 +15,16 @@ pub fn tidy(value: Value) -> Value {
     }
 }
 
+/// The same value, but 0 of -0.
+pub fn unsigned_zero(value: f64) -> f64 {
+    value + 0.0
+}
+
 fn rounded(number: &Number) -> Option<Number> {
     let value = number.as_f64().filter(|_| number.is_f64())?;
     let digits = DIGITS - 1;
-    Number::from_f64(format!("{value:.digits$e}").parse().ok()?)
+    let value: f64 = format!("{value:.digits$e}").parse().ok()?;
+    Number::from_f64(unsigned_zero(value))
 }
 
 #[cfg(test)]
@@ -28,8 +34,10 @@ mod tests {
 
     #[test]
     fn fractions_have_no_noise_and_whole_numbers_all_their_digits() {
-        let noisy = json!({ "a": 0.1 + 0.2, "b": [1e-9 / 3.0, u64::MAX, "0.30000000000000004"] });
-        let clean = json!({ "a": 0.3, "b": [3.33333333333e-10, u64::MAX, "0.30000000000000004"] });
-        assert_eq!(tidy(noisy), clean);
+        let noisy =
+            json!({ "a": 0.1 + 0.2, "b": [-0.0, 1e-9 / 3.0, u64::MAX, "0.30000000000000004"] });
+        let clean =
+            json!({ "a": 0.3, "b": [0.0, 3.33333333333e-10, u64::MAX, "0.30000000000000004"] });
+        assert_eq!(tidy(noisy).to_string(), clean.to_string());
     }
 }

@@ -18,6 +18,7 @@ use stepwright_path::{AxisPace, LaserMove, Stretch, Unplannable};
 
 use super::{GcodeJob, JobError, JobSurvey};
 use crate::sheet::{Cell, Sheet};
+use crate::tidy::unsigned_zero;
 
 /// How many corners are kept.
 const CORNERS: usize = 10;
@@ -33,7 +34,7 @@ const STRIDE: u32 = 10_000;
 pub struct Corner {
     /// The line of the move that ends there.
     pub line: u32,
-    /// Where, in mm.
+    /// Where, in mm; to a millionth.
     pub place: [f64; 3],
     /// The speed there in mm/s; 0 where it rests.
     pub speed: f64,
@@ -102,6 +103,14 @@ pub struct JobPlan {
 /// By what it costs; the order of equal ones is that of their lines.
 #[derive(Debug)]
 struct Ranked(Corner);
+
+impl Ranked {
+    /// The corner, its place without the noise of a sine.
+    fn corner(self) -> Corner {
+        let place = self.0.place.map(|at| unsigned_zero((at * 1e6).round() / 1e6));
+        Corner { place, ..self.0 }
+    }
+}
 
 impl Ord for Ranked {
     fn cmp(&self, other: &Ranked) -> std::cmp::Ordering {
@@ -249,7 +258,7 @@ impl JobPlan {
         plan.time = job.time();
         plan.refused = plan.refused_by(board);
         plan.survey = job.survey().clone();
-        plan.corners = corners.kept.into_sorted_vec().into_iter().map(|ranked| ranked.0).collect();
+        plan.corners = corners.kept.into_sorted_vec().into_iter().map(Ranked::corner).collect();
         Ok(plan)
     }
 

@@ -193,6 +193,11 @@ impl<const N: usize> Cell<N> {
         self.least(|room| room.accel - room.curb() * w).max(0.0)
     }
 
+    /// The acceleration that is there at this w if that of turning is square to it, as on a circle.
+    pub fn tangent(&self, w: f64) -> f64 {
+        self.least(|room| (room.accel.powi(2) - (room.curb() * w).powi(2)).max(0.0).sqrt())
+    }
+
     fn least(&self, of: impl Fn(&Room) -> f64) -> f64 {
         self.room.iter().map(of).fold(f64::INFINITY, f64::min)
     }
@@ -285,6 +290,9 @@ mod tests {
         assert!((cell.slope(1_000.0) - 500.0 / 0.6).abs() < 1e-9);
         let w = cell.rise(1_000.0);
         assert!((w - 1_000.0 - 2.0 * 0.1 * cell.slope(w)).abs() < 1e-9);
+        // As on a circle: 600² − 100² = 591.6².
+        assert!((cell.tangent(1_000.0) - 350_000f64.sqrt() / 0.6).abs() < 1e-9);
+        assert_eq!(cell.tangent(7_000.0), 0.0);
         // To brake by there is all of it, and both ends agree on how much it can fall.
         assert!((cell.brake(w) - 1_000.0).abs() < 1e-9);
         let back = cell.back(1_000.0);

@@ -296,8 +296,8 @@ mod tests {
     fn a_hold_finds_a_stop() {
         for (jerk, latest, mean, longest) in [
             (3_000.0, 0.18, 0.01, 0.6),
-            (10_000.0, 0.11, 0.006, 0.55),
-            (50_000.0, 0.06, 0.0045, 0.2),
+            (10_000.0, 0.11, 0.006, 0.37),
+            (50_000.0, 0.06, 0.003, 0.115),
         ] {
             let mut planned = route(jerk);
             let mut all = planned.clone();

@@ -388,14 +388,15 @@ impl<const N: usize> Ground<'_, N> {
         Stop::TooFast
     }
 
-    /// What turning leaves to a stop, at the speeds of another one.
+    /// What turning leaves to a stop, at the speeds of another one: as on a circle, for a stop is
+    /// tried with the law.
     fn slowing(&self, from: Moment, pieces: &[Piece]) -> Limits {
         let end = pieces.last().map_or(from.s, |piece| piece.to.s);
         let cells = self.cells.iter().take_while(|cell| cell.begin <= end).count().max(1);
         let all = self.limits(0, cells);
         let slope = |cell: &Cell<N>| {
             let v = if cell.begin > from.s { speed(pieces, cell.begin) } else { from.v };
-            cell.slope(v * v)
+            cell.tangent(v * v)
         };
         let each = self.cells.iter().take(cells).map(slope);
         Limits { accel: each.fold(all.accel, f64::min), ..all }

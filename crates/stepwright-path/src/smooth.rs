@@ -348,7 +348,11 @@ impl<const N: usize> Route<N> {
                 Stop::TooFast => {}
                 Stop::Beyond if part < 1.0 => break,
                 Stop::Beyond => {
-                    // At the end of the plan it stands anyway.
+                    // Where the plan does nothing but brake, it stands at its end anyway.
+                    let mut ahead = smooth.course.iter().filter(|piece| piece.to.t > piece.from.t);
+                    if !ahead.all(|piece| piece.to.v < piece.from.v) {
+                        break;
+                    }
                     let end = smooth.course.back()?.to.s;
                     let beyond = |cell: &Cell<N>| cell.end > end + cell.shape.length() * SLIVER;
                     let last = self.cells.iter().position(beyond);

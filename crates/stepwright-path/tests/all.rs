@@ -16,3 +16,4 @@ mod routes;
 mod smooth_routes;
 mod speed;
 mod unshared;
+mod waits;

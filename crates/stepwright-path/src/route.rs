@@ -69,7 +69,7 @@ pub(crate) struct Loose<const N: usize> {
     begin: Joint<N>,
 }
 
-/// A path of lines and arcs, passed at speed.
+/// A path of lines and arcs, passed at speed, of one axis or any number of them; an arc takes two.
 ///
 /// Each axis keeps the law of speed: |v(t) − v(t')| ≤ `jump` + `accel`·|t − t'| for every two
 /// times, so also over chords of a curve and over corners divided into tiny ones. With limited jerk

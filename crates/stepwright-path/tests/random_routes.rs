@@ -90,7 +90,7 @@ impl<const N: usize> Made<N> {
                 (way[0], way[N - 1]) = (chord * angle.cos(), chord * angle.sin());
                 self.line(way, feed);
             }
-        } else if kind < 0.8 {
+        } else if kind < 0.8 && N > 1 {
             let radius = 0.3 + 10.0 * self.roll();
             let (phase, sweep) = (TAU * self.roll(), 3.0 * PI * (2.0 * self.roll() - 1.0));
             let end = self.route.end();
@@ -196,4 +196,13 @@ fn random_routes_keep_the_law_and_end_where_they_should() {
 #[test]
 fn random_routes_keep_the_law_of_jerk() {
     try_all("STEPWRIGHT_SMOOTH_ROUTES", 200, true);
+}
+
+/// An arc takes two axes; lines, corners and chords one, or many.
+#[test]
+fn a_route_has_any_number_of_axes() {
+    for seed in 0..500 {
+        try_one::<1>(seed, seed % 20 == 0);
+        try_one::<9>(seed, seed % 50 == 0);
+    }
 }

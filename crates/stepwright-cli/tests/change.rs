@@ -142,8 +142,27 @@ fn speeds_in_thousandths_of_a_step_per_second() {
     for pair in rises.windows(2) {
         assert!((pair[1] - pair[0] - 2_500_000_000_000).abs() < 10_000, "{rises:?}");
     }
-    common::stepwright(&["move", "3", "--top-speed", "0.003", "--fast"])
-        .assert_error("slower than the board can wait");
+    // A plan of what is refused would be none.
+    for (order, says) in [
+        (
+            &["move", "3", "--top-speed", "0.003"][..],
+            "5 min 33 s between two steps at 0.003 steps/s",
+        ),
+        (&["run", "0.001", "--for", "1s"], "16 min 40 s between two steps at 0.001 steps/s"),
+        (
+            &["move", "9", "--start-speed", "0", "--top-speed", "0.005"],
+            "16 min 40 s for the first step and the last from rest, and one at 0.005 steps/s",
+        ),
+        // The slower of two axes.
+        (
+            &["line", "4", "-2", "--start-speed", "2", "--accel", "9", "--top-speed", "0.006"],
+            "8 min 20 s between two steps at 0.002 steps/s",
+        ),
+    ] {
+        let ended = common::stepwright(&[order, &["--fast"]].concat());
+        assert_eq!((ended.code(), ended.stdout.as_str()), (Some(1), ""), "{ended:?}");
+        ended.assert_error(&format!("slower than the board can wait: {says}"));
+    }
 
     let mut board = Running::start(&["board", "--pty"]);
     let port = board.wait_out("").strip_prefix("pty ").unwrap().to_owned();

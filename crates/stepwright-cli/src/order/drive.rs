@@ -2,7 +2,7 @@
 
 use stepwright_host::motion::{Adrift, NotBegun, RestPlace, Sight};
 use stepwright_host::{LinkError, Session};
-use stepwright_protocol::AxisId;
+use stepwright_protocol::{AxisId, Order, Refusal};
 
 use super::refused;
 use crate::failure::Failure;
@@ -51,6 +51,19 @@ fn lost(session: &Session, what: &str, todo: &str) -> Failure {
     let look = format!("{todo}; then `stepwright status --port {name}`");
     let failure = Failure::new(format!("{name}: {what}")).hint(look);
     if interrupt::asked() { failure.status(interrupt::STATUS) } else { failure }
+}
+
+/// Whether a plan is worth showing. One that is refused as too slow says its numbers itself.
+pub fn has_plan(start: &Result<(), NotBegun>) -> bool {
+    !matches!(start, Err(NotBegun::Refused(_, Some(Refusal::TooSlow))))
+}
+
+/// The failure of the start of this order.
+pub fn order_not_begun(session: &mut Session, not: NotBegun, order: &Order) -> Failure {
+    match not {
+        NotBegun::Refused(_, Some(Refusal::TooSlow)) => refused::as_slow(&session.name(), order),
+        not => not_begun(session, not),
+    }
 }
 
 /// The failure of a start.

@@ -7,7 +7,7 @@ use stepwright_protocol::{AxisId, Command, Distance, Order, Script, Selection, T
 
 use super::able;
 use super::drive;
-use super::motion::{MOTION, Motion, listed, seconds};
+use super::motion::{MOTION, Motion, listed, longest_wait, seconds};
 use super::target::{self, Format, MotionArgs};
 use super::travel::{Way, start_position};
 use crate::failure::Failure;
@@ -135,7 +135,9 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
     able::to_bend(session, &motion.order)?;
     let lines: Vec<Command> = Script::new(orders)?.collect();
     let apart = apart(orders);
-    if args.order.format == Format::Text {
+    let begun = session.now();
+    let start = session.begin_together(&lines);
+    if args.order.format == Format::Text && drive::has_plan(&start) {
         let steps = numbers(line.steps());
         let mixed = ways.iter().any(|way| way.given().converted());
         say::result(format_args!("line of {steps} steps on {}", session.link().name()));
@@ -145,17 +147,21 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
-    if apart > 0.000_5 {
+    if apart > 0.000_5 && drive::has_plan(&start) {
         say::note(format_args!("the axes end up to {} apart", seconds(apart)));
     }
-    let begun = session.now();
-    if let Err(not) = session.begin_together(&lines) {
+    if let Err(not) = start {
         return Err(match not {
             // What may have begun by then is killed as well.
             NotBegun::Trouble { trouble: LinkError::Killed, .. } => {
                 lost(session, &LinkError::Killed)
             }
-            not => drive::not_begun(session, not),
+            not => {
+                let wait = |(_, order): &&(_, Order)| longest_wait(order);
+                let slow = orders.iter().max_by(|a, b| wait(a).total_cmp(&wait(b)));
+                let slow = slow.map_or(&motion.order, |(_, order)| order);
+                drive::order_not_begun(session, not, slow)
+            }
         });
     }
     let watched = watch(session, axes);

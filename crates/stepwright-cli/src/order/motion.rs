@@ -268,6 +268,21 @@ impl Motion {
     }
 }
 
+/// Seconds that a board waits at most in this order: between two steps, or from rest in the first
+/// step, the last and one at the top speed, which it holds together.
+pub fn longest_wait(order: &Order) -> f64 {
+    let speed = |v: Speed| f64::from(v.millisteps()) / 1000.0;
+    let top = speed(order.top);
+    if order.start != Speed::ZERO {
+        return 1.0 / top.min(speed(order.start));
+    }
+    let from_rest = |ramp| match ramp {
+        Ramp::Steps(steps) => 2.0 * f64::from(steps.get()).sqrt() / top,
+        Ramp::Accel(accel) => (2000.0 / accel.millisteps() as f64).sqrt(),
+    };
+    from_rest(order.up) + from_rest(order.down) + 1.0 / top
+}
+
 fn sent_as(held: &impl Display, rounded: bool, sent: impl Display) -> String {
     if rounded { format!("{held}, sent as {sent}") } else { held.to_string() }
 }

@@ -3,8 +3,10 @@
 
 use std::fmt::Display;
 
-use stepwright_protocol::{Refusal, Setting, Stop};
+use stepwright::Speed;
+use stepwright_protocol::{Order, Refusal, Setting, Stop};
 
+use super::motion::{longest_wait, seconds};
 use crate::failure::Failure;
 use stepwright_host::Session;
 use stepwright_host::settings::{ChangedSettings, STEEPEST, behind};
@@ -16,6 +18,24 @@ pub fn by(session: &mut Session, line: &dyn Display, why: Refusal) -> Failure {
     match hint(session, &name, why) {
         Some(hint) => failure.hint(hint),
         None => failure,
+    }
+}
+
+/// The failure of an order whose steps are further apart than the board can wait.
+pub fn as_slow(name: &str, order: &Order) -> Failure {
+    let (wait, top) = (seconds(longest_wait(order)), order.top);
+    let what = format!("{name} refuses it as slower than the board can wait: {wait}");
+    let most = "a board waits for 2^32 ticks of its timer at most, 268 s on an Uno or a Mega, 34 s on a \
+                Pico: raise the top speed";
+    if order.start == Speed::ZERO {
+        let what =
+            format!("{what} for the first step and the last from rest, and one at {top} steps/s");
+        Failure::new(what).hint(format!(
+            "{most} or --accel, or leave the ramp out by a --start-speed of a step/s or more"
+        ))
+    } else {
+        Failure::new(format!("{what} between two steps at {top} steps/s"))
+            .hint(format!("{most} to 0.004 steps/s or more, on a Pico to 0.03"))
     }
 }
 

@@ -108,16 +108,17 @@ fn run_on(
     able::to_bend(session, &motion.order)?;
     let mut lines = motion.lines()?;
     args.lease.before(session, &mut lines)?;
-    if args.order.format == Format::Text {
+    let from = start_position(session, args.on.axis)?;
+    let mut cut = None;
+    let start = session.begin(args.on.axis, &motion.order, &lines, Some(from));
+    if args.order.format == Format::Text && drive::has_plan(&start) {
         let way = if forward { "forward" } else { "backward" };
         let (axis, name) = (args.on.axis.number(), session.link().name());
         say::result(format_args!("axis {axis} {way} without end on {name}"));
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
-    let from = start_position(session, args.on.axis)?;
-    let mut cut = None;
-    let watched = match session.begin(args.on.axis, &motion.order, &lines, Some(from)) {
+    let watched = match start {
         Ok(()) if args.detach && !interrupt::asked() => return left_alone(session, args),
         Ok(()) => {
             if args.time.is_none() {
@@ -134,7 +135,7 @@ fn run_on(
             if matches!(not, NotBegun::Trouble { moving: true, .. }) {
                 tell(session, args, "uncertain", None, None);
             }
-            return Err(drive::not_begun(session, not));
+            return Err(drive::order_not_begun(session, not, &motion.order));
         }
     };
     let ended = drive::conclude(session, args.on.axis, watched);

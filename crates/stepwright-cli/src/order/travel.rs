@@ -195,16 +195,17 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     able::to_bend(session, &motion.order)?;
     let mut lines = motion.lines()?;
     args.lease.before(session, &mut lines)?;
-    if args.order.format == Format::Text {
+    let late_before = session.info().map(|info| info.late);
+    let begun = session.now();
+    let start = session.begin(args.on.axis, &motion.order, &lines, Some(from));
+    if args.order.format == Format::Text && drive::has_plan(&start) {
         let (axis, by, name) = (args.on.axis.number(), steps.get(), session.link().name());
         say::result(format_args!("axis {axis} by {by:+} steps on {name}"));
         way.show().iter().for_each(say::result);
         motion.show().iter().for_each(say::result);
         say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
     }
-    let late_before = session.info().map(|info| info.late);
-    let begun = session.now();
-    let ended = match session.begin(args.on.axis, &motion.order, &lines, Some(from)) {
+    let ended = match start {
         Ok(()) if args.detach && !interrupt::asked() => {
             return watch::left(session, args.on.axis, args.order.format);
         }
@@ -219,7 +220,7 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
         }
         Err(not) => {
             let unsure = matches!(not, NotBegun::Trouble { moving: true, .. });
-            let failure = drive::not_begun(session, not);
+            let failure = drive::order_not_begun(session, not, &motion.order);
             if !unsure {
                 return Err(failure);
             }

@@ -2,9 +2,10 @@
 //! broke a rule.
 
 use stepwright_stress::run::{Run, tell};
-use stepwright_stress::{Rules, Story, make, simulate};
+use stepwright_stress::{Rules, Story, Sum, make, simulate};
 
-fn clean(seed: u64, stories: u64) {
+/// Plays stories from this seed on, none of which may break a rule; what they came to.
+fn clean(seed: u64, stories: u64) -> Sum {
     let rules = Rules::default();
     let run = Run { stories, rules, faults: 1, ..Run::default() };
     let outcome = run.all(seed, &make::story, &simulate);
@@ -12,12 +13,16 @@ fn clean(seed: u64, stories: u64) {
         panic!("{}", tell(*seed, &make::story(*seed), fault, |story| simulate(story, rules)));
     }
     assert_eq!(outcome.sum.stories, stories);
-    assert!(outcome.sum.steps > 100 * stories && outcome.sum.noise > 0, "{:?}", outcome.sum);
+    outcome.sum
 }
 
+/// Stories do something: motors move, and the line does damage. Of known seeds alone there is a bound:
+/// few stories make most of the steps, so 300 come to 26,658 from seed 5,900,000,000 on, and to 122,679
+/// from 5,200,000,000 on.
 #[test]
 fn known_seeds() {
-    clean(1000, 1500);
+    let sum = clean(1000, 1500);
+    assert!(sum.steps > 150_000 && sum.noise > 500, "{sum:?}");
 }
 
 /// The seed is printed with what it breaks. As the property tests it follows

@@ -27,7 +27,7 @@ use crate::pace::{PACES, Unplannable};
 use crate::passes::Passes;
 use crate::piece::Piece;
 use crate::shape::{Shape, norm};
-use crate::smooth::Smooth;
+use crate::smooth::{self, Smooth};
 use crate::stretch::Stretch;
 
 /// What one axis of a [`Route`] can do, in the user's unit and seconds.
@@ -39,7 +39,8 @@ pub struct AxisPace {
     pub speed: f64,
     /// Unit/s².
     pub accel: f64,
-    /// Unit/s by which the speed may change at once: the motor's start speed.
+    /// Unit/s by which the speed may change at once: the motor's start speed. Where the jerk of any axis
+    /// is limited, less than `jerk` · 10⁻⁸ s² counts as that.
     pub jump: f64,
     /// The limit of jerk, in unit/s³; `accel` takes at least [`SOONEST`] to reach. Infinite for all
     /// axes: none.
@@ -179,6 +180,7 @@ impl<const N: usize> Route<N> {
                 return Err(Unplannable::Jerk);
             }
         }
+        let axes = smooth::planned_with(axes);
         let mut route = Route {
             axes,
             deviation: None,

@@ -39,6 +39,11 @@ const BY: f64 = 0.85;
 const GENTLE: usize = 2;
 const LESS: f64 = 0.5;
 
+/// Seconds: √(S/J) of a jump S and a jerk J, at least. The law is looked at in moments of a part of it,
+/// so that a smaller jump takes longer and longer to plan. With this one an axis is off the place of u by
+/// some J·10⁻¹² s³: 1 nm at 10⁶ mm/s³.
+const BRIEF: f64 = 1e-4;
+
 /// What a route with limited jerk has besides.
 #[derive(Clone, Debug)]
 pub(crate) struct Smooth<const N: usize> {
@@ -51,11 +56,24 @@ pub(crate) struct Smooth<const N: usize> {
     tried: Tried<N>,
 }
 
+/// The limit of jerk of an axis where any has one.
+fn jerk(axis: AxisPace) -> f64 {
+    axis.jerk.min(axis.accel / SOONEST)
+}
+
+/// The axes as they are planned with: where the jerk of any is limited, none has a smaller jump than by
+/// [`BRIEF`].
+pub(crate) fn planned_with<const N: usize>(axes: [AxisPace; N]) -> [AxisPace; N] {
+    let limited = axes.iter().any(|axis| axis.jerk < f64::INFINITY);
+    let least = |axis| if limited { jerk(axis) * BRIEF * BRIEF } else { 0.0 };
+    axes.map(|axis| AxisPace { jump: axis.jump.max(least(axis)), ..axis })
+}
+
 impl<const N: usize> Smooth<N> {
     /// At rest where the route begins; `None` if no axis has a limit.
     pub fn new(axes: &[AxisPace; N]) -> Option<Smooth<N>> {
         let limited = axes.iter().any(|axis| axis.jerk < f64::INFINITY);
-        let jerk = axes.map(|axis| axis.jerk.min(axis.accel / SOONEST));
+        let jerk = axes.map(jerk);
         let past = Past::new(Lens::new(axes, &jerk));
         let here = Moment::at_rest(0.0, 0.0);
         let tried = Tried::default();

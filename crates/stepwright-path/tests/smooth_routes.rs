@@ -153,3 +153,23 @@ fn what_makes_no_sense_is_refused() {
         assert_eq!(refused, Unplannable::Jerk);
     }
 }
+
+/// The law is looked at in moments of √(jump / jerk): a jump of 10⁻⁹ mm/s took 4 s to plan three lines,
+/// one of 10⁻¹² four minutes.
+#[test]
+fn a_jump_that_is_next_to_none_is_planned_as_a_small_one() {
+    let play = |jump: f64| {
+        let axis = AxisPace { jump, jerk: 20_000.0, ..AXIS };
+        let mut route = Route::new([axis; 2]).unwrap();
+        for to in [[30.0, 0.0], [30.0, 20.0], [0.0, 0.0]] {
+            route.line_to(to, 100.0).unwrap();
+        }
+        route.close();
+        let steps: Vec<_> = route.by_ref().collect();
+        (steps, route.time())
+    };
+    let (small, larger) = (play(2e-4), play(3e-4));
+    assert!(small.1 > larger.1, "{} {}", small.1, larger.1);
+    let least = play(1e-12);
+    assert!(least == small, "{} {}", least.1, small.1);
+}

@@ -3,16 +3,15 @@
 
 use crate::common::*;
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
-use stepwright_grbl::{Coming, Grbl, VirtualMill};
+use stepwright_grbl::{FedRun, Grbl, VirtualMill};
 use stepwright_sim::{Queues, StreamBoard};
 
 /// The machine, and what the command does for it.
 struct Mill<'q> {
     grbl: Grbl<VirtualMill>,
     board: StreamBoard<'q, Vec<stepwright_sim::Edge>>,
-    run: Option<(u64, StreamFeeder, u64, f64)>,
-    planned: f64,
-    changes: bool,
+    /// And when it began, in cycles.
+    run: Option<(FedRun, u64)>,
     now: f64,
     said: String,
     states: Vec<FeedState>,
@@ -23,8 +22,7 @@ impl<'q> Mill<'q> {
         let grbl = Grbl::new(VirtualMill::default()).fed();
         let board = board(queues);
         let (said, states) = (String::new(), vec![]);
-        let mut mill =
-            Mill { grbl, board, run: None, planned: 0.0, changes: false, now: 0.0, said, states };
+        let mut mill = Mill { grbl, board, run: None, now: 0.0, said, states };
         mill.say(
             b"$100=80\n$101=80\n$102=80\n$110=6000\n$111=6000\n$120=500\n$121=500\n$122=500\nG21\n",
         );
@@ -41,56 +39,19 @@ impl<'q> Mill<'q> {
         let heard = self.board.take_answers();
         let time = self.board.now();
         match &mut self.run {
-            None => match self.grbl.run() {
-                Some(number) => {
-                    let terms = FeedTerms { ahead: 500_000, ..terms([40_000.0; 3]) };
-                    self.run = Some((number, StreamFeeder::new(terms, 0), time, self.now));
-                }
-                None => self.now += 1e-3,
-            },
-            Some((number, feeder, begun, base)) => {
-                let micros = (time - *begun) / 16;
-                feeder.hear(&heard, micros);
-                let late = feeder.was_late();
-                if self.changes && (late || !feeder.is_cutting()) {
-                    self.changes = false;
-                    self.grbl.changed(!late);
-                }
-                let here = feeder.now(micros).max(0.0);
-                let mine = self.grbl.run() == Some(*number);
-                // For a run that waits for the end of this one time stands.
-                if mine || self.grbl.run().is_none() {
-                    self.now = self.now.max(*base + here);
-                }
-                if mine
-                    && let Some(brakes) = self.grbl.wants_change()
-                    && let Some(cut) = feeder.cut(micros, brakes)
-                {
-                    (self.changes, self.planned) = (true, cut.time);
-                    self.grbl.change_from(cut.time, cut.steps);
-                }
-                while feeder.wants() {
-                    let late = micros > 30_000 && self.planned < here + 0.45;
-                    match self.grbl.plan(*number, late, here + 0.25) {
-                        Some(Coming::Step(step)) => {
-                            self.planned = step.time;
-                            feeder.step(step.axis, step.time, step.forward);
-                        }
-                        Some(Coming::Rest(until)) => {
-                            self.planned = until;
-                            feeder.know(until);
-                            feeder.begin();
-                            break;
-                        }
-                        None if mine => break,
-                        None => feeder.end(self.planned),
-                    }
-                }
-                let bytes = feeder.bytes(micros);
+            None if self.grbl.has_run() => {
+                let terms = FeedTerms { ahead: 500_000, ..terms([40_000.0; 3]) };
+                let run = FedRun::begin(&self.grbl, self.now, StreamFeeder::new(terms, 0));
+                self.run = run.map(|run| (run, time));
+            }
+            None => self.now += 1e-3,
+            Some((run, begun)) => {
+                let bytes = run.turn(&mut self.grbl, &heard, (time - *begun) / 16);
+                self.now = run.now();
                 self.board.receive(&bytes);
-                if feeder.state().is_end() {
-                    self.states.push(feeder.state());
-                    (self.run, self.planned) = (None, 0.0);
+                if run.state().is_end() {
+                    self.states.push(run.state());
+                    self.run = None;
                 }
             }
         }
@@ -109,7 +70,7 @@ impl<'q> Mill<'q> {
             self.turn();
             turns += 1;
             assert!(turns < 60_000, "it does not come to rest: {}", self.report());
-            let moves = self.run.is_some() || self.grbl.run().is_some();
+            let moves = self.run.is_some() || self.grbl.has_run();
             quiet = if moves { 0 } else { quiet + 1 };
         }
     }

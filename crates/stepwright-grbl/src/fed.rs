@@ -1,18 +1,27 @@
 //! A machine that is fed before it moves: a board that plays what is streamed.
 //!
 //! ```text
-//!   moves ─► route ─► steps ahead ─► the caller's feeder ─► board
-//!              ▲                                             │ where it is
-//!              └── a change, from where it can be made ◄─────┘ = the time of the session
+//!   moves ─► route ─► steps ahead ─► FedRun, a StreamFeeder ─► the caller's line ─► board
+//!              ▲                                                                      │ where it is
+//!              └── a change, from where it can be made ◄──────────────────────────────┘ = the time of the session
 //! ```
 //!
-//! The session lives where the board is: its time is the board's, and reports tell where that is.
-//! [`plan`](Grbl::plan) gives steps ahead of it. A hold or an override waits until the caller has taken back
-//! what was sent, and says from when on it is [changed](Grbl::change_from).
+//! The session lives where the board is: its time is the board's, and reports tell where that is. A
+//! [`FedRun`] gives the board steps ahead of it. A hold or an override waits until what was sent is taken
+//! back, and the path changes from there on.
+
+use stepwright_feeder::{FeedState, StreamFeeder};
 
 use crate::machine::GrblMachine;
 use crate::motion::Coming;
 use crate::session::Grbl;
+
+/// What a sender says in one breath is planned together, in µs.
+const BREATH: u64 = 30_000;
+/// With less than this ahead of the board, in s, it goes on by what is known.
+const LATE: f64 = 0.45;
+/// What rests is told so for this long, in s.
+const REST: f64 = 0.25;
 
 impl<M: GrblMachine> Grbl<M> {
     /// On a board that is fed, without switches, probe and laser. `$22=1` and `$32=1` are refused with
@@ -22,33 +31,15 @@ impl<M: GrblMachine> Grbl<M> {
         self
     }
 
-    /// The number of the run that is under way. It began at the session's time of its first
-    /// move, when its own is 0. The session's time stands until the board begins it, also while the
-    /// board comes to the end of the run before.
-    pub fn run(&self) -> Option<u64> {
+    /// Whether a run is under way, or waits for one to feed it ([`FedRun`]). Until that begins, and while
+    /// the board comes to the end of the run before, the session's time stands.
+    pub fn has_run(&self) -> bool {
+        self.run().is_some()
+    }
+
+    /// The number of that run. It began at the session's time of its first move, when its own is 0.
+    fn run(&self) -> Option<u64> {
         (!self.motion.is_over()).then_some(self.motion.runs)
-    }
-
-    /// What comes next of the run of this number. `None` until more moves come: with `late` it goes on by
-    /// what is known. Where it rests, it may rest until `rest`, in s of the run. `None` as well where
-    /// the run is over: the steps of one that waits are not lost to it.
-    pub fn plan(&mut self, run: u64, late: bool, rest: f64) -> Option<Coming> {
-        if self.run() == Some(run) { self.motion.plan(late, rest) } else { None }
-    }
-
-    /// Whether the run is to be changed; and if so, whether it brakes from there on.
-    pub fn wants_change(&self) -> Option<bool> {
-        self.motion.wants_change()
-    }
-
-    /// The run changes at this time of it, behind this many steps.
-    pub fn change_from(&mut self, time: f64, steps: u64) {
-        self.motion.change_from(time, steps);
-    }
-
-    /// Whether the board has taken the change. If not, it is wanted still.
-    pub fn changed(&mut self, made: bool) {
-        self.motion.changed(made);
     }
 
     /// The board has left the path, or is lost, and its axes are there: an alarm that only a reset
@@ -59,5 +50,110 @@ impl<M: GrblMachine> Grbl<M> {
         self.forget_lines();
         self.say(&format!("[MSG:{words}]\r\n"));
         self.alarm(alarm);
+    }
+}
+
+/// A run of a session, on its way to a board.
+///
+/// Its [`turn`](FedRun::turn) is called every few ms, and the session lives by [its time](FedRun::now),
+/// until its [state](FedRun::state) is an end.
+///
+/// ```
+/// use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
+/// use stepwright_grbl::{FedRun, Grbl, VirtualMill};
+/// use stepwright_stream::brake::BrakeLaw;
+/// let mut grbl = Grbl::new(VirtualMill::default()).fed();
+/// let brakes = BrakeLaw::of(10_000_000, 16_000_000).unwrap(); // 10,000 steps/s², at 16 MHz
+/// let feeder = || StreamFeeder::new(FeedTerms::avr([brakes; 3]), 0);
+/// assert!(FedRun::begin(&grbl, 0.0, feeder()).is_none());
+/// grbl.receive(0.0, b"G21 G91 G1 X1 F500\n");
+/// let mut run = FedRun::begin(&grbl, 0.0, feeder()).unwrap();
+/// let mut sent = 0;
+/// for micros in (0..50_000).step_by(1_000) {
+///     let heard = []; // what the board says
+///     sent += run.turn(&mut grbl, &heard, micros).len();
+///     grbl.advance(run.now());
+/// }
+/// // A board that answers would begin now.
+/// assert!(sent > 0 && run.state() == FeedState::Filling);
+/// ```
+pub struct FedRun {
+    number: u64,
+    feeder: StreamFeeder,
+    /// The session's time when it began, and by now.
+    base: f64,
+    now: f64,
+    /// Seconds of it that are planned.
+    planned: f64,
+    /// What was sent is being taken back.
+    changes: bool,
+}
+
+impl FedRun {
+    /// The run that waits at this time of the session; `None` if [none does](Grbl::has_run). The feeder has
+    /// seen no step.
+    pub fn begin<M: GrblMachine>(grbl: &Grbl<M>, now: f64, feeder: StreamFeeder) -> Option<FedRun> {
+        let number = grbl.run()?;
+        Some(FedRun { number, feeder, base: now, now, planned: 0.0, changes: false })
+    }
+
+    /// Takes the bytes that came from the board, `micros` after the run began; gives those to send.
+    pub fn turn<M: GrblMachine>(
+        &mut self,
+        grbl: &mut Grbl<M>,
+        heard: &[u8],
+        micros: u64,
+    ) -> Vec<u8> {
+        self.feeder.hear(heard, micros);
+        let late = self.feeder.was_late();
+        if self.changes && (late || !self.feeder.is_cutting()) {
+            self.changes = false;
+            grbl.motion.changed(!late);
+        }
+        let here = self.feeder.now(micros).max(0.0);
+        let mine = grbl.run() == Some(self.number);
+        // For a run that waits for the end of this one time stands.
+        if mine || !grbl.has_run() {
+            self.now = self.now.max(self.base + here);
+        }
+        if mine
+            && let Some(brakes) = grbl.motion.wants_change()
+            && let Some(cut) = self.feeder.cut(micros, brakes)
+        {
+            (self.changes, self.planned) = (true, cut.time);
+            grbl.motion.change_from(cut.time, cut.steps);
+        }
+        while self.feeder.wants() {
+            let fills = self.feeder.state() == FeedState::Filling;
+            let late = if fills { micros > BREATH } else { self.planned < here + LATE };
+            // The steps of a run that waits are not lost to this one.
+            match if mine { grbl.motion.plan(late, here + REST) } else { None } {
+                Some(Coming::Step(step)) => {
+                    self.planned = step.time;
+                    self.feeder.step(step.axis, step.time, step.forward);
+                }
+                Some(Coming::Rest(until)) => {
+                    self.planned = until;
+                    self.feeder.know(until);
+                    // The way is shorter than what is sent ahead.
+                    self.feeder.begin();
+                    break;
+                }
+                // More moves may come.
+                None if mine => break,
+                None => self.feeder.end(self.planned),
+            }
+        }
+        self.feeder.bytes(micros)
+    }
+
+    /// Seconds of the session, by where the board is.
+    pub fn now(&self) -> f64 {
+        self.now
+    }
+
+    /// Where its way to the board is.
+    pub fn state(&self) -> FeedState {
+        self.feeder.state()
     }
 }

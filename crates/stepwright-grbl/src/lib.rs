@@ -58,9 +58,9 @@ mod session;
 mod settings;
 mod work;
 
+pub use fed::FedRun;
 pub use kept::NotKept;
 pub use line::QUIET;
 pub use machine::{GrblMachine, Inputs, Outputs, VirtualMill};
-pub use motion::Coming;
 pub use session::{Grbl, KEPT, RX};
 pub use settings::{GrblSettings, SettingFault};

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
-use stepwright_grbl::{Coming, Grbl, GrblSettings, VirtualMill};
+use stepwright_grbl::{FedRun, Grbl, GrblSettings, VirtualMill};
 use stepwright_host::Session;
 use stepwright_stream::send::LinkTimes;
 
@@ -16,12 +16,6 @@ use crate::say;
 const LOOK: Duration = Duration::from_millis(1);
 /// What is sent before it is played, in µs, as far as the board has the room.
 const AHEAD: u32 = 500_000;
-/// What a sender says in one breath is planned together.
-const BREATH: Duration = Duration::from_millis(30);
-/// With less than this ahead of the board, in s, it goes on by what is known.
-const LATE: f64 = 0.45;
-/// What rests is told so for this long, in s.
-const REST: f64 = 0.25;
 /// So long nothing comes from a board that has nothing to say.
 const QUIET: Duration = Duration::from_millis(20);
 /// Alarms: a switch has closed; and what the board has left or lost.
@@ -37,24 +31,13 @@ pub struct Fed {
     baud: u32,
     /// What the board counts where the machine's zero is.
     zero: [i64; 3],
-    run: Option<Run>,
+    /// Its run, and the link's time when that began.
+    run: Option<(FedRun, Duration)>,
     /// Seconds of the session, and the link's time at the last look.
     now: f64,
     seen: Duration,
     /// It is to be stopped dead.
     pub dead: bool,
-}
-
-/// A run that is fed.
-struct Run {
-    number: u64,
-    feeder: StreamFeeder,
-    begun: Duration,
-    /// The session's time when it began.
-    base: f64,
-    /// Seconds of it that are planned.
-    planned: f64,
-    changes: bool,
 }
 
 impl Fed {
@@ -113,66 +96,28 @@ impl Fed {
         let since = now.saturating_sub(self.seen).as_secs_f64();
         self.seen = now;
         let heard = buffer.get(..count).unwrap_or_default();
-        let Some(run) = &mut self.run else {
-            match grbl.run() {
-                Some(number) => match self.begin(number, now, grbl.settings()) {
-                    Some(run) => self.run = Some(run),
-                    None => grbl.off_path(grbl.position(), LOST, "Acceleration below 8 steps/s2"),
-                },
-                None => self.now += since,
+        let Some((run, begun)) = &mut self.run else {
+            if !grbl.has_run() {
+                self.now += since;
+            } else if let Some(feeder) = self.feeder(grbl.settings()) {
+                self.run = FedRun::begin(grbl, self.now, feeder).map(|run| (run, now));
+            } else {
+                grbl.off_path(grbl.position(), LOST, "Acceleration below 8 steps/s2");
             }
             return Ok(());
         };
-        let micros = now.saturating_sub(run.begun).as_micros() as u64;
-        run.feeder.hear(heard, micros);
-        let late = run.feeder.was_late();
-        if run.changes && (late || !run.feeder.is_cutting()) {
-            run.changes = false;
-            grbl.changed(!late);
-        }
-        let here = run.feeder.now(micros).max(0.0);
-        let mine = grbl.run() == Some(run.number);
-        // For a run that waits for the end of this one time stands.
-        if mine || grbl.run().is_none() {
-            self.now = self.now.max(run.base + here);
-        }
-        if mine
-            && let Some(brakes) = grbl.wants_change()
-            && let Some(cut) = run.feeder.cut(micros, brakes)
-        {
-            (run.changes, run.planned) = (true, cut.time);
-            grbl.change_from(cut.time, cut.steps);
-        }
-        while run.feeder.wants() {
-            let fills = run.feeder.state() == FeedState::Filling;
-            let breath = now.saturating_sub(run.begun) > BREATH;
-            let late = if fills { breath } else { run.planned < here + LATE };
-            match grbl.plan(run.number, late, here + REST) {
-                Some(Coming::Step(step)) => {
-                    run.planned = step.time;
-                    run.feeder.step(step.axis, step.time, step.forward);
-                }
-                Some(Coming::Rest(until)) => {
-                    run.planned = until;
-                    run.feeder.know(until);
-                    // The way is shorter than what is sent ahead.
-                    run.feeder.begin();
-                    break;
-                }
-                None if mine => break,
-                None => run.feeder.end(run.planned),
-            }
-        }
-        let bytes = run.feeder.bytes(micros);
+        let micros = now.saturating_sub(*begun).as_micros() as u64;
+        let bytes = run.turn(grbl, heard, micros);
+        self.now = run.now();
         if !bytes.is_empty() {
             self.session.link().write(&bytes).map_err(gone)?;
         }
-        let state = run.feeder.state();
+        let state = run.state();
         if state.is_end() { self.ended(state, grbl) } else { Ok(()) }
     }
 
-    /// `None` where the board could not brake by the settings.
-    fn begin(&self, number: u64, now: Duration, settings: &GrblSettings) -> Option<Run> {
+    /// For a run; `None` where the board could not brake by the settings.
+    fn feeder(&self, settings: &GrblSettings) -> Option<StreamFeeder> {
         let decels = [0, 1, 2].map(|n| settings.get(120 + n) * settings.get(100 + n));
         let brakes = brakes(decels, self.hz)?;
         let terms = FeedTerms {
@@ -183,8 +128,7 @@ impl Fed {
             inputs: if settings.is_on(21) { 0b111 } else { 0 },
             ..FeedTerms::avr(brakes)
         };
-        let feeder = StreamFeeder::new(terms, 0);
-        Some(Run { number, feeder, begun: now, base: self.now, planned: 0.0, changes: false })
+        Some(StreamFeeder::new(terms, 0))
     }
 
     /// The board has come to the end of a run, or has left it.

@@ -36,8 +36,8 @@ const AT_REST: usize = 100;
 const BY: f64 = 0.85;
 
 /// Rounds in which corners have this part of the acceleration that they had, before they have none.
-const GENTLE: usize = 2;
-const LESS: f64 = 0.5;
+const GENTLE: usize = 3;
+const LESS: f64 = 0.7;
 
 /// Seconds: √(S/J) of a jump S and a jerk J, at least. The law is looked at in moments of a part of it,
 /// so that a smaller jump takes longer and longer to plan. With this one an axis is off the place of u by
@@ -397,16 +397,17 @@ impl<const N: usize> Route<N> {
     }
 }
 
-/// Less acceleration at the corners among these nodes; false if they have none.
+/// Less acceleration at the corners before what breaks the law, but not at the one ahead of it, which comes
+/// later; false if they have none.
 fn gentler(kinks: &mut [Kink], spans: &[(usize, usize)], round: usize) -> bool {
     let by = if round < GENTLE { LESS } else { 0.0 };
     let (mut done, mut bent) = (0, false);
     for &(from, to) in spans {
-        for kink in kinks.iter_mut().take(to + 1).skip(from.max(done)) {
+        for kink in kinks.iter_mut().take(to).skip(from.max(done)) {
             bent |= *kink != [0.0; 2];
             *kink = kink.map(|accel| by * accel);
         }
-        done = done.max(to + 1);
+        done = done.max(to);
     }
     bent
 }

@@ -30,6 +30,7 @@ mod listing;
 mod node;
 mod outside;
 mod page;
+mod processor;
 mod program;
 mod python;
 mod qemu;

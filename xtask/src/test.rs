@@ -19,7 +19,6 @@ mod package;
 mod page;
 pub mod pico;
 mod ports;
-mod processor;
 mod programs;
 mod pyserial;
 pub mod python;
@@ -38,6 +37,7 @@ use anyhow::Result;
 use clap::builder::PossibleValuesParser;
 use lanes::Ended;
 
+use crate::processor;
 use crate::setup::{self, Need};
 use crate::workspace::Workspace;
 

@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
+use crate::processor;
+
 /// This checkout, as cargo describes it.
 pub struct Workspace {
     /// The folder of the top `Cargo.toml`.
@@ -89,23 +91,36 @@ pub fn cargo_path() -> OsString {
 /// Runs a program to its end; an error unless it says that all is well.
 pub fn run(command: &mut Command) -> Result<()> {
     eprintln!("$ {}", line(command));
+    let before = processor::time();
     let status = command
         .stdin(Stdio::null())
         .status()
         .with_context(|| format!("starting {}", line(command)))?;
+    tell_cost(before);
     verdict(command, status)
+}
+
+/// Says how much of a processor a command took that took long: in a long log it shows which to make shorter.
+fn tell_cost(before: Duration) {
+    let used = processor::time().saturating_sub(before);
+    if used >= Duration::from_secs(5) {
+        eprintln!("  {:.0} s of a processor", used.as_secs_f64());
+    }
 }
 
 /// Like [`run`], and ends a program that takes longer than `limit`.
 pub fn run_within(limit: Duration, command: &mut Command) -> Result<()> {
     eprintln!("$ {}", line(command));
+    let before = processor::time();
     let child = Guard(
         command
             .stdin(Stdio::null())
             .spawn()
             .with_context(|| format!("starting {}", line(command)))?,
     );
-    match child.wait_within(limit)? {
+    let ended = child.wait_within(limit)?;
+    tell_cost(before);
+    match ended {
         Some(status) => verdict(command, status),
         None => bail!("{} did not end within {} s", line(command), limit.as_secs()),
     }

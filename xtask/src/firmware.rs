@@ -81,6 +81,10 @@ fn small(ws: &Workspace, name: &str) -> Result<()> {
     Ok(())
 }
 
+/// Where programs for AVRs are built, under `target`: one folder for all of them, as the parts for this
+/// machine, which make the registers of a chip from its description, take most of the time.
+pub const AVR: &str = "avr";
+
 /// What building takes.
 pub const NEEDS: &[&setup::Need] = &[setup::CROSS, setup::AVR_GCC];
 
@@ -168,8 +172,7 @@ impl Build {
 
         let cross =
             Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
-        // Programs of two boards are built at a time.
-        let built = ws.target.join("avr").join(feature);
+        let built = ws.target.join(AVR);
         let _alone = alone_in(&built)?;
         let mut cargo = cross.cargo_in(ws, "rustc", &[chip], &built);
         cargo.current_dir(ws.root.join("firmware/avr"));

@@ -5,6 +5,7 @@ use std::fs;
 
 use anyhow::{Context, Result, ensure};
 
+use crate::firmware;
 use crate::toolchain::Cross;
 use crate::workspace::{Workspace, alone_in, put, run};
 
@@ -31,7 +32,7 @@ pub fn make(ws: &Workspace) -> Result<()> {
     let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
     // With the versions of our own firmware, and beside it: the parts for this machine are built once.
     fs::copy(ws.root.join("firmware/avr/Cargo.lock"), folder.join("Cargo.lock"))?;
-    let built = ws.target.join("avr/uno");
+    let built = ws.target.join(firmware::AVR);
     let _alone = alone_in(&built)?;
     let mut cargo = cross.cargo_plain(ws, "build", &built);
     cargo.args(["--release", "--target", "avr-none"]).current_dir(&folder);

@@ -21,6 +21,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
+use crate::firmware;
 use crate::qemu;
 use crate::rig;
 use crate::setup::{self, Need};
@@ -236,8 +237,7 @@ fn listen(command: &mut Command, mut hear: impl FnMut(&str) -> Result<bool>) -> 
 /// Builds a program of the AVR, the S-curve's alone or that of the other laws.
 fn avr(ws: &Workspace, alone: bool) -> Result<PathBuf> {
     let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
-    // Beside the Uno's firmware, which needs the same parts for this machine.
-    let built = ws.target.join("avr/uno");
+    let built = ws.target.join(firmware::AVR);
     let _alone = alone_in(&built)?;
     let mut cargo = cross.cargo_in(ws, "rustc", &[&ATMEGA1284P], &built);
     cargo.current_dir(ws.root.join("firmware/ticks"));
@@ -265,6 +265,8 @@ fn simulated(ws: &Workspace, chip: &str) -> Result<Command> {
     let alone = alone_in(&built)?;
     let mut cargo = cross.cargo_in(ws, "build", &[&Chip { triple, flags: "" }], &built);
     small::link(&mut cargo, triple);
+    // As the boards have it: `core` is built once for a chip.
+    cargo.env("CARGO_PROFILE_RELEASE_DEBUG", "line-tables-only");
     run(cargo.current_dir(&folder).args(["--release", "--bin", "stepwright-ticks"]))?;
     let elf = keep(ws, &built.join(triple).join("release/stepwright-ticks"), chip)?;
     drop(alone);

@@ -1,8 +1,5 @@
 //! The firmwares build, and what is true of their code is looked up there.
 
-use std::panic::resume_unwind;
-use std::thread;
-
 use anyhow::{Result, bail, ensure};
 
 use crate::firmware::{Board, Build, Built};
@@ -40,26 +37,20 @@ const STEP_2560: &str = "__vector_17";
 /// That of the timer's overflow, for fast PWM.
 const OVERFLOW_328P: &str = "__vector_13";
 
-/// Builds all programs for all boards, and looks at them. The two chips have folders of their
-/// own, and one program keeps one processor busy: they are built side by side.
+/// Builds all programs for all boards, and looks at them.
 pub fn run(ws: &Workspace) -> Result<()> {
     let mut programs = Program::all(ws)?;
     programs.retain(|program| !program.is_test());
-    let mut complaints = thread::scope(|scope| {
-        let mega = scope.spawn(|| complaints(ws, &programs, &[Board::Mega]));
-        let mut all = complaints(ws, &programs, &[Board::Uno, Board::Nano])?;
-        all.extend(mega.join().unwrap_or_else(|panic| resume_unwind(panic))?);
-        anyhow::Ok(all)
-    })?;
+    let mut complaints = complaints(ws, &programs)?;
     complaints.extend(refused(ws)?);
     ensure!(complaints.is_empty(), "{}", complaints.join("\n"));
     Ok(())
 }
 
-/// What is wrong with the programs for these boards.
-fn complaints(ws: &Workspace, programs: &[Program], boards: &[Board]) -> Result<Vec<String>> {
+/// What is wrong with these programs.
+fn complaints(ws: &Workspace, programs: &[Program]) -> Result<Vec<String>> {
     let mut complaints = Vec::new();
-    for &board in boards {
+    for board in [Board::Uno, Board::Nano, Board::Mega] {
         let build = Build { board, timer: 1, bench: false };
         for program in programs.iter().filter(|one| one.fits(&build)) {
             match build.make(ws, program) {

@@ -1,9 +1,6 @@
 //! The firmwares do what they should on the simulated chip, and their figures
 //! hold.
 
-use std::panic::resume_unwind;
-use std::thread;
-
 use anyhow::{Context, Result};
 
 use super::programs;
@@ -16,18 +13,12 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     node::AVR8JS.prepare(ws)?;
     // One of them has the command talk to the chip.
     ws.shipped()?;
-    // The chips have folders of their own, and one program keeps one processor busy.
-    thread::scope(|scope| {
-        let mega = scope.spawn(|| {
-            rig::firmware(ws, Board::Mega, false)?;
-            for timer in TIMERS {
-                Build { board: Board::Mega, timer, bench: false }.controller(ws)?;
-            }
-            anyhow::Ok(())
-        });
-        rig::firmware(ws, Board::Uno, false)?;
-        mega.join().unwrap_or_else(|panic| resume_unwind(panic))
-    })?;
+    for board in [Board::Uno, Board::Mega] {
+        rig::firmware(ws, board, false)?;
+    }
+    for timer in TIMERS {
+        Build { board: Board::Mega, timer, bench: false }.controller(ws)?;
+    }
     let built = programs::build(rig::cargo(ws, "test").arg("--release"))?;
     let mut commands = Vec::new();
     for program in &built {

@@ -92,14 +92,15 @@ fn mdbook(ws: &Workspace) -> Result<PathBuf> {
         || output(Command::new(&program).arg("--version")).is_ok_and(|v| v.contains(MDBOOK));
     if !ready() {
         let build = root.join("build");
-        // Not optimised, without its server and search: a minute less to compile.
+        // Not optimised, without lines for traces, its server and search: a minute less to compile.
         run(ws
             .cargo(["install", "mdbook", "--locked", "--debug", "--no-default-features"])
             .args(["--version", MDBOOK])
             .arg("--root")
             .arg(&root)
             .arg("--target-dir")
-            .arg(&build))?;
+            .arg(&build)
+            .env("CARGO_PROFILE_DEV_DEBUG", "none"))?;
         fs::remove_dir_all(&build)?;
         ensure!(ready(), "{} is not mdBook {MDBOOK}", program.display());
     }

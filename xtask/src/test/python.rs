@@ -93,16 +93,17 @@ pub fn bench(ws: &Workspace, check: bool) -> Result<()> {
 
 /// Builds the wheel, and gives its path.
 fn build(ws: &Workspace, tools: &Path) -> Result<PathBuf> {
-    let (target, python) = (ws.target.join("python"), ws.root.join("python"));
+    // In the folder of the command, which has the same release profile and most of the packages.
+    let (target, python) = (&ws.target, ws.root.join("python"));
     let wheels = target.join("wheels");
     if wheels.exists() {
         fs::remove_dir_all(&wheels)?;
     }
     let lint = ["clippy", "--release", "--locked", "--target-dir"];
     let mut clippy = ws.cargo(lint);
-    workspace::run(clippy.arg(&target).args(["--", "-D", "warnings"]).current_dir(&python))?;
+    workspace::run(clippy.arg(target).args(["--", "-D", "warnings"]).current_dir(&python))?;
     let mut build = Command::new(tools);
-    build.args(["-m", "maturin", "build", "--release", "--locked", "--target-dir"]).arg(&target);
+    build.args(["-m", "maturin", "build", "--release", "--locked", "--target-dir"]).arg(target);
     workspace::run(build.arg("-o").arg(&wheels).current_dir(&python))?;
     let mut built = fs::read_dir(&wheels)?;
     let wheel = built.next().context("maturin has built nothing")??.path();

@@ -6,6 +6,7 @@
 //!
 //! | module | what |
 //! | --- | --- |
+//! | [`apart`] | a file is named once in a command line |
 //! | [`change`] | what another program changes of a travel |
 //! | [`failure`] | errors, hints and the exit status |
 //! | [`files`] | text files, within a bound and as a whole |
@@ -17,6 +18,7 @@
 //! | [`quantity`] | how a motor's steps relate to the world |
 //! | [`say`] | lines on standard output and error |
 
+mod apart;
 mod board;
 mod calc;
 mod completions;
@@ -178,5 +180,7 @@ fn read() -> Result<Cli, Unread> {
     let typed = help::grouped(Cli::command()).try_get_matches_from(&words).map_err(Unread::Clap)?;
     let machine = machine::MachineArgs::from_arg_matches(&typed).map_err(Unread::Clap)?;
     let all = machine::read(Cli::command, &words, typed, &machine).map_err(Unread::Failure)?;
-    Cli::from_arg_matches(&all).map_err(Unread::Clap)
+    let cli = Cli::from_arg_matches(&all).map_err(Unread::Clap)?;
+    apart::apart(&all).map_err(Unread::Failure)?;
+    Ok(cli)
 }

@@ -4,6 +4,7 @@ mod common;
 #[path = "common/served.rs"]
 mod served;
 
+mod apart;
 mod change;
 mod cycle;
 mod cycle_faults;

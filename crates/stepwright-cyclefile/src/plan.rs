@@ -15,7 +15,7 @@ use toml::Spanned;
 use crate::file::{self, File, Way};
 use crate::joined::{Joined, JoinedPath, JoinedSteps};
 use crate::pins::Pins;
-use crate::text::{CycleText, FileError};
+use crate::text::{CycleText, FileError, plain};
 
 /// Motors that a cycle may have.
 pub const MOST: usize = 8;
@@ -228,7 +228,7 @@ const ONE: &str = "a cycle has either moves, or a line, or an arc, or a path, or
 /// The first mistake.
 pub fn read(text: &CycleText) -> Result<CyclePlan, FileError> {
     let file: File = toml::from_str(&text.text)
-        .map_err(|error| text.blame(error.span().unwrap_or(0..0), error.message()))?;
+        .map_err(|error| text.blame(error.span().unwrap_or(0..0), plain(error.message())))?;
     let range = |span, error: OutOfRange| text.blame(span, error);
     let mut rate = Rate::from_hz(16_000_000).map_err(|error| range(0..0, error))?;
     if let Some(hz) = &file.clock.timer_hz {

@@ -13,6 +13,9 @@ const SHOWN: usize = 120;
 /// Of a text in a message.
 const SAID: usize = 300;
 
+/// Of what was found where something else is expected.
+const FOUND: usize = 80;
+
 /// A mistake in a cycle file, or why a cycle of it can't run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
@@ -78,6 +81,24 @@ impl CycleText {
         let message =
             format!("{place}:{number}:{column}: {what}\n{number:>6} | {shown}\n       | {mark}^",);
         FileError { message, hint: None, what, line: number }
+    }
+}
+
+/// What a reader of TOML says, with numbers instead of the types of our code, and what is expected
+/// to be seen however long is what was found.
+pub(crate) fn plain(said: &str) -> String {
+    let Some((found, expected)) = said.rsplit_once(", expected ") else { return said.to_owned() };
+    let expected = match expected {
+        "u32" => "a whole number, 0 to 4294967295",
+        "i32" => "a whole number, -2147483648 to 2147483647",
+        "i64" => "a whole number, -9223372036854775808 to 9223372036854775807",
+        "f64" => "a number",
+        other => other,
+    };
+    let found = found.replace(" as i128", "").replace(" as u128", "");
+    match found.char_indices().nth(FOUND) {
+        Some((end, _)) => format!("{}…, expected {expected}", &found[..end]),
+        None => format!("{found}, expected {expected}"),
     }
 }
 

@@ -1,6 +1,7 @@
 //! How far routes are from an offline optimum, as executed: to the end of their last step.
 //!
-//! `STEPWRIGHT_OPTIMA` says of how many random paths; docs/paths.md has the figures of 60.
+//! `STEPWRIGHT_OPTIMA` says of how many random paths, the first few of which have bounds; docs/paths.md has
+//! the figures of 60.
 
 use crate::optimal::paths::{Kinds, Path};
 use crate::optimal::{self, Grid};
@@ -35,10 +36,11 @@ fn over<const N: usize>(seed: u64, kinds: Kinds, best: Best) -> f64 {
     over
 }
 
-/// The mean and the most, of as many as the variable says or these.
-fn spread(count: u64, kinds: Kinds, best: Best) -> [f64; 2] {
+/// The mean and the most of the first `daily` paths. As many as the variable says are printed.
+fn spread(daily: u64, kinds: Kinds, best: Best) -> [f64; 2] {
     let count = std::env::var("STEPWRIGHT_OPTIMA")
-        .map_or(count, |text| text.parse().expect("a number of paths"));
+        .map_or(daily, |text| text.parse().expect("a number of paths"))
+        .max(daily);
     let one = |seed: u64| {
         if seed.is_multiple_of(2) {
             over::<2>(seed, kinds, best)
@@ -47,8 +49,7 @@ fn spread(count: u64, kinds: Kinds, best: Best) -> [f64; 2] {
         }
     };
     let each: Vec<f64> = (0..count).map(one).collect();
-    let mean = each.iter().sum::<f64>() / count as f64;
-    let most = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [mean, most] = mean_and_most(&each);
     let least = each.iter().copied().fold(f64::INFINITY, f64::min);
     let within = each.iter().filter(|over| **over <= 2.0).count();
     println!(
@@ -59,7 +60,12 @@ fn spread(count: u64, kinds: Kinds, best: Best) -> [f64; 2] {
         // An optimum that is slower is none: the grid's error is below this.
         assert!(least > -0.1, "{least} %");
     }
-    [mean, most]
+    mean_and_most(&each[..daily as usize])
+}
+
+fn mean_and_most(each: &[f64]) -> [f64; 2] {
+    let mean = each.iter().sum::<f64>() / each.len() as f64;
+    [mean, each.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
 }
 
 #[test]
@@ -82,12 +88,12 @@ fn lines_with_jerk_are_as_near_to_their_optimum_as_they_were() {
 #[test]
 fn lines_with_jerk_are_faster_than_without_jumps_of_acceleration() {
     let [mean, most] = spread(2, Kinds::Lines, Best::Even);
-    assert!(mean <= -6.5 && most <= -3.9, "{mean} %, {most} %");
+    assert!(mean <= -7.8 && most <= -4.4, "{mean} %, {most} %");
 }
 
 /// Nor does it limit the jerk of turning: a motor can't do it.
 #[test]
 fn curves_with_jerk_are_as_near_to_it_as_they_were() {
     let [mean, most] = spread(2, Kinds::All, Best::Even);
-    assert!(mean <= 2.7 && most <= 3.4, "{mean} %, {most} %");
+    assert!(mean <= 2.3 && most <= 2.5, "{mean} %, {most} %");
 }

@@ -15,7 +15,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::workspace::{Workspace, output};
+use anyhow::{Context, Result};
+
+use crate::workspace::{Workspace, output, run};
 
 /// A chip, as the compiler knows it.
 pub struct Chip {
@@ -121,6 +123,26 @@ impl Cross {
         cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
         cargo
     }
+}
+
+/// Builds `packages` for all `chips` at once, so that both cores of a small
+/// machine have work: `core` is one crate and compiles on one of them.
+///
+/// No two chips may share a triple.
+pub fn cross_build(
+    ws: &Workspace,
+    chips: &[&Chip],
+    packages: &[&str],
+    profile: &str,
+) -> Result<()> {
+    let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
+    println!("compiler: {}", cross.describe());
+    let mut cargo = cross.cargo(ws, "build", chips);
+    cargo.args(["--profile", profile]);
+    for package in packages {
+        cargo.args(["--package", package]);
+    }
+    run(&mut cargo)
 }
 
 /// The 96 of "1.96.0-nightly".

@@ -111,7 +111,7 @@ mod http {
     /// A body that is not the JSON that was expected.
     impl From<JsonRejection> for Declined {
         fn from(rejection: JsonRejection) -> Declined {
-            let declined = Declined::of(rejection.status().as_u16(), rejection.body_text());
+            let declined = Declined::of(rejection.status().as_u16(), plain(&rejection.body_text()));
             match rejection.status() {
                 StatusCode::PAYLOAD_TOO_LARGE => declined.allowed(format!("at most {BODY} bytes")),
                 StatusCode::UNSUPPORTED_MEDIA_TYPE => {
@@ -120,5 +120,23 @@ mod http {
                 _ => declined.remedy("GET /api/openapi.json describes the fields of every request"),
             }
         }
+    }
+
+    /// What serde and axum say, without the names of Rust's types.
+    fn plain(said: &str) -> String {
+        const WORDS: [(&str, &str); 9] = [
+            ("Failed to deserialize the JSON body into the target type: ", ""),
+            ("Failed to parse the request body as JSON: ", "no JSON: "),
+            ("Failed to buffer the request body: length limit exceeded", "the body is too long"),
+            // Nothing but axes is a u8.
+            (" expected u8 ", " expected the number of an axis "),
+            (" expected i64 ", " expected a whole number "),
+            (" expected f64 ", " expected a number "),
+            ("invalid type: sequence", "invalid type: a list"),
+            (" expected a sequence ", " expected a list "),
+            ("invalid type: map", "invalid type: an object"),
+        ];
+        // What a client wrote comes back in quotes, and may hold such words too: each once.
+        WORDS.iter().fold(said.to_owned(), |said, (from, to)| said.replacen(from, to, 1))
     }
 }

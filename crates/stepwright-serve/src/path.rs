@@ -90,7 +90,7 @@ pub struct PathTable {
 #[serde(deny_unknown_fields)]
 pub struct PathFile {
     /// What messages call it.
-    #[schema(example = "square.toml", max_length = 100)]
+    #[schema(example = "square.toml", min_length = 1, max_length = 100)]
     pub name: String,
     /// Its text: G-code, as `stepwright gcode` reads it, if the name ends as that of a job does;
     /// otherwise motor cycles, as `stepwright cycle` reads them.
@@ -201,9 +201,10 @@ impl PathFile {
                 _ => declined,
             },
         )?;
-        if file.name.chars().count() > NAME || file.name.chars().any(char::is_control) {
+        let length = file.name.chars().count();
+        if !(1..=NAME).contains(&length) || file.name.chars().any(char::is_control) {
             return Err(Declined::range("name is none of a file")
-                .allowed(format!("at most {NAME} characters, none of them control characters")));
+                .allowed(format!("1 to {NAME} characters, none of them control characters")));
         }
         Ok(file)
     }

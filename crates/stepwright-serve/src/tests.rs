@@ -138,7 +138,33 @@ async fn nonsense_is_declined_with_the_reason_and_the_remedy() {
         let long = format!("{{\"axis\":1,\"by\":1{}}}", " ".repeat(crate::BODY));
         let (status, said) = bench.post(path, Some(&key), &long).await;
         assert_eq!(status, StatusCode::PAYLOAD_TOO_LARGE, "{path}");
+        assert_eq!(said["what"], "the body is too long", "{path}");
         assert_eq!(said["allowed"], "at most 4096 bytes");
+    }
+    for (body, what) in [
+        (
+            r#"{"axis":300,"by":1}"#,
+            "axis: invalid value: integer `300`, expected the number of an axis at line 1 column 11",
+        ),
+        (
+            r#"{"axis":1,"by":1.5}"#,
+            "by: invalid type: floating point `1.5`, expected a whole number at line 1 column 18",
+        ),
+        (
+            r#"{"axis":1,"by":1,"accel":[]}"#,
+            "accel: invalid type: a list, expected a number at line 1 column 25",
+        ),
+        (r#"{"by":1}"#, "missing field `axis` at line 1 column 8"),
+        (r#"{"axis":1"#, "no JSON: EOF while parsing an object at line 1 column 9"),
+    ] {
+        let (_, said) = bench.post("/api/move", Some(&key), body).await;
+        assert_eq!(said["what"], what, "{body}");
+    }
+    for name in ["", "a\\nb", &"n".repeat(101)] {
+        let body = format!(r#"{{"name":"{name}","text":""}}"#);
+        let (status, said) = bench.post("/api/path", Some(&key), &body).await;
+        assert_eq!(status, StatusCode::UNPROCESSABLE_ENTITY, "{name}");
+        assert_eq!(said["what"], "name is none of a file", "{name}");
     }
     let (status, said) =
         bench.post("/api/move", Some(&key), r#"{"axis":1,"by":1,"accel":0.5}"#).await;

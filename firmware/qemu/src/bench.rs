@@ -205,15 +205,23 @@ pub fn measure() -> Result<Vec<Row>> {
     Ok(rows)
 }
 
+/// The most that a stack may take, in bytes.
+const STACK: f64 = 2048.0;
+
+/// Orders of three axes that start, move, and stop; and how often they are given for the deepest stack. It is
+/// deep where interrupts meet, which chance decides.
+const STACKED: [&str; 2] = [
+    "PO s0 t3000 a900 d900 j9000 G+900 A2 s0 t2900 a900 d900 G+800 A3 s0 t2800 a900 d900 G-700 E",
+    "A1 PO s0 t900 a900 d900 j9000 g+ A2 s0 t900 a900 d900 g- E A1 t700 d500 @-300 A2 a400 t900 A0 Z",
+];
+const ROUNDS: usize = 10;
+
 /// The deepest stack of three axes that start, move, are asked and stopped.
 fn stack(image: &Image) -> Result<u64> {
     let out = env::temp_dir().join(format!("stepwright-stack-{}", std::process::id()));
     let task = format!("stack={},out={}", image.ram_end, out.display());
     let mut chip = Machine::watched(&NRF51, "controller", Pace::Chip, &task, &[])?;
-    for order in [
-        "PO s0 t3000 a900 d900 j9000 G+900 A2 s0 t2900 a900 d900 G+800 A3 s0 t2800 a900 d900 G-700 E",
-        "A1 PO s0 t900 a900 d900 j9000 g+ A2 s0 t900 a900 d900 g- E A1 t700 d500 @-300 A2 a400 t900 A0 Z",
-    ] {
+    for order in STACKED.into_iter().cycle().take(ROUNDS * STACKED.len()) {
         carry_out(&mut chip, order)?;
     }
     chip.ask("$")?;
@@ -225,7 +233,7 @@ fn stack(image: &Image) -> Result<u64> {
 }
 
 /// Stores the rows in a file, or holds them against those in it: with `check` an error where a row
-/// is more than 2 % worse, or another.
+/// is more than 2 % worse, or another. The stack, which differs from run to run, is held against its bound.
 ///
 /// # Errors
 /// That, or the file can't be read or written.
@@ -247,7 +255,8 @@ pub fn keep(rows: &[Row], file: &Path, check: bool) -> Result<()> {
     for (row, stored) in rows.iter().zip(&stored) {
         ensure!(stored["name"] == row.name && stored["axes"] == row.axes, "another row: {stored}");
         let before = stored["value"].as_f64().context("a value")?;
-        if row.value > before * 1.02 {
+        let most = if row.name == "stack" { STACK } else { before * 1.02 };
+        if row.value > most {
             println!("{} of {}: {} {}, stored {before}", row.name, row.axes, row.value, row.unit);
             worse += 1;
         }

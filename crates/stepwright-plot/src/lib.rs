@@ -121,15 +121,20 @@ impl PlotFile {
     /// # Errors
     /// [`PlotError::Write`]
     pub fn check(&self) -> Result<(), PlotError> {
-        let is_new = !self.path.exists();
+        let about = fs::metadata(&self.path);
+        if about.as_ref().is_ok_and(|about| !about.is_file() && !about.is_dir()) {
+            // A pipe waits for its reader, to whom the look would be the end.
+            return Ok(());
+        }
         fs::OpenOptions::new()
             .append(true)
             .create(true)
             .open(&self.path)
             .map_err(|error| PlotError::Write(self.path.clone(), error))?;
-        if is_new {
-            // There may never be anything to draw.
-            let _ = fs::remove_file(&self.path);
+        if about.is_err() {
+            // There may never be anything to draw. A link to it stays.
+            let made = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
+            let _ = fs::remove_file(made);
         }
         Ok(())
     }

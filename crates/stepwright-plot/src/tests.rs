@@ -55,6 +55,36 @@ fn every_format_is_written() {
     fs::remove_dir_all(directory).unwrap();
 }
 
+/// A look whether a file can be written leaves everything as it was.
+#[cfg(unix)]
+#[test]
+fn a_look_at_a_link_or_a_pipe_leaves_it_alone() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    use std::process::Command;
+
+    let directory = std::env::temp_dir().join(format!("stepwright-look-{}", std::process::id()));
+    fs::create_dir_all(&directory).unwrap();
+    let file = |name: &str| -> PlotFile { directory.join(name).to_str().unwrap().parse().unwrap() };
+    // A link to a file that is not there yet.
+    symlink("later.svg", directory.join("link.svg")).unwrap();
+    file("link.svg").check().unwrap();
+    assert!(directory.join("link.svg").is_symlink() && !directory.join("later.svg").exists());
+    file("link.svg").save(&axes().figure()).unwrap();
+    assert!(directory.join("link.svg").is_symlink() && directory.join("later.svg").is_file());
+    symlink("nowhere/later.svg", directory.join("stray.svg")).unwrap();
+    assert!(file("stray.svg").check().is_err() && directory.join("stray.svg").is_symlink());
+    // A pipe without a reader would be waited for; one with a reader would end for it.
+    let made = Command::new("mkfifo").arg(directory.join("pipe.svg")).status();
+    assert!(made.unwrap().success());
+    let (looked, wait) = std::sync::mpsc::channel();
+    let pipe = file("pipe.svg");
+    std::thread::spawn(move || looked.send(pipe.check().is_ok()));
+    assert_eq!(wait.recv_timeout(std::time::Duration::from_secs(10)), Ok(true));
+    assert!(fs::metadata(directory.join("pipe.svg")).unwrap().file_type().is_fifo());
+    assert!(file("new.svg").check().is_ok() && !directory.join("new.svg").exists());
+    fs::remove_dir_all(directory).unwrap();
+}
+
 #[test]
 fn where_nothing_can_be_written_it_is_said() {
     let file: PlotFile = "/nonexistent/a.svg".parse().unwrap();

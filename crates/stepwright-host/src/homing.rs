@@ -227,7 +227,8 @@ impl SwitchHoming {
                 if leg.is_towards() {
                     self.at_switch(leg, position, stop, braked)
                 } else {
-                    self.away(leg, position)
+                    let stop = stop.or(braked.then_some(Stop::Soft));
+                    self.away(leg, position, stop)
                 }
             }
             (State::Clearing(leg), HomingEvent::Said(_)) => Ok(self.zero(leg)),
@@ -294,12 +295,19 @@ impl SwitchHoming {
         Ok(self.zero(next))
     }
 
-    /// A leg from the switch has ended.
-    fn away(&mut self, leg: HomeLeg, position: Option<i64>) -> Result<HomingAct, HomingFailure> {
-        match position.filter(|at| *at == i64::from(self.back_off)) {
-            Some(at) if leg == HomeLeg::Leave => Ok(HomingAct::Done(at)),
-            Some(_) => Ok(self.go(HomeLeg::Approach)),
-            None => Err(HomingFailure::NotAway),
+    /// A leg from the switch has ended. A stop that comes with its last steps leaves the place as
+    /// it is; no leg follows it all the same.
+    fn away(
+        &mut self,
+        leg: HomeLeg,
+        position: Option<i64>,
+        stop: Option<Stop>,
+    ) -> Result<HomingAct, HomingFailure> {
+        match (position.filter(|at| *at == i64::from(self.back_off)), stop) {
+            (None, _) => Err(HomingFailure::NotAway),
+            (Some(at), _) if leg == HomeLeg::Leave => Ok(HomingAct::Done(at)),
+            (Some(_), Some(stop)) => Err(HomingFailure::Stopped(stop)),
+            (Some(_), None) => Ok(self.go(HomeLeg::Approach)),
         }
     }
 }
@@ -386,6 +394,22 @@ mod tests {
             let said = after(&mut homing(false), &events).unwrap_err();
             assert!(said.contains(why), "{said}");
         }
+    }
+
+    /// A stop that comes with the last steps is not seen in the position.
+    #[test]
+    fn no_leg_follows_a_stop() {
+        let ends = |stop, braked| HomingEvent::Rests { position: Some(-50), stop, braked };
+        let soft = Some(Stop::Soft);
+        for end in [ends(soft, false), ends(None, true), ends(soft, true)] {
+            let said = after(&mut homing(false), &[(0, HomingEvent::Closed), (0, YES), (0, end)]);
+            assert_eq!(said, Err("stopped by a soft stop (Z)".to_owned()));
+        }
+        // None would follow the last leg: 0 is found.
+        let found = [(0, HomingEvent::Closed), (0, YES), (0, ends(None, false))];
+        let last = [(0, rests(-2, Some(Stop::Switch))), (0, YES), (0, ends(soft, true))];
+        let done = after(&mut homing(false), &[found, last].concat());
+        assert_eq!(done, Ok(HomingAct::Done(-50)));
     }
 
     #[test]

@@ -387,3 +387,15 @@ fn recordings_end_with_the_board() {
     assert_eq!(dump.lines().filter(|line| *line == "1a").count(), 40);
     assert!(dump.lines().last().unwrap().starts_with('#'));
 }
+
+/// A board that is ended cuts the motion of its motors short. Where those are that rest is known.
+#[test]
+fn a_board_that_is_ended_while_a_motor_moves_is_not_done() {
+    let board = Board::start(&[]);
+    board.order(&["move", "3", "--axis", "2"]).assert(0, "position 3 ready");
+    assert_eq!(board.order(&["move", "100000", "--detach"]).code(), Some(0));
+    let ended = board.end();
+    assert_eq!(ended.code(), Some(130), "{ended:?}");
+    ended.assert_error("the board was ended while a motor moved");
+    assert!(ended.stderr.contains("axis 2 position 3 ready\nposition uncertain\n"), "{ended:?}");
+}

@@ -28,6 +28,10 @@ trait Board {
     fn take_answers(&mut self) -> Vec<u8>;
     fn run_until(&mut self, time: u64);
     fn is_busy(&mut self) -> bool;
+    /// Whether an axis moves; any, where the board does not tell them apart.
+    fn is_moving(&mut self, _axis: u8) -> bool {
+        self.is_busy()
+    }
     fn is_endless(&self) -> bool;
     fn position(&mut self, axis: u8) -> Option<i64>;
     fn late(&mut self) -> u32;
@@ -52,6 +56,9 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
     }
     fn is_busy(&mut self) -> bool {
         VirtualBoard::is_busy(self)
+    }
+    fn is_moving(&mut self, axis: u8) -> bool {
+        Axis::new(axis.into()).is_ok_and(|axis| self.motors().is_moving(axis))
     }
     fn is_endless(&self) -> bool {
         VirtualBoard::is_endless(self)
@@ -235,10 +242,10 @@ impl Bench {
     /// axis 1 always, and last.
     pub fn report(&mut self) -> Vec<String> {
         self.notice();
-        let (busy, late) = (self.board.is_busy(), self.board.late());
+        let late = self.board.late();
         let mut state = |axis: u8| match self.board.position(axis) {
             // What moves still was cut short.
-            _ if busy => "position uncertain".to_owned(),
+            _ if self.board.is_moving(axis) => "position uncertain".to_owned(),
             Some(steps) => format!("position {steps} ready"),
             None => "position uncertain".to_owned(),
         };

@@ -143,8 +143,13 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut board = Paced::new(bench, args.fast);
     let served = if args.way.stdio { stdio::serve(&mut board) } else { serve_pty(&mut board) };
     board.board.report().iter().for_each(say::note);
-    let finished = board.board.finish();
-    served.and(finished)
+    let cut = interrupt::asked() && board.board.is_busy();
+    served.and(board.board.finish())?;
+    if cut {
+        return Err(Failure::interrupted("the board was ended while a motor moved")
+            .hint("`stepwright stop --port PATH` brakes it before"));
+    }
+    Ok(())
 }
 
 #[cfg(unix)]

@@ -2,8 +2,9 @@
 #![cfg(unix)]
 
 use std::io::{Read, Write};
-use std::os::unix::net::UnixStream;
+use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
+use std::thread;
 use std::time::Duration;
 
 use crate::common::{self, Ended, Running, stepwright};
@@ -118,6 +119,34 @@ fn a_first_terminal_that_was_killed_is_in_nobodys_way() {
     assert_eq!(bench.order(&["retarget", "70"]).code(), Some(0));
     bench.order(&["watch"]).assert(0, "position 70 ready");
     bench.order(&["move", "5"]).assert(0, "position 75 ready");
+    bench.end();
+}
+
+/// It lets another in and is gone: its socket closes after its conversations.
+#[test]
+fn a_first_terminal_that_is_about_to_end_is_in_nobodys_way() {
+    let bench = Bench::new();
+    bench.order(&["move", "5"]).assert(0, "position 5 ready");
+    let door = UnixListener::bind(bench.door()).unwrap();
+    let ending = thread::spawn(move || (0..2).for_each(|_| drop(door.accept().unwrap())));
+    bench.order(&["position"]).assert(0, "position 5 ready");
+    ending.join().unwrap();
+    bench.order(&["move", "5"]).assert(0, "position 10 ready");
+    bench.end();
+}
+
+#[test]
+fn a_first_terminal_that_is_suspended_is_named() {
+    let bench = Bench::new();
+    bench.order(&["move", "5"]).assert(0, "position 5 ready");
+    let door = UnixListener::bind(bench.door()).unwrap();
+    // Whoever comes is let in, and never answered.
+    let ended = bench.order(&["position"]);
+    assert_eq!(ended.code(), Some(1), "{ended:#?}");
+    ended.assert_error("no answer from the stepwright that holds");
+    drop(door);
+    std::fs::remove_file(bench.door()).unwrap();
+    bench.order(&["move", "5"]).assert(0, "position 10 ready");
     bench.end();
 }
 

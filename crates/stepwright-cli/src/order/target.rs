@@ -2,6 +2,8 @@
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::thread;
 use std::time::Duration;
 
 use clap::ValueEnum;
@@ -31,6 +33,13 @@ use stepwright_machine::BAUD;
 use stepwright_plot::PlotFile;
 use stepwright_sim::Description;
 use stepwright_sim::Switch;
+
+/// So often the holder of a port is met, which may be about to end.
+#[cfg(unix)]
+const MEETINGS: u32 = 5;
+/// The socket of a program that ends closes within this time.
+#[cfg(unix)]
+const ENDING: Duration = Duration::from_millis(50);
 
 /// How results are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -121,6 +130,12 @@ pub fn axis(text: &str) -> Result<AxisId, String> {
 impl PortArgs {
     /// Opens the port and meets the board on it. `order` is the subcommand.
     pub fn meet(&self, order: &str, share: Share) -> Result<Session, Failure> {
+        #[cfg(unix)]
+        if let (Share::Guest, Some(path)) = (share, &self.port)
+            && let Some(session) = through_holder(path)?
+        {
+            return Ok(session);
+        }
         let mut session = self.open(order, share)?;
         met(&mut session)?;
         Ok(session)
@@ -135,10 +150,6 @@ impl PortArgs {
                      run `stepwright board --pty` in another terminal and give the path it says",
                 ));
         };
-        #[cfg(unix)]
-        if let (Share::Guest, Some(guest)) = (share, GuestLink::open(path, guest::PATIENCE)) {
-            return Ok(conversation(Box::new(guest)));
-        }
         let mut session = conversation(Box::new(serial(path, self.baud, share)?));
         if share == Share::Host {
             let_in(&mut session, path);
@@ -202,31 +213,56 @@ impl VirtualArgs {
     }
 }
 
+/// Meets the board through the stepwright that holds its port; `None` if none lets others in.
+#[cfg(unix)]
+fn through_holder(port: &Path) -> Result<Option<Session>, Failure> {
+    for _ in 0..MEETINGS {
+        let Some(guest) = GuestLink::open(port, guest::PATIENCE) else { break };
+        let mut session = conversation(Box::new(guest));
+        match session.meet() {
+            Ok(()) => return Ok(Some(session)),
+            // It ends: its socket closes after its conversations.
+            Err(LinkError::Gone(_)) => thread::sleep(ENDING),
+            Err(LinkError::Silent) => {
+                let what = format!("no answer from the stepwright that holds {}", port.display());
+                return Err(Failure::new(what).hint(
+                    "is it suspended, or the board silent? `stepwright stop` and `stepwright \
+                     kill` get through all the same",
+                ));
+            }
+            Err(trouble) => return Err(not_met(&mut session, trouble)),
+        }
+    }
+    Ok(None)
+}
+
 /// Meets the board at the other end.
 pub fn met(session: &mut Session) -> Result<(), Failure> {
-    session.meet().map_err(|trouble| {
-        let name = session.link().name();
-        if matches!(trouble, LinkError::Silent)
-            && let Some(Err(another)) = greeting(session).map(|answer| {
-                programs::is_wanted(&name, &answer, programs::CONTROLLER, |_| programs::SLAVE)
-            })
-        {
-            return another;
-        }
-        if let LinkError::Program(answer) = &trouble
-            && let Err(another) =
-                programs::is_wanted(&name, answer, programs::CONTROLLER, |_| programs::SLAVE)
-        {
-            return another;
-        }
-        match trouble {
-            LinkError::Silent => Failure::new(format!("no answer from {name}")).hint(
-                "is it the board's port (`stepwright ports`), at its rate (--baud), with \
-                 Stepwright's or the Nano slave's program on it?",
-            ),
-            other => lost(&name, &other),
-        }
-    })
+    session.meet().map_err(|trouble| not_met(session, trouble))
+}
+
+fn not_met(session: &mut Session, trouble: LinkError) -> Failure {
+    let name = session.link().name();
+    if matches!(trouble, LinkError::Silent)
+        && let Some(Err(another)) = greeting(session).map(|answer| {
+            programs::is_wanted(&name, &answer, programs::CONTROLLER, |_| programs::SLAVE)
+        })
+    {
+        return another;
+    }
+    if let LinkError::Program(answer) = &trouble
+        && let Err(another) =
+            programs::is_wanted(&name, answer, programs::CONTROLLER, |_| programs::SLAVE)
+    {
+        return another;
+    }
+    match trouble {
+        LinkError::Silent => Failure::new(format!("no answer from {name}")).hint(
+            "is it the board's port (`stepwright ports`), at its rate (--baud), with \
+             Stepwright's or the Nano slave's program on it?",
+        ),
+        other => lost(&name, &other),
+    }
 }
 
 /// Meets the board of the program that greets with `wanted`; its answer to `?`. `program` names

@@ -179,7 +179,7 @@ impl<const N: usize> Cell<N> {
     }
 
     /// The acceleration that is there at this w to speed up by.
-    fn speed_up(&self, w: f64) -> f64 {
+    pub fn speed_up(&self, w: f64) -> f64 {
         self.least(|room| room.accel - room.curbs[0] * w).max(0.0)
     }
 

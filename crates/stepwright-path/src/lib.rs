@@ -65,6 +65,7 @@ mod route;
 mod runs;
 mod shape;
 mod smooth;
+mod span;
 mod stream;
 mod stretch;
 mod trial;

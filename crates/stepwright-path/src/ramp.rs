@@ -58,20 +58,41 @@ impl Limits {
         let bend = peak / self.jerk;
         [(sign * self.jerk, bend), (0.0, hold.max(0.0)), (-sign * self.jerk, bend)]
     }
+}
+
+/// The limits on the way up to the highest speed, and on the way down from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sides {
+    pub up: Limits,
+    pub down: Limits,
+}
+
+impl Sides {
+    /// The same on both.
+    pub fn both(limits: Limits) -> Sides {
+        Sides { up: limits, down: limits }
+    }
+
+    /// What there is on both.
+    pub fn least(&self) -> Limits {
+        let Sides { up, down } = *self;
+        Limits { accel: up.accel.min(down.accel), jerk: up.jerk.min(down.jerk) }
+    }
 
     /// From one moment to another over a way, as fast as can be, at most at `top`: with an
     /// acceleration, if any, upwards at the first and downwards at the second. `None` if the way is
     /// too short for that.
     pub fn over(&self, from: Moment, to: Moment, top: f64) -> Option<Vec<Piece>> {
-        let ends = [(from.v, from.a), (to.v, -to.a)];
+        let Sides { up, down } = *self;
+        let ends = [(from.v, from.a, up.jerk), (to.v, -to.a, down.jerk)];
         // As if it had begun without acceleration before.
-        let [begin, end] = ends.map(|(v, a)| v - a * a / 2.0 / self.jerk);
-        let before = ends.map(|(v, a)| (v - a * a / 3.0 / self.jerk) * a / self.jerk);
-        let [rise, fall] = ends.map(|(_, a)| a / self.jerk);
-        let least = ends.map(|(v, a)| v + a * a / 2.0 / self.jerk);
+        let [begin, end] = ends.map(|(v, a, jerk)| v - a * a / 2.0 / jerk);
+        let before = ends.map(|(v, a, jerk)| (v - a * a / 3.0 / jerk) * a / jerk);
+        let [rise, fall] = ends.map(|(_, a, jerk)| a / jerk);
+        let least = ends.map(|(v, a, jerk)| v + a * a / 2.0 / jerk);
         let way = to.s - from.s + before[0] + before[1];
         let low = least[0].max(least[1]);
-        let both = |peak: f64| self.way(begin, peak) + self.way(peak, end);
+        let both = |peak: f64| up.way(begin, peak) + down.way(peak, end);
         let bent = rise > 0.0 || fall > 0.0;
         if bent && (both(low) > way || low > top) {
             return None;
@@ -80,8 +101,8 @@ impl Limits {
         let peak = if both(top) <= way { top } else { root(low, top, |v| both(v) - way) };
         let level = (way - both(peak)).max(0.0) / peak;
         let level = if level.is_finite() { level } else { 0.0 };
-        let mut up = self.pushes(begin, peak);
-        let mut down = self.pushes(peak, end);
+        let mut up = up.pushes(begin, peak);
+        let mut down = down.pushes(peak, end);
         up[0].1 = (up[0].1 - rise).max(0.0);
         down[2].1 = (down[2].1 - fall).max(0.0);
         let mut pieces = join(from, &up, peak);
@@ -150,7 +171,7 @@ mod tests {
         {
             let from = Moment { t: 1.0, s: 2.0, v, a: 0.0 };
             let end = Moment { t: 0.0, s: 2.0 + way, v: to, a: 0.0 };
-            let pieces = LIMITS.over(from, end, 100.0).unwrap();
+            let pieces = Sides::both(LIMITS).over(from, end, 100.0).unwrap();
             let mut at = from;
             for piece in &pieces {
                 assert!((piece.from.s - at.s).abs() < 1e-12 && (piece.from.v - at.v).abs() < 1e-12);
@@ -165,11 +186,27 @@ mod tests {
     }
 
     #[test]
+    fn each_side_has_its_limits() {
+        let down = Limits { accel: 500.0, jerk: 5_000.0 };
+        let sides = Sides { up: LIMITS, down };
+        // 0 to 100 in 0.2 s over 10, and to 0 again in 0.3 s over 15.
+        let way = LIMITS.way(0.0, 100.0) + down.way(100.0, 0.0);
+        assert!((way - 25.0).abs() < 1e-12);
+        let (from, to) = (Moment::at_rest(0.0, 0.0), Moment::at_rest(0.0, 25.0));
+        let pieces = sides.over(from, to, 1e9).unwrap();
+        let peak = pieces.iter().map(|piece| piece.to.v).fold(0.0, f64::max);
+        assert!((peak - 100.0).abs() < 1e-9, "{peak}");
+        assert!((pieces.last().unwrap().to.t - 0.5).abs() < 1e-9);
+        let steep = pieces.iter().map(|piece| piece.to.a);
+        assert!((steep.fold(0.0, f64::min) + 500.0).abs() < 1e-9);
+    }
+
+    #[test]
     fn a_course_begins_and_ends_with_its_acceleration() {
         let from = Moment { t: 1.0, s: 2.0, v: 5.0, a: 300.0 };
         for (way, top) in [(10.0, 100.0), (10.0, 30.0), (2.0, 100.0), (200.0, 300.0)] {
             let end = Moment { t: 0.0, s: 2.0 + way, v: 8.0, a: -200.0 };
-            let pieces = LIMITS.over(from, end, top).unwrap();
+            let pieces = Sides::both(LIMITS).over(from, end, top).unwrap();
             let mut at = from;
             for piece in &pieces {
                 assert!((piece.from.v - at.v).abs() < 1e-9 && (piece.from.a - at.a).abs() < 1e-9);
@@ -182,8 +219,8 @@ mod tests {
         }
         // From 300 to 0 and on to -200 takes 9.5 and 2 at least.
         let end = Moment { t: 0.0, s: 2.3, v: 8.0, a: -200.0 };
-        assert!(LIMITS.over(from, end, 100.0).is_none());
+        assert!(Sides::both(LIMITS).over(from, end, 100.0).is_none());
         let end = Moment { t: 0.0, s: 4.0, v: 8.0, a: -200.0 };
-        assert!(LIMITS.over(from, end, 9.0).is_none());
+        assert!(Sides::both(LIMITS).over(from, end, 9.0).is_none());
     }
 }

@@ -16,10 +16,11 @@
 use std::collections::VecDeque;
 
 use crate::cell::Cell;
-use crate::course::{self, join, reach, reached};
+use crate::course::{join, reach, reached};
 use crate::kink::Kink;
 use crate::piece::{Moment, Piece};
 use crate::ramp::{Limits, root};
+use crate::span::{Bind, Span, divided};
 
 /// Rounding, of w.
 const ROUNDED: f64 = 1e-9;
@@ -45,15 +46,6 @@ pub(crate) struct Ground<'a, const N: usize> {
     pub kinks: Vec<Kink>,
 }
 
-/// A node that binds: without acceleration, but at a corner.
-#[derive(Clone, Copy, Debug)]
-struct Bind {
-    /// Cells before it, or, of the beginning, before the cell that it is in.
-    node: usize,
-    s: f64,
-    v: f64,
-}
-
 /// What comes out of looking for a course between two that bind.
 enum Bound {
     None(Vec<Piece>),
@@ -65,7 +57,7 @@ enum Bound {
 /// What a course exceeds.
 enum Beyond {
     Node(usize, f64),
-    /// The acceleration over a cell, by its part that is allowed.
+    /// The acceleration over a cell, and the one to try next.
     Accel(usize, f64),
     Top(f64),
 }
@@ -98,6 +90,15 @@ impl<const N: usize> Ground<'_, N> {
 
     /// From a moment to rest at the end, in time. `None` if it can't be done from there.
     pub fn courses(&mut self, from: Moment) -> Option<Vec<Piece>> {
+        let full = self.limits.clone();
+        let courses = self.bound_courses(from, &full);
+        self.limits = full;
+        courses
+    }
+
+    /// The same, with accelerations that become less as courses are beyond them. Where another node comes
+    /// to bind, they are as they were before: its courses are slower.
+    fn bound_courses(&mut self, from: Moment, full: &[Limits]) -> Option<Vec<Piece>> {
         let count = self.cells.len();
         let mut pieces = Vec::new();
         let (mut begin, mut at) = (from, 0);
@@ -131,6 +132,8 @@ impl<const N: usize> Ground<'_, N> {
                     match self.course(pair[0], pair[1], begin) {
                         Bound::None(found) => course = Some(found),
                         Bound::Node(bind) => {
+                            let cells = pair[0].node..pair[1].node;
+                            self.limits[cells.clone()].copy_from_slice(&full[cells]);
                             next.push(bind);
                             courses.push(None);
                             more = true;
@@ -231,19 +234,15 @@ impl<const N: usize> Ground<'_, N> {
 
     /// The same, with these accelerations at both ends, or less where it is too short for them.
     fn bound(&self, from: Bind, to: Bind, begin: Option<Moment>, kinks: Kink) -> Bound {
-        let mut limits = self.limits(from.node, to.node);
-        if let Some(begin) = begin {
-            limits = limits.with(begin.a);
-        }
-        let cells = from.node..to.node.max(from.node + 1).min(self.cells.len());
+        let span = Span { from, to, begin, kinks };
+        let cells = self.cells(&span);
         let mut top = self.tops[cells.clone()].iter().copied().fold(0.0, f64::max).sqrt();
         loop {
-            let pieces = between(from, to, begin, kinks, (&limits, top));
+            let pieces = self.fastest(&span, top);
             match self.beyond(cells.clone(), &pieces, top) {
                 Some(Beyond::Top(most)) => top = most,
                 Some(Beyond::Node(node, v)) => return Bound::Node(self.bind(node, v)),
-                Some(Beyond::Accel(cell, part)) => {
-                    let accel = limits.accel * part.clamp(0.5, 0.98);
+                Some(Beyond::Accel(cell, accel)) => {
                     let node = if cell > from.node { cell } else { cell + 1 };
                     let splits = node > from.node && node < to.node;
                     if splits && (begin.is_some() || accel < LEAST * self.cells[cell].slope(0.0)) {
@@ -267,16 +266,18 @@ impl<const N: usize> Ground<'_, N> {
     /// Where a course is furthest beyond what is allowed.
     fn beyond(&self, cells: std::ops::Range<usize>, pieces: &[Piece], top: f64) -> Option<Beyond> {
         let mut worst: Option<(f64, usize, f64)> = None;
-        let mut accel: Option<(f64, usize)> = None;
+        let mut accel: Option<(f64, usize, f64)> = None;
         let mut peak = f64::INFINITY;
         let mut n = 0;
         let mut before = pieces.first()?.from;
         for cell in cells.clone() {
             let end = self.cells.get(cell)?.end;
-            let (mut most, mut steep) = (before.v, before.a.abs());
+            let (mut most, mut up, mut down) = (before.v, before.a, -before.a);
+            let mut pass = |to: Moment| {
+                (most, up, down) = (most.max(to.v), up.max(to.a), down.max(-to.a));
+            };
             while n + 1 < pieces.len() && pieces[n].to.s < end {
-                let to = pieces[n].to;
-                (most, steep) = (most.max(to.v), steep.max(to.a.abs()));
+                pass(pieces[n].to);
                 n += 1;
             }
             let piece = &pieces[n];
@@ -288,14 +289,18 @@ impl<const N: usize> Ground<'_, N> {
                     worst = Some((over, cell + 1, here.v));
                 }
             }
-            (most, steep) = (most.max(here.v), steep.max(here.a.abs()));
+            pass(here);
             let limit = self.tops[cell];
             if most * most > limit * (1.0 + ROUNDED) {
                 peak = peak.min(limit.sqrt().max(before.v.min(here.v)));
             }
-            let allowed = self.cells[cell].slope(most * most) / steep;
-            if allowed < 1.0 - ROUNDED && accel.is_none_or(|known| allowed < known.0) {
-                accel = Some((allowed, cell));
+            let (ground, w) = (&self.cells[cell], most * most);
+            for (steep, slope) in [(up, ground.speed_up(w)), (down, ground.brake(w))] {
+                let part = slope / steep;
+                let known = accel.map_or(1.0 - ROUNDED, |(part, ..)| part);
+                if steep > 0.0 && part < known {
+                    accel = Some((part, cell, steep * part.clamp(0.5, 0.98)));
+                }
             }
             before = here;
         }
@@ -305,7 +310,7 @@ impl<const N: usize> Ground<'_, N> {
         if peak < top {
             return Some(Beyond::Top(peak));
         }
-        accel.map(|(part, cell)| Beyond::Accel(cell, part))
+        accel.map(|(_, cell, accel)| Beyond::Accel(cell, accel))
     }
 
     /// Whether it is nowhere, up to the cell in which it ends, faster than the axes can be: its speed
@@ -426,49 +431,6 @@ impl<const N: usize> Ground<'_, N> {
         }
         None
     }
-}
-
-/// The course from one to the other under these limits and a top speed. It begins as it does, or
-/// with the acceleration that it may have there.
-fn between(
-    from: Bind,
-    to: Bind,
-    begin: Option<Moment>,
-    kinks: Kink,
-    (limits, top): (&Limits, f64),
-) -> Vec<Piece> {
-    let corner = Moment { t: 0.0, s: from.s, v: from.v, a: kinks[0].min(limits.accel) };
-    let first = begin.map_or(corner, |begin| Moment { t: 0.0, ..begin });
-    let last = Moment { t: 0.0, s: to.s, v: to.v, a: -kinks[1].min(limits.accel) };
-    for part in [1.0, 0.7, 0.4, 0.0] {
-        let a = if begin.is_some() { first.a } else { part * first.a };
-        let end = Moment { a: part * last.a, ..last };
-        if a >= 0.0
-            && let Some(pieces) = limits.over(Moment { a, ..first }, end, top)
-        {
-            return pieces;
-        }
-    }
-    divided(course::lead(first, (to.s, to.v), top, &limits.pace()))
-}
-
-/// The same pieces, of which one ends wherever the speed is highest or lowest.
-fn divided(pieces: Vec<Piece>) -> Vec<Piece> {
-    let mut divided = Vec::with_capacity(pieces.len() + 2);
-    for piece in pieces {
-        let Piece { from, to, jerk } = piece;
-        if from.a * to.a < 0.0 {
-            let turn = from.after(jerk, -from.a / jerk);
-            if turn.t > from.t && turn.t < to.t {
-                let turn = Moment { a: 0.0, ..turn };
-                divided.push(Piece { from, to: turn, jerk });
-                divided.push(Piece { from: turn, to, jerk });
-                continue;
-            }
-        }
-        divided.push(piece);
-    }
-    divided
 }
 
 /// The speed at a place of a course.

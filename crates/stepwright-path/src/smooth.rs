@@ -11,7 +11,7 @@ use crate::cell::Cell;
 use crate::kink::{self, Kink};
 use crate::lens::Lens;
 use crate::piece::{Moment, Piece};
-use crate::ramp::Limits;
+use crate::ramp::{Limits, Sides};
 use crate::route::{AxisPace, Route, SLIVER, SOONEST};
 use crate::runs::{Ground, Stop};
 use crate::trial::{Past, Tried, clip, walk};
@@ -301,7 +301,7 @@ impl<const N: usize> Route<N> {
             let accel = ground.limits[n].accel.min(cell.slope(w));
             let limits = Limits { accel, ..ground.limits[n] };
             let begin = Moment::at_rest(here.t, cell.begin);
-            let course = limits.over(begin, Moment::at_rest(0.0, cell.end), w.sqrt());
+            let course = Sides::both(limits).over(begin, Moment::at_rest(0.0, cell.end), w.sqrt());
             let course = course.unwrap_or_default();
             here = course.last().map_or(begin, |piece| piece.to);
             smooth.course.extend(course);

@@ -18,7 +18,7 @@ use crate::cell::Cell;
 use crate::route::AxisPace;
 
 /// Of the jerk, for speeding up where it turns.
-pub(crate) const TURN: f64 = 0.8;
+pub(crate) const TURN: f64 = 0.9;
 
 /// Nodes of a window, at most 2 to this.
 const WINDOWS: u32 = 6;

@@ -95,5 +95,20 @@ fn lines_with_jerk_are_faster_than_without_jumps_of_acceleration() {
 #[test]
 fn curves_with_jerk_are_as_near_to_it_as_they_were() {
     let [mean, most] = spread(2, Kinds::All, Best::Even);
-    assert!(mean <= 2.3 && most <= 2.5, "{mean} %, {most} %");
+    assert!(mean <= 0.0 && most <= 1.7, "{mean} %, {most} %");
+}
+
+/// What a plan lowered on its way to where its nodes bind stayed low where it was planned again: these took
+/// up to 60 % longer than now. And the acceleration of unequal axes was everywhere the least on the way.
+#[test]
+fn curves_of_unequal_axes_take_no_longer_than_they_did() {
+    let time = |seed: u64| match seed % 2 {
+        0 => Path::<2>::random(seed, Kinds::All).executed(true),
+        _ => Path::<3>::random(seed, Kinds::All).executed(true),
+    };
+    for (seed, most) in [(152, 2.74), (320, 3.10), (222, 3.29), (35, 2.94)] {
+        assert!(time(seed) <= most, "path {seed}: {} s", time(seed));
+    }
+    let all: f64 = (0..100).map(time).sum();
+    assert!(all <= 340.5, "{all} s");
 }

@@ -70,9 +70,9 @@ fn corners_keep_the_law_of_jerk() {
 fn curves_keep_the_law_of_jerk() {
     for (name, job, most) in [
         ("arcs at 29", jobs::arcs(1_750.0 / 60.0), [8.78, 8.71]),
-        ("circle", jobs::circle(100.0), [5.75, 5.61]),
-        ("arcs at 100", jobs::arcs(100.0), [5.96, 4.38]),
-        ("organic", jobs::organic(), [29.5, 26.5]),
+        ("circle", jobs::circle(100.0), [5.72, 5.60]),
+        ("arcs at 100", jobs::arcs(100.0), [5.96, 4.42]),
+        ("organic", jobs::organic(), [28.95, 26.2]),
     ] {
         for (jerk, most) in [10_000.0, 50_000.0].into_iter().zip(most) {
             let time = judged(name, &job, jerk);

@@ -264,6 +264,24 @@ fn edges_are_recorded_as_mcap() {
     ended.assert_error("can't write /nowhere/at/all.mcap");
 }
 
+/// A pipe takes what a file takes.
+#[test]
+fn recordings_go_into_pipes() {
+    for (option, name) in
+        [("--vcd", "edges.vcd"), ("--mcap", "edges.mcap"), ("--plot", "edges.svg")]
+    {
+        let (file, pipe) = (Scratch::new(name), Scratch::new(&format!("pipe-{name}")));
+        let made = std::process::Command::new("mkfifo").arg(pipe.path()).status();
+        assert!(made.unwrap().success());
+        let from = pipe.0.clone();
+        let reader = std::thread::spawn(move || std::fs::read(from).unwrap());
+        for path in [file.path(), pipe.path()] {
+            stepwright(&["move", "400", "--fast", option, path]).assert(0, "position 400 ready");
+        }
+        assert!(reader.join().unwrap() == std::fs::read(&file.0).unwrap(), "{option}");
+    }
+}
+
 /// The shaft is followed by its coils: it is on the switch when the board says so.
 #[test]
 fn a_motor_on_coils_goes_where_it_is_sent() {

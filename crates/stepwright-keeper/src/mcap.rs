@@ -5,9 +5,10 @@
 //! each step: `{"position":40,"speed":-812.5}`, in steps and steps/s.
 
 use std::collections::BTreeMap;
-use std::io::{self, Seek, Write};
+use std::io::{self, Write};
 
 use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 
 /// The schema of every message. The page's `mcap.js` has the same.
@@ -22,9 +23,9 @@ const POWER: &str = r#"{"type":"object","properties":{"power":{"type":"number","
 /// A pause is this many times longer than the interval before it.
 const PAUSE: u64 = 5;
 
-/// Writes levels as they change.
-pub struct McapWriter<W: Write + Seek> {
-    writer: Writer<W>,
+/// Writes levels as they change, from the front to the end: into a pipe, too.
+pub struct McapWriter<W: Write> {
+    writer: Writer<NoSeek<W>>,
     /// The channel of each pin.
     pins: Vec<Channel>,
     /// Axes by their numbers, with their channels.
@@ -57,7 +58,7 @@ fn failed(error: McapError) -> io::Error {
     }
 }
 
-impl<W: Write + Seek> McapWriter<W> {
+impl<W: Write> McapWriter<W> {
     /// Begins a file of pins of these names, and axes of these numbers; `words` say where their
     /// edges are from.
     ///
@@ -70,8 +71,8 @@ impl<W: Write + Seek> McapWriter<W> {
         words: &str,
     ) -> io::Result<McapWriter<W>> {
         let library = concat!("stepwright ", env!("CARGO_PKG_VERSION"));
-        let options = WriteOptions::new().compression(None).library(library);
-        let mut writer = options.create(out).map_err(failed)?;
+        let options = WriteOptions::new().compression(None).library(library).disable_seeking(true);
+        let mut writer = options.create(NoSeek::new(out)).map_err(failed)?;
         let mut schema = |name, text: &str| {
             writer.add_schema(name, "jsonschema", text.as_bytes()).map_err(failed)
         };
@@ -153,16 +154,16 @@ impl<W: Write + Seek> McapWriter<W> {
             }
         }
         self.writer.finish().map_err(failed)?;
-        let mut out = self.writer.into_inner();
+        let mut out = self.writer.into_inner().into_inner();
         out.flush()?;
         Ok(out)
     }
 }
 
 impl Channel {
-    fn say<W: Write + Seek>(
+    fn say<W: Write>(
         &mut self,
-        writer: &mut Writer<W>,
+        writer: &mut Writer<NoSeek<W>>,
         nanos: u64,
         data: &[u8],
     ) -> io::Result<()> {
@@ -191,17 +192,15 @@ impl Motion {
 
 #[cfg(test)]
 mod tests {
-    use std::io::Cursor;
-
     use super::*;
 
     /// What is told of `/axis1`, in the order of time.
     fn told(steps: &[(u64, bool)]) -> Vec<(u64, String)> {
-        let mut file = McapWriter::new(Cursor::new(Vec::new()), ["step1"], [1], "w").unwrap();
+        let mut file = McapWriter::new(Vec::new(), ["step1"], [1], "w").unwrap();
         for (nanos, forward) in steps {
             file.step(1, *nanos, *forward).unwrap();
         }
-        let bytes = file.finish().unwrap().into_inner();
+        let bytes = file.finish().unwrap();
         let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
         let mine = messages.filter(|one| one.channel.topic == "/axis1");
         let mut all: Vec<_> = mine

@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 use std::fmt::Write;
-use std::io::{self, Cursor};
+use std::io;
 
 use serde::{Deserialize, Serialize};
 
@@ -195,7 +195,7 @@ pub fn mcap(record: &ScopeRecord) -> io::Result<Vec<u8>> {
     let names = record.signals.iter().map(|signal| signal.name.as_str());
     let stepped = |signal: &&ScopeSignal| signal.pin == "step";
     let axes = record.signals.iter().filter(stepped).filter_map(|signal| signal.axis);
-    let mut file = McapWriter::new(Cursor::new(Vec::new()), names, axes, &record.words)?;
+    let mut file = McapWriter::new(Vec::new(), names, axes, &record.words)?;
     let mut forward: Vec<_> = record.signals.iter().map(|signal| signal.level).collect();
     for (n, signal) in record.signals.iter().enumerate() {
         if let Some(level) = signal.level {
@@ -214,7 +214,7 @@ pub fn mcap(record: &ScopeRecord) -> io::Result<Vec<u8>> {
         }
         forward[n] = Some(level);
     }
-    Ok(file.finish()?.into_inner())
+    file.finish()
 }
 
 #[cfg(test)]

@@ -116,14 +116,14 @@ impl Recorder for EdgeFiles {
 
 /// Edges as MCAP, in ns since the board was switched on, rounded down. An error is kept until the
 /// end; what comes after it is dropped.
-struct McapEdges<W: Write + io::Seek> {
+struct McapEdges<W: Write> {
     writer: McapWriter<W>,
     hz: u128,
     pins: Vec<(u8, Pin)>,
     error: Option<io::Error>,
 }
 
-impl<W: Write + io::Seek> McapEdges<W> {
+impl<W: Write> McapEdges<W> {
     fn new(out: W, rate: Rate, pins: &[StartLevel]) -> io::Result<McapEdges<W>> {
         let names: Vec<String> = pins.iter().map(|(axis, pin, _)| pin.of(*axis)).collect();
         let words = "the edges of the virtual board's pins";
@@ -160,7 +160,7 @@ impl<W: Write + io::Seek> McapEdges<W> {
     }
 }
 
-impl<W: Write + io::Seek> Recorder for McapEdges<W> {
+impl<W: Write> Recorder for McapEdges<W> {
     fn edge(&mut self, edge: Edge) {
         let pin = self.pins.iter().position(|pin| *pin == (edge.axis, edge.pin));
         if let (Some(pin), None) = (pin, &self.error) {

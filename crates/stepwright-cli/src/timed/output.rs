@@ -164,7 +164,7 @@ fn edges(course: &Course, wiring: &Wiring) -> impl Iterator<Item = (u64, usize, 
 }
 
 /// The pins' edges as MCAP, in ns from the call on, rounded down.
-pub fn mcap(out: impl Write + io::Seek, course: &Course, wiring: &Wiring) -> io::Result<()> {
+pub fn mcap(out: impl Write, course: &Course, wiring: &Wiring) -> io::Result<()> {
     let names: Vec<_> = wiring.signals.iter().map(|one| one.name.replace(' ', "_")).collect();
     let words = "the pins of the timed driver's virtual board";
     let mut file = McapWriter::new(out, names.iter().map(String::as_str), [], words)?;

@@ -41,6 +41,21 @@ fn a_job_is_streamed_to_its_exact_end() {
 }
 
 #[test]
+fn places_that_a_kill_has_lost_are_not_called_known() {
+    let board = PtyBoard::new(&["--program", "stream"]);
+    let file = job("G1 F1200 X200\n");
+    let mut command = gcode(&board, file.path());
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(1_500));
+    stepwright().args(["kill", "--port", &board.1]).output().unwrap();
+    let output = child.wait_with_output().unwrap();
+    let (out, err) = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{out}{err}");
+    assert!(err.contains("has stopped, off the path, at ? 0 0\n"), "{err}");
+    assert!(!err.contains("known"), "{err}");
+}
+
+#[test]
 fn a_signal_brakes_along_the_path() {
     let board = PtyBoard::new(&["--program", "stream"]);
     let file = job("G1 F1200 X200 Y100\n");

@@ -142,11 +142,17 @@ fn follow(
 
 /// How far it is, and how long it still takes: exactly, for that is known.
 pub fn tell(line: &mut Line, now: f64, all: f64, braked: bool) {
-    let left = if braked { "braking".into() } else { format!("{} left", seconds(all - now)) };
-    let part = if all > 0.0 { (now / all * 100.0).clamp(0.0, 100.0) } else { 100.0 };
-    let plain = format!("{part:.0} %  {left}");
+    let plain = progress(now, all, braked);
     let long = format!("{plain} of {}", seconds(all));
     line.show(&[&long, &plain], &plain, false);
+}
+
+/// A board ends some ms behind the plan: no time is left then.
+fn progress(now: f64, all: f64, braked: bool) -> String {
+    let left = (all - now).max(0.0);
+    let left = if braked { "braking".into() } else { format!("{} left", seconds(left)) };
+    let part = if all > 0.0 { (now / all * 100.0).clamp(0.0, 100.0) } else { 100.0 };
+    format!("{part:.0} %  {left}")
 }
 
 /// What happens, as rows of CSV.
@@ -262,5 +268,17 @@ impl Drawn {
         let [x, y] = [0, 1].map(|n| self.last.0[n] as f64 * self.steps[n]);
         self.go(x, y, 0.0);
         self.way
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::progress;
+
+    #[test]
+    fn no_time_is_left_behind_the_end() {
+        assert_eq!(progress(1.0, 2.0, false), "50 %  1.000 s left");
+        assert_eq!(progress(2.022, 2.0, false), "100 %  0.000 s left");
+        assert_eq!(progress(1.0, 2.0, true), "50 %  braking");
     }
 }

@@ -83,11 +83,16 @@ pub fn off(session: &mut Session, name: &str, state: FeedState) -> Failure {
         _ => "it was short of what comes next",
     };
     let rests = at_rest(session, name).is_ok();
-    let places = positions(session).ok().filter(|_| rests).map(|places| {
-        places.map(|place| place.map_or("?".to_owned(), |place| place.to_string())).join(" ")
-    });
-    let where_ = places.map_or(String::new(), |places| format!(", at {places}"));
-    Failure::new(format!("{name} has braked, off the path: {why}{where_}"))
+    let Some(places) = positions(session).ok().filter(|_| rests) else {
+        return Failure::new(format!("{name} has braked, off the path: {why}"))
+            .hint("whether it rests, and where, it has not said");
+    };
+    let at = places.map(|place| place.map_or("?".to_owned(), |place| place.to_string())).join(" ");
+    if places.contains(&None) {
+        return Failure::new(format!("{name} has stopped, off the path, at {at}"))
+            .hint("a place that is ? is lost: a kill (K) has lost it, now or before the job");
+    }
+    Failure::new(format!("{name} has braked, off the path: {why}, at {at}"))
         .hint("the positions are known; a slower job, or a computer with less to do")
 }
 

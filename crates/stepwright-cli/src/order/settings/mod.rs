@@ -240,7 +240,26 @@ fn change(session: &mut Session, settings: Listed, values: &[Value]) -> Result<u
             changed += 1;
         }
     }
+    if changed > 0 {
+        has_kept(session, &now, values)?;
+    }
     Ok(changed)
+}
+
+/// That the board has these settings as `now` says. One whose power fails meanwhile begins again
+/// with what it has kept, and obeys the rest.
+fn has_kept(session: &mut Session, now: &Settings, values: &[Value]) -> Result<(), Failure> {
+    let kept = ask(session)?;
+    for setting in values.iter().map(|value| value.setting()) {
+        let has = there(&kept, setting)?.number();
+        if has != now.get(setting) {
+            let (board, name) = (session.link().name(), setting.name());
+            let what = format!("{board} has {name}={has}, and not {}", now.get(setting));
+            return Err(Failure::new(what)
+                .hint("it was restarted meanwhile: look at its power, and set all of it again"));
+        }
+    }
+    Ok(())
 }
 
 /// Says a line that changes settings; it is harmless twice.
@@ -260,4 +279,61 @@ pub fn order(session: &mut Session, line: Command) -> Result<(), Failure> {
         }
     }
     Err(Failure::new(format!("the board refuses {line}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::time::Duration;
+
+    use super::*;
+    use stepwright_host::link::Link;
+    use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
+
+    /// A board that says Y to `idle-ms` and has lost it by the next line.
+    struct Forgetful(VirtualLink<VirtualUno>, Vec<u8>);
+
+    impl Link for Forgetful {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+            if bytes.starts_with(b"$idle-ms=") {
+                self.1.extend(b"Y\r");
+                return Ok(());
+            }
+            self.0.write(bytes)
+        }
+
+        fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+            if self.1.is_empty() {
+                return self.0.read(buffer, limit);
+            }
+            let said = self.1.drain(..);
+            Ok(buffer.iter_mut().zip(said).map(|(to, byte)| *to = byte).count())
+        }
+
+        fn now(&self) -> Duration {
+            self.0.now()
+        }
+
+        fn name(&self) -> String {
+            "the board".to_owned()
+        }
+    }
+
+    #[test]
+    fn a_setting_that_is_lost_on_the_way_is_noticed() {
+        let board = VirtualLink::new(VirtualUno::new(), true);
+        let mut session = Session::new(Box::new(Forgetful(board, Vec::new())));
+        let value = |setting, number| Value::new(setting, number).unwrap();
+        let set = |session: &mut Session, values: &[Value]| {
+            let settings = ask(session).unwrap();
+            change(session, settings, values).map_err(|failure| failure.to_string())
+        };
+        let (pulse, idle) = (value(Setting::Pulse, 5), value(Setting::Idle, 7));
+        assert_eq!(set(&mut session, &[pulse]), Ok(1));
+        // The last of two counts; what is as it was is not said.
+        let again = [value(Setting::Pulse, 6), pulse, value(Setting::Idle, 0)];
+        assert_eq!(set(&mut session, &again), Ok(2));
+        let lost = set(&mut session, &[idle, value(Setting::Hold, 3)]);
+        assert_eq!(lost, Err("the board has idle-ms=0, and not 7".to_owned()));
+    }
 }

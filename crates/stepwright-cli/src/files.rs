@@ -57,7 +57,10 @@ fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     // As a new file is made; with those of the old one below.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut new = builder.tempfile_in(folder)?;
+    fs::metadata(folder)?;
+    // Its own error names the file beside it, which nobody has asked for.
+    let new = builder.tempfile_in(folder);
+    let mut new = new.map_err(|error| io::Error::from(error.kind()))?;
     new.write_all(bytes)?;
     if let Some(before) = before {
         if before.permissions().readonly() {

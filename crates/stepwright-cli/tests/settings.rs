@@ -123,6 +123,12 @@ fn a_file_is_replaced_as_a_whole() {
     fs::set_permissions(at("held"), Permissions::from_mode(0o444)).unwrap();
     save("held").assert_error("can't write");
     assert_eq!(fs::read_to_string(at("held")).unwrap(), "old\n");
+    // What is said names no file beside it.
+    let lost = save("nope/new.toml").stderr;
+    assert!(
+        lost.contains("nope/new.toml: No such file") && !lost.contains("/.stepwright-"),
+        "{lost}"
+    );
     // A new one is as any program would make it.
     assert_eq!(save("new.toml").code(), Some(0));
     fs::write(at("plain"), "").unwrap();

@@ -40,6 +40,27 @@ fn a_job_is_streamed_to_its_exact_end() {
     assert!(out.contains("late steps  0"), "{out}{err}");
 }
 
+/// Another program says its line, and asks for what came of it, while the job does.
+#[test]
+fn a_stop_from_another_terminal_says_where_it_rests() {
+    let board = PtyBoard::new(&["--program", "stream"]);
+    let file = job("G1 F1200 X200\n");
+    let mut command = gcode(&board, file.path());
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(1_500));
+    let stop = stepwright().args(["stop", "--port", &board.1]).output().unwrap();
+    let output = child.wait_with_output().unwrap();
+    let ((out, err), (told, trouble)) = (said(&output), said(&stop));
+    assert_eq!(output.status.code(), Some(1), "{out}{err}");
+    assert_eq!(stop.status.code(), Some(0), "{told}{trouble}");
+    let first = told.lines().next().and_then(|line| line.strip_prefix("axis 1 position "));
+    let place = first.and_then(|rest| rest.strip_suffix(" ready"));
+    let place = place.unwrap_or_else(|| panic!("{told}{trouble}"));
+    assert!(place.parse::<i64>().unwrap() > 0 && told.lines().count() == 3, "{told}");
+    assert!(err.contains(&format!(", at {place} 0 0\n")), "{told}{err}");
+    assert!(err.contains("the positions are known"), "{err}");
+}
+
 #[test]
 fn places_that_a_kill_has_lost_are_not_called_known() {
     let board = PtyBoard::new(&["--program", "stream"]);
@@ -47,8 +68,10 @@ fn places_that_a_kill_has_lost_are_not_called_known() {
     let mut command = gcode(&board, file.path());
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     std::thread::sleep(Duration::from_millis(1_500));
-    stepwright().args(["kill", "--port", &board.1]).output().unwrap();
+    let kill = stepwright().args(["kill", "--port", &board.1]).output().unwrap();
     let output = child.wait_with_output().unwrap();
+    let (told, trouble) = said(&kill);
+    assert!(told.starts_with("axis 1 position uncertain\naxis 2 position 0 "), "{told}{trouble}");
     let (out, err) = said(&output);
     assert_eq!(output.status.code(), Some(1), "{out}{err}");
     assert!(err.contains("has stopped, off the path, at ? 0 0\n"), "{err}");

@@ -14,7 +14,7 @@ use stepwright_plan::gcode::{GcodeJob, JobPlan};
 use stepwright_stream::send::LinkTimes;
 
 use super::play::tell;
-use super::port::{Met, ask, brakes, off, positions, word};
+use super::port::{Met, about, brakes, off, positions, word};
 use crate::failure::Failure;
 use crate::order::progress::Line;
 use crate::order::target::PortArgs;
@@ -184,7 +184,7 @@ pub fn feed(
         state => return Err(off(&mut session, &name, state)),
     }
     let position = positions(&mut session)?;
-    let about = ask(&mut session, b"?")?;
+    let about = about(&mut session)?;
     let late = word(&about, "late=").unwrap_or(0);
     let (seconds, braked) = (run.job.ahead().0.time(), run.obeyed.wish == Wish::Brake);
     Ok(Streamed { position, late, seconds, braked, again: run.feeder.again() })

@@ -9,6 +9,7 @@ use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::frame::FILL;
 
 use crate::failure::Failure;
+use crate::order::places::{self, ask};
 use crate::order::target::{self, PortArgs};
 use crate::{programs, say};
 
@@ -61,7 +62,7 @@ pub fn brakes(decels: [f64; 3], hz: u32) -> Option<[BrakeLaw; 3]> {
 pub fn at_rest(session: &mut Session, name: &str) -> Result<(), Failure> {
     let end = session.now() + REST;
     let mut told = false;
-    while ask(session, b"F")? != "R" {
+    while ask(session, b"F").map_err(|trouble| target::lost(name, &trouble))? != "R" {
         if session.now() > end {
             return Err(Failure::new(format!("{name} still moves"))
                 .hint("`K` at a terminal stops it at once"));
@@ -96,27 +97,17 @@ pub fn off(session: &mut Session, name: &str, state: FeedState) -> Failure {
         .hint("the positions are known; a slower job, or a computer with less to do")
 }
 
-/// Where all axes are.
+/// Where all axes are; `None` of one that a kill has lost.
 pub fn positions(session: &mut Session) -> Result<[Option<i64>; 3], Failure> {
-    let mut position = [None; 3];
-    for (axis, place) in (b'1'..).zip(&mut position) {
-        *place = ask(session, &[b'V', axis])?.parse().ok();
-    }
-    Ok(position)
+    let (name, places) = (session.name(), places::places(session, 3));
+    let places = places.map_err(|trouble| target::lost(&name, &trouble))?;
+    places.try_into().map_err(|_| Failure::new(format!("{name} has fewer than 3 axes")))
 }
 
-/// An answer to a text line.
-pub fn ask(session: &mut Session, line: &[u8]) -> Result<String, Failure> {
+/// What it says of itself.
+pub fn about(session: &mut Session) -> Result<String, Failure> {
     let name = session.name();
-    for _ in 0..3 {
-        let answer = session.say(line).map_err(|trouble| target::lost(&name, &trouble))?;
-        // What is left of the last answer to a frame is no text.
-        let text = answer.map(|text| text.chars().filter(char::is_ascii).collect::<String>());
-        if let Some(text) = text.filter(|text| !text.is_empty()) {
-            return Ok(text);
-        }
-    }
-    Err(target::lost(&name, &stepwright_host::LinkError::Silent))
+    ask(session, b"?").map_err(|trouble| target::lost(&name, &trouble))
 }
 
 /// The number behind a word of the answer to `?`.

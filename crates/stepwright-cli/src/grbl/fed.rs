@@ -8,7 +8,7 @@ use stepwright_host::Session;
 use stepwright_stream::send::LinkTimes;
 
 use crate::failure::Failure;
-use crate::gcode::port::{Met, ask, at_rest, brakes, positions, word};
+use crate::gcode::port::{Met, about, at_rest, brakes, positions, word};
 use crate::order::target::PortArgs;
 use crate::say;
 
@@ -169,7 +169,7 @@ impl Fed {
     /// The positions and the late steps, as the board tells.
     pub fn tells(&mut self) -> Result<([Option<i64>; 3], u64), Failure> {
         let places = positions(&mut self.session)?;
-        let about = ask(&mut self.session, b"?")?;
+        let about = about(&mut self.session)?;
         Ok((places, word(&about, "late=").unwrap_or(0)))
     }
 }

@@ -32,6 +32,7 @@ mod left;
 pub mod line;
 pub mod look;
 pub mod motion;
+pub mod places;
 pub mod ports;
 pub mod progress;
 pub mod refused;

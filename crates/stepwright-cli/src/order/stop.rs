@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use serde_json::json;
-use stepwright_protocol::{AxisId, Command, Selection};
+use stepwright_protocol::{AxisId, Command, MAX_AXES, Selection};
 
 use super::look::{self, State};
+use super::places::{ask, places};
 use super::target::{self, Format, PortArgs};
 use crate::failure::Failure;
 use crate::interrupt::{self, Ends, While};
@@ -143,7 +144,20 @@ fn brake_all(
     if let (Ok(()), Some(axis)) = (&met, only) {
         target::has_axis(session, axis)?;
     }
-    Ok(met.and_then(|()| brake_to_rest(session, only)))
+    Ok(match met {
+        Err(LinkError::Program(_)) => rest_of_another(session),
+        met => met.and_then(|()| brake_to_rest(session, only)),
+    })
+}
+
+/// The axes of a board with another program, once they rest: all of them brake on the same line.
+fn rest_of_another(session: &mut Session) -> Result<Vec<State>, LinkError> {
+    while ask(session, b"F")? != "R" {
+        session.pause(POLL)?;
+    }
+    let places = places(session, MAX_AXES)?;
+    let state = |(axis, position)| State { axis, busy: false, position, stop: None };
+    Ok(AxisId::first(MAX_AXES).zip(places).map(state).collect())
 }
 
 fn brake_to_rest(session: &mut Session, only: Option<AxisId>) -> Result<Vec<State>, LinkError> {
@@ -179,7 +193,10 @@ fn kill_now(session: &mut Session, port: &PortArgs, format: Format) -> Result<()
         Ok(false) => return Err(unsure(&name, &LinkError::Silent)),
         Err(trouble) => return Err(unsure(&name, &trouble)),
     }
-    let states = session.meet().and_then(|()| look::states(session, None));
+    let states = match session.meet() {
+        Err(LinkError::Program(_)) => rest_of_another(session),
+        met => met.and_then(|()| look::states(session, None)),
+    };
     let states = states.map_err(|trouble| unsure(&name, &trouble))?;
     settle(session, port, &states);
     tell(format, &states);

@@ -370,7 +370,7 @@ pub fn serial(path: &Path, baud: u32, share: Share) -> Result<SerialLink, Failur
         OpenError::InUse => Failure::new(format!("{} is in use", path.display())).hint(
             "another program is talking to this board; wait for it, or end it. \
              `stepwright stop` and `stepwright kill` get through all the same; `status`, \
-             `position`, `retarget` and `watch` do where it is a stepwright that moves",
+             `position`, `retarget` and `watch` do where it is a stepwright that moves or serves",
         ),
     })
 }

@@ -1,0 +1,121 @@
+//! Where the axes of a board with another program than the controller are: all programs know `V` and `F`.
+//!
+//! Another stepwright may say lines to the same board meanwhile, as `stop` and `kill` do, and an answer to
+//! one of those comes in the place of one to ours. So places count only if all answers to `V` are such, and
+//! the `F` behind them is answered as one.
+
+use std::time::Duration;
+
+use stepwright_host::{AxisId, LinkError, Session};
+
+/// Times that places are asked for.
+const TRIES: usize = 5;
+
+/// An answer to a text line.
+pub fn ask(session: &mut Session, line: &[u8]) -> Result<String, LinkError> {
+    for _ in 0..3 {
+        // What is left of the last answer to a frame is no text.
+        let answer = session.say(line)?;
+        let text = answer.map(|text| text.chars().filter(char::is_ascii).collect::<String>());
+        if let Some(text) = text.filter(|text| !text.is_empty()) {
+            return Ok(text);
+        }
+    }
+    Err(LinkError::Silent)
+}
+
+/// Where its first axes are, this many at most; `None` of one that a kill has lost.
+pub fn places(session: &mut Session, most: u8) -> Result<Vec<Option<i64>>, LinkError> {
+    for _ in 0..TRIES {
+        if let Some(places) = in_step(session, most)? {
+            return Ok(places);
+        }
+        session.link().rest(Duration::from_millis(100));
+        let _ = session.resync();
+    }
+    Err(LinkError::Silent)
+}
+
+/// The same; `None` if an answer is to another line.
+fn in_step(session: &mut Session, most: u8) -> Result<Option<Vec<Option<i64>>>, LinkError> {
+    let mut places = Vec::new();
+    for axis in AxisId::first(most) {
+        let answer = ask(session, &[b'V', b'0' + axis.number()])?;
+        match (answer.as_str(), answer.parse()) {
+            (_, Ok(place)) => places.push(Some(place)),
+            ("E uncertain", _) => places.push(None),
+            ("E axis", _) if !places.is_empty() => break,
+            _ => return Ok(None),
+        }
+    }
+    let step = ask(session, b"F")?;
+    Ok(matches!(step.as_str(), "R" | "B").then_some(places))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::VecDeque;
+    use std::io;
+
+    use stepwright_host::link::Link;
+
+    use super::*;
+
+    /// A board with two axes; before its answers come those to another program's lines.
+    struct Shared {
+        others: VecDeque<&'static str>,
+        said: Vec<u8>,
+        answers: Vec<u8>,
+        now: Duration,
+    }
+
+    impl Link for Shared {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+            for byte in bytes {
+                if *byte != b'\r' {
+                    self.said.push(*byte);
+                    continue;
+                }
+                if let Some(other) = self.others.pop_front().filter(|other| !other.is_empty()) {
+                    self.answers.extend(other.bytes().chain([b'\r']));
+                }
+                let answer = match std::mem::take(&mut self.said).as_slice() {
+                    b"V1" => "-4000",
+                    b"V2" => "E uncertain",
+                    b"F" => "R",
+                    [b'V', _] => "E axis",
+                    _ => "E line",
+                };
+                self.answers.extend(answer.bytes().chain([b'\r']));
+            }
+            Ok(())
+        }
+
+        fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+            self.now += limit.min(Duration::from_millis(10));
+            let said = self.answers.drain(..self.answers.len().min(buffer.len()));
+            Ok(buffer.iter_mut().zip(said).map(|(to, byte)| *to = byte).count())
+        }
+
+        fn now(&self) -> Duration {
+            self.now
+        }
+
+        fn name(&self) -> String {
+            "the board".to_owned()
+        }
+    }
+
+    /// Without the look at `F` the second of these would be the place of another axis.
+    #[test]
+    fn an_answer_to_another_program_is_no_place() {
+        for others in [&[][..], &["Y"], &["", "77"], &["Y", "Y", "R"], &["", "", "0", "Y"]] {
+            let others: VecDeque<_> = others.iter().copied().collect();
+            let (said, answers) = (Vec::new(), Vec::new());
+            let shared = Shared { others: others.clone(), said, answers, now: Duration::ZERO };
+            let mut session = Session::new(Box::new(shared));
+            let two = places(&mut session, 3).map_err(|trouble| trouble.to_string());
+            assert_eq!(two, Ok(vec![Some(-4000), None]), "{others:?}");
+        }
+    }
+}

@@ -6,7 +6,8 @@
 
 use std::time::Duration;
 
-use stepwright_host::{AxisId, LinkError, Session};
+use stepwright_host::{LinkError, Session};
+use stepwright_protocol::AxisId;
 
 /// Times that places are asked for.
 const TRIES: usize = 5;
@@ -30,8 +31,8 @@ pub fn places(session: &mut Session, most: u8) -> Result<Vec<Option<i64>>, LinkE
         if let Some(places) = in_step(session, most)? {
             return Ok(places);
         }
-        session.link().rest(Duration::from_millis(100));
-        let _ = session.resync();
+        // What comes meanwhile is dropped.
+        session.pause(Duration::from_millis(100))?;
     }
     Err(LinkError::Silent)
 }

@@ -105,7 +105,9 @@ impl<const N: usize> Ground<'_, N> {
         let first = |s: f64| self.cells.partition_point(|cell| cell.end <= s);
         let rise = up.map_or(cells.start, |piece| last(piece.to.s) + 1);
         let fall = down.map_or(cells.end, |piece| first(piece.from.s));
-        (rise.clamp(cells.start + 1, cells.end), fall.clamp(cells.start, cells.end - 1))
+        // No clamp, which panics where there is no cell.
+        let rise = rise.max(cells.start + 1).min(cells.end);
+        (rise, fall.max(cells.start).min(cells.end.saturating_sub(1)))
     }
 }
 

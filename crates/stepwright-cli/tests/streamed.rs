@@ -40,16 +40,21 @@ fn a_job_is_streamed_to_its_exact_end() {
     assert!(out.contains("late steps  0"), "{out}{err}");
 }
 
-/// Another program says its line, and asks for what came of it, while the job does.
-#[test]
-fn a_stop_from_another_terminal_says_where_it_rests() {
+/// How a job, and the command that ends it from another terminal, end.
+fn ended_by(word: &str) -> [Output; 2] {
     let board = PtyBoard::new(&["--program", "stream"]);
     let file = job("G1 F1200 X200\n");
     let mut command = gcode(&board, file.path());
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     std::thread::sleep(Duration::from_millis(1_500));
-    let stop = stepwright().args(["stop", "--port", &board.1]).output().unwrap();
-    let output = child.wait_with_output().unwrap();
+    let other = stepwright().args([word, "--port", &board.1]).output().unwrap();
+    [child.wait_with_output().unwrap(), other]
+}
+
+/// Another program says its line, and asks for what came of it, while the job does.
+#[test]
+fn a_stop_from_another_terminal_says_where_it_rests() {
+    let [output, stop] = ended_by("stop");
     let ((out, err), (told, trouble)) = (said(&output), said(&stop));
     assert_eq!(output.status.code(), Some(1), "{out}{err}");
     assert_eq!(stop.status.code(), Some(0), "{told}{trouble}");
@@ -63,16 +68,9 @@ fn a_stop_from_another_terminal_says_where_it_rests() {
 
 #[test]
 fn places_that_a_kill_has_lost_are_not_called_known() {
-    let board = PtyBoard::new(&["--program", "stream"]);
-    let file = job("G1 F1200 X200\n");
-    let mut command = gcode(&board, file.path());
-    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(1_500));
-    let kill = stepwright().args(["kill", "--port", &board.1]).output().unwrap();
-    let output = child.wait_with_output().unwrap();
-    let (told, trouble) = said(&kill);
+    let [output, kill] = ended_by("kill");
+    let ((out, err), (told, trouble)) = (said(&output), said(&kill));
     assert!(told.starts_with("axis 1 position uncertain\naxis 2 position 0 "), "{told}{trouble}");
-    let (out, err) = said(&output);
     assert_eq!(output.status.code(), Some(1), "{out}{err}");
     assert!(err.contains("has stopped, off the path, at ? 0 0\n"), "{err}");
     assert!(!err.contains("known"), "{err}");

@@ -154,12 +154,18 @@ async fn nonsense_is_declined_with_the_reason_and_the_remedy() {
             r#"{"axis":1,"by":1,"accel":[]}"#,
             "accel: invalid type: a list, expected a number at line 1 column 25",
         ),
+        (
+            r#"{"axis":1,"by":{}}"#,
+            "by: invalid type: an object, expected a whole number at line 1 column 15",
+        ),
         (r#"{"by":1}"#, "missing field `axis` at line 1 column 8"),
         (r#"{"axis":1"#, "no JSON: EOF while parsing an object at line 1 column 9"),
     ] {
         let (_, said) = bench.post("/api/move", Some(&key), body).await;
         assert_eq!(said["what"], what, "{body}");
     }
+    let (_, said) = bench.post("/api/line", Some(&key), r#"{"by":3}"#).await;
+    assert_eq!(said["what"], "by: invalid type: integer `3`, expected a list at line 1 column 7");
     for name in ["", "a\\nb", &"n".repeat(101)] {
         let body = format!(r#"{{"name":"{name}","text":""}}"#);
         let (status, said) = bench.post("/api/path", Some(&key), &body).await;

@@ -6,6 +6,7 @@
 
 use std::time::Duration;
 
+use stepwright_host::motion::POLL;
 use stepwright_host::{LinkError, Session};
 use stepwright_protocol::AxisId;
 
@@ -23,6 +24,20 @@ pub fn ask(session: &mut Session, line: &[u8]) -> Result<String, LinkError> {
         }
     }
     Err(LinkError::Silent)
+}
+
+/// Waits until nothing moves any more; an error where that is not what it answers.
+pub fn wait_for_rest(session: &mut Session) -> Result<(), LinkError> {
+    let mut others = 0;
+    loop {
+        match ask(session, b"F")?.as_str() {
+            "R" => return Ok(()),
+            "B" => {}
+            _ if others < TRIES => others += 1,
+            _ => return Err(LinkError::Silent),
+        }
+        session.pause(POLL)?;
+    }
 }
 
 /// Where its first axes are, this many at most; `None` of one that a kill has lost.
@@ -107,16 +122,25 @@ mod tests {
         }
     }
 
-    /// Without the look at `F` the second of these would be the place of another axis.
+    fn with(others: &[&'static str]) -> Session {
+        let others = others.iter().copied().collect();
+        let (said, answers) = (Vec::new(), Vec::new());
+        Session::new(Box::new(Shared { others, said, answers, now: Duration::ZERO }))
+    }
+
+    /// Without the look at `F` the third of these would be the place of another axis.
     #[test]
     fn an_answer_to_another_program_is_no_place() {
         for others in [&[][..], &["Y"], &["", "77"], &["Y", "Y", "R"], &["", "", "0", "Y"]] {
-            let others: VecDeque<_> = others.iter().copied().collect();
-            let (said, answers) = (Vec::new(), Vec::new());
-            let shared = Shared { others: others.clone(), said, answers, now: Duration::ZERO };
-            let mut session = Session::new(Box::new(shared));
-            let two = places(&mut session, 3).map_err(|trouble| trouble.to_string());
+            let two = places(&mut with(others), 3).map_err(|trouble| trouble.to_string());
             assert_eq!(two, Ok(vec![Some(-4000), None]), "{others:?}");
         }
+    }
+
+    #[test]
+    fn who_never_says_whether_it_moves_is_not_waited_for() {
+        let rests = |others: &[&'static str]| wait_for_rest(&mut with(others)).is_ok();
+        assert!(rests(&[]) && rests(&["Y", "B", "B", "B", "B", "B", "B", "Y"]));
+        assert!(!rests(&["E line"; 20]));
     }
 }

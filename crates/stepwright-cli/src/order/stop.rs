@@ -6,7 +6,7 @@ use serde_json::json;
 use stepwright_protocol::{AxisId, Command, MAX_AXES, Selection};
 
 use super::look::{self, State};
-use super::places::{ask, places};
+use super::places::{places, wait_for_rest};
 use super::target::{self, Format, PortArgs};
 use crate::failure::Failure;
 use crate::interrupt::{self, Ends, While};
@@ -152,9 +152,7 @@ fn brake_all(
 
 /// The axes of a board with another program, once they rest: all of them brake on the same line.
 fn rest_of_another(session: &mut Session) -> Result<Vec<State>, LinkError> {
-    while ask(session, b"F")? != "R" {
-        session.pause(POLL)?;
-    }
+    wait_for_rest(session)?;
     let places = places(session, MAX_AXES)?;
     let state = |(axis, position)| State { axis, busy: false, position, stop: None };
     Ok(AxisId::first(MAX_AXES).zip(places).map(state).collect())

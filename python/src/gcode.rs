@@ -1,8 +1,9 @@
 //! A G-code job on paper: its time, distances and extents.
 
 use std::fs;
+use std::io::{Error, ErrorKind};
 
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use stepwright_path::AxisPace;
 use stepwright_plan::gcode::{JobError, JobPlan};
@@ -30,7 +31,13 @@ impl Job {
     /// in mm/s² and a jump in speed in mm/s.
     #[new]
     fn new(py: Python<'_>, path: &str, axes: [(f64, f64, f64, f64); 3]) -> PyResult<Job> {
-        let unread = |error| PyOSError::new_err(format!("can't read {path}: {error}"));
+        let unread = |error: Error| {
+            let why = format!("can't read {path}: {error}");
+            match error.kind() {
+                ErrorKind::NotFound => PyFileNotFoundError::new_err(why),
+                _ => PyOSError::new_err(why),
+            }
+        };
         let bytes = fs::read(path).map_err(unread)?;
         let axes = axes.map(|(step, speed, accel, jump)| AxisPace {
             step,

@@ -126,6 +126,9 @@ fn cant(name: &str, error: OpenError) -> Declined {
     let declined = Declined::away(format!("{name}: {error}"));
     match error {
         OpenError::InUse => declined.remedy("another program has it: end that, or ask through it"),
+        OpenError::Io(_) if name.starts_with("tcp://") => {
+            declined.remedy("is this its HOST:PORT, and does its program listen there?")
+        }
         OpenError::Io(_) => declined.remedy("is it plugged in? `stepwright ports` lists them"),
         OpenError::Ended => declined,
     }

@@ -5,11 +5,12 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Iterator, Optional
 
-from ._errors import Uncertain
+from ._errors import OutOfRange, Uncertain
 from ._move import Move, Outcome
 from ._native import Scale
-from ._quantity import Quantity, text
+from ._quantity import Quantity, real, text
 from ._quantity import seconds as in_seconds
+from ._scales import scale_of
 
 if TYPE_CHECKING:
     from ._line import Line
@@ -58,20 +59,23 @@ class Axis:
 
     @steps_per_mm.setter
     def steps_per_mm(self, steps: float) -> None:
-        if not 0.001 <= float(steps) <= 10_000:
+        if not 0.001 <= real("steps_per_mm", steps, "a number") <= 10_000:
             raise ValueError(f"steps_per_mm is {steps!r}: it may be 0.001 to 10000")
         # A thousand millimetres a turn, so that fractions of a step count.
-        self.scale = Scale(round(steps * 1000), 1000.0)
+        self.scale = Scale(round(float(steps) * 1000), 1000.0)
 
     def scale_to(
         self, steps_per_rev: Optional[int] = None, mm_per_rev: Optional[float] = None
     ) -> None:
-        """Has it count in millimetres, or in degrees if only the steps of a turn are given."""
-        self.scale = Scale(steps_per_rev, mm_per_rev)
+        """Has it count in millimetres, or in degrees if only the steps of a turn are given.
+
+        Without these a turn has 200 steps.
+        """
+        self.scale = scale_of(steps_per_rev, mm_per_rev)
 
     def _steps(self, position: Quantity, unit: Optional[str] = None, name: str = "position") -> int:
         with self._in_words():
-            return self.scale.distance(name, text(position, unit, self.unit))
+            return self.scale.distance(name, text(name, position, unit, self.unit))
 
     @contextmanager
     def _in_words(self) -> Iterator[None]:
@@ -85,15 +89,18 @@ class Axis:
 
     def _rate(self, name: str, value: Quantity, unit: Optional[str] = None) -> float:
         with self._in_words():
-            return self._rate_of(name, value, unit)
+            rate = self._rate_of(name, value, unit)
+        if name in ("speed", "slow") and rate == 0:
+            raise OutOfRange(f"{name} is {value}", "0.001 to 1000000 steps/s")
+        return rate
 
     def _rate_of(self, name: str, value: Quantity, unit: Optional[str]) -> float:
         usual = self.unit
         if name in ("accel", "decel"):
-            return self.scale.accel(name, text(value, unit, f"{usual}/s2"))
+            return self.scale.accel(name, text(name, value, unit, f"{usual}/s2"))
         if name == "jerk":
-            return self.scale.jerk(name, text(value, unit, f"{usual}/s3"))
-        return self.scale.speed(name, text(value, unit, f"{usual}/s"))
+            return self.scale.jerk(name, text(name, value, unit, f"{usual}/s3"))
+        return self.scale.speed(name, text(name, value, unit, f"{usual}/s"))
 
     def _limits(self, given: dict[str, Any], top: str = "top_speed") -> dict[str, float]:
         limits: dict[str, float] = {}
@@ -190,7 +197,7 @@ class Axis:
         given = 1000 if speed is None and self.speed is None else speed
         given = self.speed if given is None else given
         assert given is not None
-        size = text(given, unit, f"{self.unit}/s")
+        size = text("speed", given, unit, f"{self.unit}/s")
         backward = size.startswith(("-", "\u2212"))
         limits = self._limits({**locals(), "speed": size.lstrip("+-\u2212")}, "speed")
         if backward:
@@ -221,6 +228,13 @@ class Axis:
         for name in ("within", "back_off"):
             if name in known:
                 body[name] = self._steps(known[name], None, name)
+        if "within" not in body:
+            raise OutOfRange(
+                f"`within` is missing: how far the switch of axis {self.number} may be",
+                "1 to 2147483647 steps",
+                "give a little more than the axis can travel, or write home-within into the machine "
+                f"file, under [axis.{self.number}]",
+            )
         for name in ("speed", "slow"):
             if name in known:
                 body[name] = self._rate(name, known[name])

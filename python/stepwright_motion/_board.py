@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import html
+import os
 import weakref
 from types import TracebackType
 from typing import Any, Iterator, Optional, Type, Union
@@ -14,7 +15,7 @@ from ._line import Line, place_of
 from ._machine import File, Machine
 from ._move import Move
 from ._native import Kept
-from ._quantity import Quantity, text
+from ._quantity import Quantity, number, real
 from ._quantity import seconds as in_seconds
 from ._record import Recording
 from ._settings import Settings
@@ -108,7 +109,7 @@ class Board:
 
     # Orders.
 
-    def line_to(self, *places: Optional[Quantity], **given: Quantity) -> Move:
+    def line_to(self, *places: Optional[Quantity], **given: Optional[Quantity]) -> Move:
         """Moves axes together along a straight line: ``line_to(x=25, y="-3mm", speed="40mm/s")``.
 
         All start and end together; ``None`` leaves an axis where it is. The speed and the ramps
@@ -116,7 +117,7 @@ class Board:
         """
         return self._straight("to", places, given)
 
-    def line_by(self, *distances: Optional[Quantity], **given: Quantity) -> Move:
+    def line_by(self, *distances: Optional[Quantity], **given: Optional[Quantity]) -> Move:
         """The same by distances from where the axes stand."""
         return self._straight("by", distances, given)
 
@@ -128,10 +129,14 @@ class Board:
         for name, value in given.items():
             if name in ("speed", "accel", "decel", "start_speed", "jerk"):
                 limits[name] = value
-            elif name in ("x", "y", "z") and "xyz".index(name) + 1 not in wanted:
+            elif name not in ("x", "y", "z"):
+                raise TypeError(
+                    f"line_{way} takes x, y, z, speed, accel, decel, start_speed, jerk, not {name}"
+                )
+            elif "xyz".index(name) + 1 in wanted:
+                raise TypeError(f"line_{way} was given {name} twice")
+            elif value is not None:
                 wanted["xyz".index(name) + 1] = value
-            else:
-                raise TypeError(f"line_{way} takes x, y, z, speed, accel, decel, start_speed, jerk")
         steps: list[Optional[int]] = [None] * max(wanted, default=1)
         for number, place in wanted.items():
             axis = self[number]
@@ -217,7 +222,7 @@ def _known(position: Optional[int], axis: Axis) -> str:
 
 
 def open(
-    port: Optional[str] = None,
+    port: Optional[File] = None,
     *,
     baud: Optional[int] = None,
     lease: Optional[float] = None,
@@ -231,10 +236,10 @@ def open(
     that the command takes here. Raises ``CantOpen``.
     """
     file = Machine.find(machine)
-    port = file.port if port is None else port
+    port = file.port if port is None else os.fspath(port)
     if port is None or port == "virtual":
         return virtual(lease=lease, machine=machine)
-    rate = baud or file.baud or 115_200
+    rate = file.baud or 115_200 if baud is None else baud
     if not 50 <= rate <= 12_000_000:
         raise ValueError(f"baud is {rate}: it may be 50 to 12000000 bits/s")
     return Board(Line(Kept.open(port, rate, _millis(lease, file), False, [])), file)
@@ -242,7 +247,10 @@ def open(
 
 def _millis(lease: Optional[float], file: Machine) -> int:
     seconds = file.lease if lease is None else lease
-    return round(in_seconds("lease", 1.0 if seconds is None else seconds) * 1000)
+    held = real("lease", 1.0 if seconds is None else seconds, "a number of seconds")
+    if not 0.2 <= held <= 60:
+        raise ValueError(f"lease is {seconds!r}: it may be 0.2 to 60 s")
+    return round(held * 1000)
 
 
 def virtual(
@@ -261,7 +269,9 @@ def virtual(
     file = Machine.find(machine)
     places = []
     for axis, place in (switches or {}).items():
-        places.append(f"{place_of(axis, 3) + 1}:{text(place, None, '')}")
+        if not (steps := number("switches", place).lstrip("-")).isdecimal() or not int(steps):
+            raise ValueError(f"switches has {place!r}: a place is a whole number of steps, not 0")
+        places.append(f"{place_of(axis, 3) + 1}:{number('switches', place)}")
     board = Board(Line(Kept.open(None, 115_200, _millis(lease, file), fast, places)), file)
     if places:
         board.settings.switches = sum(1 << (int(place.split(":")[0]) - 1) for place in places)
@@ -273,5 +283,6 @@ def _close_all() -> None:
     for line in list(_open):
         try:
             line.close()
-        except StepwrightError:
+        except (StepwrightError, RuntimeError):
+            # It is gone, or it belongs to the process that this one was forked from.
             pass

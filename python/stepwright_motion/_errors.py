@@ -41,6 +41,10 @@ class Ended(StepwrightError):
         super().__init__(outcome.words)
         self.outcome = outcome
 
+    def __reduce__(self) -> tuple[type[Ended], tuple[Outcome]]:
+        # Pickled with its outcome: it may be raised in another process than the one that hears of it.
+        return (type(self), (self.outcome,))
+
 
 class Stopped(Ended):
     """An axis rests before its target: ``reason`` is what has stopped it, ``position`` where."""

@@ -11,7 +11,7 @@ from ._native import Kept, Order
 
 def place_of(axis: Union[int, str], count: int) -> int:
     """The place of an axis, from 0, by its number or its letter."""
-    number = "xyz".find(axis.lower()) + 1 if isinstance(axis, str) and axis else axis
+    number = {"x": 1, "y": 2, "z": 3}.get(axis.lower()) if isinstance(axis, str) else axis
     if not isinstance(number, int) or not 1 <= number <= count:
         raise IndexError(f"there is no axis {axis!r}: give 1 to {count}")
     return number - 1

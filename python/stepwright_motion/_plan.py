@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from functools import cached_property
-from typing import Any, Optional, Sequence
+from typing import Any, Optional, Sequence, Union
 
 from ._arrays import array, cumulated, gradient, scaled
-from ._native import PHASES, Planned, Scale
+from ._native import PHASES, Planned
 from ._quantity import Quantity, text
+from ._scales import scale_of
 
 
 class Plan:
@@ -92,14 +94,14 @@ class Plan:
     def _ideal_speeds(self) -> Any:
         return gradient(self.positions, self.ideal_times)
 
-    def plot(self, path: Optional[str] = None) -> Any:
+    def plot(self, path: Optional[Union[str, os.PathLike[str]]] = None) -> Any:
         """Draws speed and acceleration, by matplotlib; returns its figure.
 
         With a path (``.svg``, ``.png``, ``.html``) it is drawn into a file as the command does it,
         without matplotlib.
         """
         if path is not None:
-            self._planned.save(path)
+            self._planned.save(os.fspath(path))
             return None
         from ._plot import draw
 
@@ -118,6 +120,21 @@ class Plan:
 
     def __repr__(self) -> str:
         return f"<Plan {self.law}, {self.pulses} steps, {self.duration:.6g} s>"
+
+
+_RATES = ("accel", "speed", "decel")
+
+_TAKES: dict[str, tuple[str, ...]] = {
+    "trapezoid": (*_RATES, "start_speed"),
+    "s-curve": (*_RATES, "start_speed", "jerk"),
+    "austin": (*_RATES, "first", "divisor", "changes"),
+    "linear-factor": (*_RATES, "first", "knee"),
+    "power": (*_RATES, "first", "power"),
+    "piecewise": (*_RATES, "first", "breaks"),
+    "ramp": ("speed", "start_speed", "ramp"),
+    "austin-fixed": ("c0", "c_min"),
+}
+"""What each law goes by."""
 
 
 def plan(
@@ -147,10 +164,10 @@ def plan(
     Laws: ``trapezoid``, ``s-curve`` (``jerk``), ``ramp`` (its length in steps), ``austin`` (``first``,
     ``divisor``, ``changes``), ``linear-factor`` (``knee``), ``power``, ``piecewise`` (``breaks``),
     ``austin-fixed`` (``c0``, ``c_min``). Bare numbers are steps, steps/s and steps/s²; texts may
-    have any unit. Raises ``ValueError``.
+    have any unit. Raises ``ValueError``, also for what the law does not go by.
     """
-    scale = Scale(steps_per_rev, mm_per_rev)
-    asked: dict[str, Any] = {"law": law, "steps": text(steps, None, "")}
+    scale = scale_of(steps_per_rev, mm_per_rev)
+    asked: dict[str, Any] = {"law": str(law), "steps": text("steps", steps, None, "")}
     quantities = {
         "accel": accel,
         "decel": decel,
@@ -158,9 +175,9 @@ def plan(
         "start_speed": start_speed,
         "jerk": jerk,
     }
-    asked.update({k: text(v, None, "") for k, v in quantities.items() if v is not None})
+    asked.update({k: text(k, v, None, "") for k, v in quantities.items() if v is not None})
     if changes is not None:
-        asked["changes"] = [(int(after), text(value, None, "")) for after, value in changes]
+        asked["changes"] = [(int(after), text("changes", value, None, "")) for after, value in changes]
     numbers = {
         "ramp": ramp,
         "first": first,
@@ -172,6 +189,10 @@ def plan(
         "c_min": c_min,
     }
     asked.update({k: v for k, v in numbers.items() if v is not None})
+    takes = _TAKES.get(law)
+    others = [name for name in asked if takes and name not in ("law", "steps", *takes)]
+    if takes and others:
+        raise ValueError(f"the law {law} has no {others[0]}: it takes {', '.join(takes)}")
     unit = scale.unit if steps_per_rev or mm_per_rev else ("steps", 1.0)
     return Plan(law, Planned(json.dumps(asked), timer_hz, scale), unit)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from typing import Any, Optional, Union
 
@@ -9,26 +10,40 @@ Quantity = Union[int, float, str]
 """A number in the unit of the axis, or a text with its unit: ``"25mm"``, ``"40mm/s"``."""
 
 
-def text(value: Any, unit: Optional[str], usual: str) -> str:
+def text(name: str, value: Any, unit: Optional[str], usual: str) -> str:
     """A quantity as text: a bare number has the usual unit."""
     if isinstance(value, str):
         return value if unit is None else f"{value}{unit}"
-    return f"{number(value)}{usual if unit is None else unit}"
+    return f"{number(name, value)}{usual if unit is None else unit}"
 
 
-def number(value: Any) -> str:
+def number(name: str, value: Any) -> str:
     """A number with all its digits; numpy's are numbers, too."""
     try:
         return str(operator.index(value))
     except TypeError:
         pass
-    real = float(value)
-    return str(int(real)) if real.is_integer() and abs(real) < 1e15 else repr(real)
+    given = real(name, value, "a number, or a text with its unit")
+    if not math.isfinite(given):
+        raise ValueError(f"{name} is {value!r}: give a finite number")
+    return str(int(given)) if given.is_integer() and abs(given) < 1e15 else repr(given)
 
 
 def seconds(name: str, value: Any) -> float:
     """A time in s: no negative one, and no NaN."""
-    time = float(value)
+    time = real(name, value, "a number of seconds")
     if not 0 <= time < 1e9:
         raise ValueError(f"{name} is {value!r}: it may be 0 to 1e9 s")
     return time
+
+
+def real(name: str, value: Any, wanted: str) -> float:
+    """A number; what is none is refused by the name of its argument."""
+    if not isinstance(value, (bytes, bytearray)):
+        try:
+            return float(value)
+        except TypeError:
+            pass
+        except ValueError:
+            raise ValueError(f"{name} is {value!r}: give {wanted}") from None
+    raise TypeError(f"{name} is {value!r}: give {wanted}")

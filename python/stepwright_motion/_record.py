@@ -114,7 +114,7 @@ class Recording:
                 at = (float(track.time[look]), float(track.position[look]), float(track.speed[look]))
                 yield (axis.number, *at, STATES[int(track.state[look])])
 
-    def save(self, path: str) -> None:
+    def save(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes a file, of the kind that its name ends with.
 
         ``.csv``: every look, a row each. ``.vcd`` (GTKWave, PulseView) and ``.mcap`` (Foxglove,

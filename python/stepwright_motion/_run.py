@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from functools import cached_property
 from typing import Any, Iterator, Optional, Sequence, Union
@@ -11,7 +12,7 @@ from ._arrays import array, gradient
 from ._errors import Refused
 from ._native import Run as _Run
 from ._native import play_cycles, walk
-from ._quantity import Quantity
+from ._quantity import Quantity, real
 from ._scales import Paced, paces, speed_of
 
 
@@ -95,7 +96,7 @@ class Run:
         facts: dict[str, Any] = json.loads(self._run.facts or "{}")
         return facts
 
-    def save(self, path: str) -> None:
+    def save(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes every edge of the virtual board's pins: ``.vcd``, ``.csv`` or ``.mcap``."""
         ending = os.path.splitext(path)[1].lower().lstrip(".")
         if ending not in ("csv", "vcd", "mcap"):
@@ -183,10 +184,13 @@ def path(
     """
     rate = speed_of("feed", feed)
     points = []
-    for place in places:
+    for count, place in enumerate(places):
         if not 1 <= len(place) <= 3:
             raise ValueError(f"a place has one to three coordinates, not {len(place)}")
-        full = [float(value) for value in place] + [0.0] * (3 - len(place))
+        full = [real(f"waypoint {count}", value, "numbers, in mm") for value in place]
+        if not all(map(math.isfinite, full)):
+            raise ValueError(f"waypoint {count} is {tuple(full)}: give finite numbers, in mm")
+        full += [0.0] * (3 - len(place))
         points.append((full, rate))
     return Run(walk(points, paces(steps_per_mm, speed, accel, jump)))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, TypeVar, Union
+from typing import Any, Mapping, Optional, TypeVar, Union
 
 from ._native import Scale
 from ._quantity import Quantity, text
@@ -22,9 +22,16 @@ def _of(value: Any, axis: str) -> Any:
     return value[axis]
 
 
+def scale_of(steps_per_rev: Optional[int], mm_per_rev: Optional[float]) -> Scale:
+    """How the steps of an axis relate to the world."""
+    if steps_per_rev is not None and not 1 <= steps_per_rev <= 10_000_000:
+        raise ValueError(f"steps_per_rev is {steps_per_rev!r}: it may be 1 to 10000000 steps")
+    return Scale(steps_per_rev, mm_per_rev)
+
+
 def speed_of(name: str, value: Quantity, steps: float = 1000.0) -> float:
     """A speed in mm/s."""
-    return Scale(round(steps * 1000), 1000.0).speed(name, text(value, None, "mm/s")) / steps
+    return Scale(round(steps * 1000), 1000.0).speed(name, text(name, value, None, "mm/s")) / steps
 
 
 def paces(
@@ -40,7 +47,7 @@ def paces(
         if not 0.001 <= steps <= 10_000:
             raise ValueError(f"steps_per_mm is {steps}: it may be 0.001 to 10000")
         scale = Scale(round(steps * 1000), 1000.0)
-        slope = scale.accel("accel", text(_of(accel, name), None, "mm/s2")) / steps
+        slope = scale.accel("accel", text("accel", _of(accel, name), None, "mm/s2")) / steps
         top, at_once = (
             speed_of(what, _of(value, name), steps) for what, value in (("speed", speed), ("jump", jump))
         )

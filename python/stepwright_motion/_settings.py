@@ -37,7 +37,12 @@ class Settings:
 
     def __setattr__(self, name: str, value: int) -> None:
         one = self._one(name)
-        self._line.ask("set", name=one["name"], value=operator.index(value))
+        try:
+            whole = operator.index(value)
+        except TypeError:
+            range_of = f"{one['min']} to {one['max']} {one['unit']}".rstrip()
+            raise TypeError(f"{name} is {value!r}: give a whole number, {range_of}") from None
+        self._line.ask("set", name=one["name"], value=whole)
 
     def describe(self, name: str) -> str:
         """What a setting does, and its range."""

@@ -13,7 +13,7 @@ pub enum Unplannable {
     Length,
     /// A step of an axis leads nowhere.
     Step,
-    /// An axis makes more than 2³¹ − 1 steps.
+    /// An axis makes more than 2³¹ − 1 steps, or a place is no number.
     TooLong,
     /// The radius is smaller than a step.
     Radius,
@@ -25,7 +25,7 @@ pub enum Unplannable {
     Deviation,
     /// An override that is no number.
     Scale,
-    /// A new end for other axes than the path has.
+    /// A new end, or an arc, for other axes than the path has.
     Axes,
     /// The path is over: there is nothing to change.
     Over,
@@ -44,19 +44,17 @@ impl std::fmt::Display for Unplannable {
             Unplannable::TooFast { axis, most } => {
                 return write!(f, "too fast for axis {axis}: at most {most} along this path");
             }
-            Unplannable::Speed => "the speed along the path must be above 0, at most 10^24",
-            Unplannable::Accel => "the acceleration along the path must be above 0, at most 10^24",
+            Unplannable::Speed => "the speed along the path must be 10^-12 to 10^24",
+            Unplannable::Accel => "the acceleration along the path must be 10^-12 to 10^24",
             Unplannable::Jerk => {
-                "the jerk along the path must be above 0, at most 10^24; without one it is a \
+                "the jerk along the path must be 10^-12 to 10^24; without one it is a \
                  trapezoid"
             }
             Unplannable::Sweep => {
                 "the sweep of an arc, in radians, must not be 0, and be 1000 turns at most"
             }
-            Unplannable::Jump => {
-                "the jump of an axis, its start speed, must be above 0, at most 10^24"
-            }
-            Unplannable::Deviation => "the junction deviation must be above 0, at most 10^24",
+            Unplannable::Jump => "the jump of an axis, its start speed, must be 10^-12 to 10^24",
+            Unplannable::Deviation => "the junction deviation must be 10^-12 to 10^24",
             Unplannable::Length => "the path leads nowhere: no axis has a step to make",
             Unplannable::Step => "a step must lead somewhere: a distance above 0",
             Unplannable::TooLong => {
@@ -64,7 +62,10 @@ impl std::fmt::Display for Unplannable {
             }
             Unplannable::Radius => "the radius is smaller than a step: nothing would move",
             Unplannable::Scale => "an override is a number: 0.1 to 2 of the ordered speed",
-            Unplannable::Axes => "a new end takes a position for each axis of the path",
+            Unplannable::Axes => {
+                "other axes than the path has: a new end takes a position for each, an arc two \
+                 different ones"
+            }
             Unplannable::Over => "the path is over by then: order a new one",
         })
     }

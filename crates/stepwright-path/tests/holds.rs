@@ -119,6 +119,20 @@ fn what_makes_no_sense_is_refused() {
     assert!(route.is_over() && route.with_deviation(-1.0).is_err());
 }
 
+#[test]
+fn a_refusal_says_what_is_allowed() {
+    let said = |axis: AxisPace| Route::new([axis]).unwrap_err().to_string();
+    let least = |what: String| assert!(what.ends_with("must be 10^-12 to 10^24"), "{what}");
+    // Above 0, and too little all the same.
+    least(said(AxisPace { speed: 1e-13, ..AXIS }));
+    least(said(AxisPace { accel: 1e-13, ..AXIS }));
+    least(said(AxisPace { jump: 1e-13, ..AXIS }));
+    let mut route = Route::new([AXIS; 3]).unwrap();
+    let axes = route.arc([0, 3], [5.0, 0.0], 1.0, [0.0; 3], 9.0).unwrap_err();
+    assert!(axes.to_string().contains("an arc two different ones"), "{axes}");
+    least(route.with_deviation(1e-13).err().unwrap().to_string());
+}
+
 /// Two corners 0.09 mm apart, each a jump that the time between allows at a constant speed. X falls
 /// at both: while it brakes over both it would fall too far, so such a hold comes a little later.
 #[test]

@@ -13,7 +13,8 @@ use crate::motion::{Action, Sight};
 use crate::outcome::{Error, MotionLimits, Outcome};
 use crate::session::Session;
 
-/// A board that was met. When it is dropped its motors go on; [`stop`](Board::stop) brakes them.
+/// A board that was met. When it is dropped its motors go on; [`stop`](Board::stop) brakes them. It
+/// stays in the thread that has opened it (it is not `Send`).
 pub struct Board {
     session: Session,
 }

@@ -51,7 +51,8 @@ macro_rules! axis_calls {
             /// Those of `move_to`.
             run(way: Direction, motion: &MotionLimits, time: Duration) -> Outcome;
             /// Waits until it rests. `see` is told of every look, 20 a second, and says what is
-            /// wished for. `target` is where it is expected.
+            /// wished for. `target` is where it is expected; a new target that the travel was given
+            /// on its way, here or by another program, counts instead.
             ///
             /// # Errors
             /// [`Error::Lost`]
@@ -230,7 +231,10 @@ impl AxisCalls<'_> {
             return Err(Error::Refused { line, reason: Some(Refusal::NoTravel) });
         }
         match self.talk.ask_of(one, line).await? {
-            Reply::Yes => Ok(()),
+            Reply::Yes => {
+                self.talk.has_changed(one, line);
+                Ok(())
+            }
             _ => Err(self.refused(line).await?),
         }
     }

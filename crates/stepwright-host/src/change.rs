@@ -1,4 +1,5 @@
-//! What another program has changed of a travel, through the one that holds the port.
+//! What was changed of a travel on its way: by us, or by another program through the one that holds
+//! the port.
 
 use std::fmt;
 
@@ -30,7 +31,7 @@ impl Travels {
         Some(self.going(axis)?.from)
     }
 
-    /// Where another program has it end.
+    /// Where it was sent on its way.
     pub fn target(&self, axis: AxisId) -> Option<i64> {
         self.going(axis)?.target
     }

@@ -166,7 +166,12 @@ impl Conversation {
         self.travels.begins(axis, from);
     }
 
-    /// Where another program has sent the travel of an axis through us.
+    /// A line that we have said, and that was taken, has changed the travels of these axes.
+    pub(crate) fn has_changed(&mut self, axes: Selection, line: Command) {
+        self.travels.change(axes, line);
+    }
+
+    /// Where the travel of an axis was sent on its way, by us or by another program through us.
     pub fn new_target(&self, axis: AxisId) -> Option<i64> {
         self.travels.target(axis)
     }

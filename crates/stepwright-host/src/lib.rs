@@ -11,6 +11,21 @@
 //! # }
 //! ```
 //!
+//! The types of speeds and of the protocol are those of two crates that are here, too:
+//!
+//! ```
+//! use std::time::Duration;
+//! use stepwright_host::stepwright::{Accel, Speed};
+//! use stepwright_host::stepwright_protocol::Direction;
+//! use stepwright_host::{Board, MotionLimits};
+//! # fn main() -> Result<(), stepwright_host::Error> {
+//! let mut board = Board::virtual_uno(true)?;
+//! let slow = MotionLimits::new(Speed::of::<200>(), Accel::of::<1_000>());
+//! println!("{}", board.axis(1)?.run(Direction::Backward, &slow, Duration::from_secs(2))?);
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! ```text
 //!   Board ──► Session ───┐                      ┌──► Link: a port, a socket, a board in the process
 //!   blocks    waits      ├► Conversation ► Pipe ┤
@@ -64,3 +79,7 @@ pub use conversation::{Conversation, LinkError, Played};
 pub use outcome::{Error, MotionLimits, Outcome};
 pub use pipe::Pipe;
 pub use session::{Activity, Interrupt, Session};
+/// Speeds, accelerations and jerks: what [`MotionLimits`] is made of.
+pub use stepwright;
+/// Directions, settings, reasons: what is said to a board and answered by it.
+pub use stepwright_protocol;

@@ -152,7 +152,9 @@ impl Conversation {
         Err(not)
     }
 
-    /// Starts the axes of these lines together, or none. They stand still.
+    /// Starts the axes of these lines together, or none. They stand still, and
+    /// [`begins`](Conversation::begins) has said where: what sends one elsewhere on its way counts
+    /// from there.
     pub async fn begin_together(&mut self, lines: &[Command]) -> Result<(), NotBegun> {
         let mut not = NotBegun::Noise;
         for _ in 0..TRIES {
@@ -220,6 +222,9 @@ impl Conversation {
                 Action::GoOn if !over => {}
                 Action::Say(line) if !over => {
                     let taken = self.ask_of(one, line).await? == Reply::Yes;
+                    if taken {
+                        self.has_changed(one, line);
+                    }
                     said = Some((line, if taken { Ok(()) } else { Err(self.why().await?) }));
                     continue;
                 }

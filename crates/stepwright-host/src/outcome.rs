@@ -141,6 +141,12 @@ impl fmt::Display for Error {
             Error::TooFar { steps } => {
                 write!(f, "{steps} steps are too far for one travel: at most 2147483647")
             }
+            // All that we say is a line of the protocol.
+            Error::Refused { line, reason: Some(Refusal::Line) } => write!(
+                f,
+                "{line} was refused: the board has no such line, or a program that holds its port \
+                 takes questions, changes and stops alone"
+            ),
             Error::Refused { line, reason: Some(why) } => write!(f, "{line} was refused: {why}"),
             Error::Refused { line, reason: None } => write!(f, "{line} was refused"),
             Error::Noise => f.write_str("every attempt was spoiled by noise; nothing has moved"),

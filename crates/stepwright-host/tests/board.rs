@@ -1,14 +1,16 @@
 //! Orders on a virtual board: what became of them is what is said.
 
+use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use stepwright::{Accel, Speed};
+use stepwright_host::guests::{GuestLine, Guests};
 use stepwright_host::link::Link;
 use stepwright_host::link::lossy::{Harm, Lossy};
 use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 use stepwright_host::motion::Action;
 use stepwright_host::{Board, Error, LinkError, MotionLimits, Outcome};
-use stepwright_protocol::{Command, Direction, Refusal, Setting, Stop, Value};
+use stepwright_protocol::{Command, Direction, Distance, Refusal, Reply, Setting, Stop, Value};
 
 fn motion(top: u32, accel: u32) -> MotionLimits {
     MotionLimits::new(Speed::from_steps(top).unwrap(), Accel::from_steps(accel).unwrap())
@@ -60,6 +62,55 @@ fn a_travel_is_changed_and_stopped_on_its_way() {
     );
     let refused = x.retarget(7).unwrap_err();
     assert!(matches!(refused, Error::Refused { reason: Some(Refusal::NoTravel), .. }));
+}
+
+/// Another program, which says one line.
+struct Guest(Option<GuestLine>);
+
+impl Guests for Guest {
+    fn next(&mut self) -> Option<GuestLine> {
+        self.0.take()
+    }
+
+    fn before(&self, _: Command) {}
+
+    fn after(&self, _: Command, _: Reply) {}
+}
+
+/// Whatever was expected before: the last word counts.
+#[test]
+fn a_travel_is_expected_where_it_was_sent_last() {
+    let mut board = uno();
+    let way = motion(1_000, 2_000);
+    let mut x = board.axis(1).unwrap();
+    x.travel(5_000, &way).unwrap();
+    x.retarget(3_000).unwrap();
+    assert_eq!(x.wait(5_000, |_| Action::GoOn).unwrap(), Outcome::Reached { at: 3_000 });
+    x.travel(5_000, &way).unwrap();
+    let mut say = Some(Action::Say(Command::Retarget(Distance::new(-1_000))));
+    let ended = x.wait(8_000, |_| say.take().unwrap_or(Action::GoOn)).unwrap();
+    assert_eq!(ended, Outcome::Reached { at: 2_000 });
+}
+
+#[test]
+fn our_target_counts_after_that_of_another_program() {
+    let mut board = uno();
+    board.axis(1).unwrap().travel(5_000, &motion(1_000, 2_000)).unwrap();
+    let (answer, answered) = channel();
+    let line = GuestLine { line: b"@+3000".to_vec(), selection: None, answer };
+    board.session().serve(Box::new(Guest(Some(line))));
+    board.session().pause(Duration::from_millis(100)).unwrap();
+    assert_eq!(answered.recv().unwrap().as_deref(), Some("Y"));
+    let mut x = board.axis(1).unwrap();
+    x.retarget(4_000).unwrap();
+    assert_eq!(x.wait(4_000, |_| Action::GoOn).unwrap(), Outcome::Reached { at: 4_000 });
+}
+
+#[test]
+fn a_guest_hears_why_an_order_is_refused() {
+    let reason = Some(Refusal::Line);
+    let words = Error::Refused { line: Command::Program, reason }.to_string();
+    assert!(words.contains("a program that holds its port"), "{words}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generator, Optional, Type
 
-from ._errors import Stopped, Uncertain
+from ._errors import Refused, Stopped, Uncertain
 from ._quantity import Quantity
 
 if TYPE_CHECKING:
@@ -131,19 +131,22 @@ class Move:
         return self._checked()
 
     def retarget(self, position: Quantity, unit: Optional[str] = None) -> Move:
-        """Sends it to another position, on its way."""
-        axis = self._single("another target")
+        """Sends it to another position, on its way. Raises ``Refused`` once it has ended."""
+        axis = self._single("other target")
         self._line.ask("retarget", axis=axis.number, to=axis._steps(position, unit))
         return self
 
     def set_speed(self, speed: Quantity, unit: Optional[str] = None) -> Move:
-        """Gives it another top speed, on its way."""
-        axis = self._single("another speed")
+        """Gives it another top speed, on its way. Raises ``Refused`` once it has ended."""
+        axis = self._single("other speed")
         top = axis._rate("speed", speed, unit)
         self._line.ask("retarget", axis=axis.number, top_speed=top)
         return self
 
     def _single(self, what: str) -> Axis:
+        if self.done:
+            # Its axis may be on its way by another order, which is not ours to change.
+            raise Refused("this motion has ended", remedy="give the next order to its axis")
         if len(self._axes) != 1:
             raise ValueError(f"a line of several axes takes no {what}: stop it")
         return self._axes[0]

@@ -21,7 +21,7 @@ def test_what_is_no_number_is_named(board: sw.Board) -> None:
         ("distance is None: give a number", lambda: x.move_by(None)),
         (r"distance is b'3'", lambda: x.move_by(b"3")),
         (r"position is \[1\]", lambda: board.line_to([1])),  # type: ignore[arg-type]
-        ("speed is None: give", lambda: x.move_by(5).set_speed(None)),
+        ("speed is None: give", lambda: x.move_by(500).set_speed(None)),
         ("seconds is None: give a number of seconds", lambda: board.sleep(None)),  # type: ignore[arg-type]
         ("steps_per_mm is None", lambda: setattr(x, "steps_per_mm", None)),
         ("steps is None", lambda: sw.plan("trapezoid", None, accel=5, speed=5)),  # type: ignore[arg-type]

@@ -114,6 +114,22 @@ def test_a_second_order_is_refused_and_the_first_goes_on(board: sw.Board) -> Non
     assert move.done and move.outcome == move.wait()
 
 
+def test_a_motion_that_has_ended_changes_no_other(board: sw.Board) -> None:
+    ended = board.x.move_by(100)
+    ended.wait()
+    going = board.x.move_by(5000)
+    with pytest.raises(sw.Refused, match="this motion has ended"):
+        ended.retarget(200)
+    with pytest.raises(sw.Refused, match="this motion has ended"):
+        ended.set_speed(50)
+    with pytest.raises(sw.Refused, match="wait, or stop it$"):
+        board.x.zero()
+    assert going.wait().steps == (5100,)
+    line = board.line_by(50, 50)
+    with pytest.raises(ValueError, match="takes no other target: stop it"):
+        line.retarget(5)
+
+
 def test_a_move_is_stopped_and_another_is_sent_elsewhere(board: sw.Board) -> None:
     move = board.x.move_to(4000)
     board.sleep(0.5)

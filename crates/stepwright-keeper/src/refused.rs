@@ -42,7 +42,7 @@ impl<D: KeeperDesk> Keeper<D> {
         let declined = self.declined(talk, line, why).await?;
         Ok(Undone::Declined(match line {
             Command::Set(_) => declined.remedy("settings change while every axis rests"),
-            Command::Zero(_) => declined.remedy("is the axis still travelling?"),
+            Command::Zero(_) if why.is_none() => declined.remedy("is the axis still travelling?"),
             _ => declined,
         }))
     }

@@ -42,6 +42,8 @@ pub(crate) struct Cell<const N: usize> {
     /// one of a curve.
     pub cap: f64,
     pub zone: f64,
+    /// How it turns there.
+    pub turn: [f64; N],
 }
 
 /// What the limit of an axis allows along the route.
@@ -116,7 +118,23 @@ impl<const N: usize> Cell<N> {
         });
         let top = most.min(feed * feed);
         let (shape, scale, cap, zone, rapid) = (*shape, 1.0, f64::INFINITY, 0.0, false);
-        Cell { shape, begin, end, first, last, room, feed, scale, rapid, most, top, cap, zone }
+        let turn = [0.0; N];
+        Cell {
+            shape,
+            begin,
+            end,
+            first,
+            last,
+            room,
+            feed,
+            scale,
+            rapid,
+            most,
+            top,
+            cap,
+            zone,
+            turn,
+        }
     }
 
     /// A part of it, to whose beginning there is no joint.

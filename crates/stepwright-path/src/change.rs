@@ -236,12 +236,14 @@ impl<const N: usize> Route<N> {
     /// Ends where it stands.
     fn drop_rest(&mut self) {
         let known = self.cells.front().map(|cell| (cell.shape, cell.begin));
-        let here = known.or(self.loose.as_ref().map(|loose| (loose.shape, loose.shape.begin)));
+        let here = known.or(self.loose.front().map(|loose| (loose.shape, loose.shape.begin)));
         if let Some((shape, s)) = here {
             self.place = std::array::from_fn(|axis| shape.place(axis, s));
             self.length = s;
         }
-        (self.loose, self.fresh) = (None, 0);
+        self.fresh = 0;
+        self.loose.clear();
+        self.chords.clear();
         self.cells.clear();
         self.passes.w = VecDeque::from([0.0]);
         self.passes.sure = 0;

@@ -9,9 +9,12 @@
 //! ```
 //!
 //! A corner by itself takes nothing of what there is to speed up by: one of 20° or more, or any between
-//! pieces so long that it turns slowly (v²·|Δt|/h ≤ A/8). Chords of a curve are bound as the curve: v stays within S/2 of a speed u that
-//! turns evenly from the middle of one chord to the middle of the next, which is why half of a
-//! chord at either side has its part of the axis' acceleration taken ([`Joint::zone`]).
+//! pieces so long that it turns slowly (v²·|Δt|/h ≤ A/8).
+//!
+//! Chords of a curve are bound as the curve: v stays within S/2 of a speed u that turns evenly from the
+//! middle of one chord to the middle of the next, which is why half of a chord at either side has its part
+//! of the axis' acceleration taken ([`Joint::zones`]). Where one is much shorter, or places are rounded,
+//! more of the curve is looked at ([`chords`](crate::chords)).
 //!
 //! Junction deviation is what grbl and Marlin have instead of the jump, on request: the corner is
 //! passed as fast as an arc that misses it by d would be,
@@ -30,9 +33,15 @@ use crate::route::AxisPace;
 pub(crate) struct Joint<const N: usize> {
     /// w = v² at most.
     pub cap: f64,
-    /// Units at each side in which it turns, and how it turns there.
-    pub zone: f64,
+    /// Units before and behind it in which it turns; how it does along the route, with the sign of each
+    /// axis; and how it does there at most.
+    pub zones: [f64; 2],
+    pub turn: [f64; N],
     pub bend: Bend<N>,
+    /// It turns by 20° or more, or is at rest: no curve leads over it.
+    pub corner: bool,
+    /// The w of twice the ordered speed, if it may be passed faster when more of a curve is looked at; or 0.
+    pub top: f64,
 }
 
 /// A joint is a corner by itself where turning takes this part of the acceleration at most,
@@ -45,22 +54,26 @@ impl<const N: usize> Joint<N> {
     /// At rest.
     pub const REST: Joint<N> = Joint {
         cap: 0.0,
-        zone: 0.0,
+        zones: [0.0; 2],
+        turn: [0.0; N],
         bend: Bend { bend: [0.0; N], tilt: [0.0; N], lean: [0.0; N] },
+        corner: true,
+        top: 0.0,
     };
 
-    /// Between two directions, where the shorter piece has this length, both can be passed at
-    /// the speed `top`.
+    /// Between two directions of pieces of these lengths, both of which can be passed at the speed
+    /// `top`.
     pub fn new(
         [before, after]: [&[f64; N]; 2],
-        length: f64,
+        lengths: [f64; 2],
         top: f64,
         axes: &[AxisPace; N],
         deviation: Option<f64>,
     ) -> Joint<N> {
-        let turn: [f64; N] = std::array::from_fn(|n| (after[n] - before[n]).abs());
+        let length = lengths[0].min(lengths[1]);
+        let turn: [f64; N] = std::array::from_fn(|n| after[n] - before[n]);
         let over = |limit: fn(&AxisPace) -> f64| {
-            let each = axes.iter().zip(&turn).map(move |(axis, turn)| limit(axis) / turn);
+            let each = axes.iter().zip(&turn).map(move |(axis, turn)| limit(axis) / turn.abs());
             each.fold(f64::INFINITY, f64::min)
         };
         let jump = over(|axis| axis.jump);
@@ -72,26 +85,49 @@ impl<const N: usize> Joint<N> {
             let accel = axes.iter().map(|axis| axis.accel).fold(f64::INFINITY, f64::min);
             cap = if half < 1.0 { accel * deviation * half / (1.0 - half) } else { f64::INFINITY };
         }
-        let part = if cos < SHARP { 1.0 } else { ALONE };
+        let corner = cos < SHARP;
+        let part = if corner { 1.0 } else { ALONE };
         let most = over(|axis| axis.accel) * length;
-        if v * v <= part * most {
-            return Joint { cap, ..Joint::REST };
+        let alone = v * v <= part * most;
+        if !alone {
+            cap = cap.min(most);
         }
-        cap = cap.min(most);
-        if cos < SHARP && deviation.is_none() {
-            // As a chord it could be no faster, and all the way to the middle of the next one nothing
-            // would be left to speed up by.
-            return Joint { cap, ..Joint::REST };
+        // By the law of jerk a curve that could be faster may be rough.
+        let smooth = axes.iter().any(|axis| axis.jerk < f64::INFINITY);
+        let seen = !corner && deviation.is_none() && (smooth || cap < top * top);
+        let top = if seen { top * top } else { 0.0 };
+        let joint = Joint { cap, corner, top, ..Joint::REST };
+        if alone || corner && deviation.is_none() {
+            // As a chord a corner could be no faster, and all the way to the middle of the next one
+            // nothing would be left to speed up by.
+            return joint;
         }
+        let bound = turn.map(|turn| turn / length);
+        let turn = turn.map(|turn| 2.0 * turn / (lengths[0] + lengths[1]));
+        Joint { turn, ..joint.turning(bound, [before, after], [length / 2.0; 2]) }
+    }
+
+    /// Whether it is one of a curve, and turns.
+    pub fn turns(&self) -> bool {
+        self.zones[1] > 0.0
+    }
+
+    /// Which turns like this, of these directions, in these parts of the pieces.
+    pub fn turning(
+        self,
+        turn: [f64; N],
+        [before, after]: [&[f64; N]; 2],
+        zones: [f64; 2],
+    ) -> Joint<N> {
         let bend = Bend {
-            bend: turn.map(|turn| turn / length),
+            bend: turn.map(f64::abs),
             tilt: std::array::from_fn(|n| (after[n] + before[n]).abs() / 2.0),
             lean: std::array::from_fn(|n| {
                 let same = after[n] * before[n] > 0.0;
-                if same { (after[n] - before[n]) * after[n] } else { 0.0 }
+                if same { turn[n] * after[n] } else { 0.0 }
             }),
         };
-        Joint { cap, zone: length / 2.0, bend }
+        Joint { zones, turn, bend, ..self }
     }
 }
 
@@ -104,7 +140,7 @@ mod tests {
 
     fn cap(turn: f64, length: f64, deviation: Option<f64>) -> f64 {
         let after = [turn.cos(), turn.sin()];
-        Joint::new([&[1.0, 0.0], &after], length, 300.0, &[AXIS; 2], deviation).cap.sqrt()
+        Joint::new([&[1.0, 0.0], &after], [length; 2], 300.0, &[AXIS; 2], deviation).cap.sqrt()
     }
 
     #[test]

@@ -44,6 +44,7 @@
 mod bucket;
 mod cell;
 mod change;
+mod chords;
 mod course;
 mod curve;
 mod glide;
@@ -54,6 +55,7 @@ mod law;
 mod lead;
 mod legs;
 mod lens;
+mod loose;
 mod moves;
 mod pace;
 mod paces;

@@ -21,8 +21,7 @@ use crate::bucket::Bucket;
 use crate::cell::{Cell, Scales};
 use crate::change::Change;
 use crate::glide::Glides;
-use crate::joint::Joint;
-use crate::law::SCALES;
+use crate::loose::Loose;
 use crate::pace::{PACES, Unplannable};
 use crate::passes::Passes;
 use crate::piece::Piece;
@@ -61,15 +60,6 @@ pub struct RouteStep {
     pub forward: bool,
 }
 
-/// A piece whose end is not known yet: how the next one goes on.
-#[derive(Clone, Debug)]
-pub(crate) struct Loose<const N: usize> {
-    pub shape: Shape<N>,
-    feed: f64,
-    rapid: bool,
-    begin: Joint<N>,
-}
-
 /// A path of lines and arcs, passed at speed, of one axis or any number of them; an arc takes two.
 ///
 /// Each axis keeps the law of speed: |v(t) − v(t')| ≤ `jump` + `accel`·|t − t'| for every two
@@ -106,7 +96,9 @@ pub struct Route<const N: usize> {
     /// Where the last piece ends, along the route and of each axis.
     pub(crate) length: f64,
     pub(crate) place: [f64; N],
-    pub(crate) loose: Option<Loose<N>>,
+    pub(crate) loose: VecDeque<Loose<N>>,
+    /// Chords before those, as far as they are seen.
+    pub(crate) chords: VecDeque<(Shape<N>, bool)>,
     pub(crate) cells: VecDeque<Cell<N>>,
     pub(crate) passes: Passes,
     /// Cells that the plan does not know yet.
@@ -142,9 +134,6 @@ const MOST_SMOOTH: usize = 8_192;
 
 /// Cells that are new when it is worth while to plan again, at least.
 const FRESH: usize = 8;
-
-/// Radians of an arc in one cell, at most.
-const ARC: f64 = 0.1;
 
 /// Turns of an arc at most: 62,832 cells.
 const TURNS: f64 = 1_000.0;
@@ -186,7 +175,8 @@ impl<const N: usize> Route<N> {
             deviation: None,
             length: 0.0,
             place,
-            loose: None,
+            loose: VecDeque::new(),
+            chords: VecDeque::new(),
             cells: VecDeque::new(),
             passes: Passes::default(),
             fresh: 0,
@@ -309,13 +299,13 @@ impl<const N: usize> Route<N> {
     /// No piece follows for now: the route comes to rest where it ends, and goes on from there
     /// if one is added later.
     pub fn close(&mut self) {
-        self.settle(&Joint::REST);
+        self.settle_all();
         self.closed = true;
     }
 
     /// Whether nothing of it is left.
     pub fn is_over(&self) -> bool {
-        self.cells.is_empty() && self.loose.is_none()
+        self.cells.is_empty() && self.loose.is_empty()
     }
 
     /// Seconds from the start to the end of what has been made; pauses included.
@@ -384,67 +374,6 @@ impl<const N: usize> Route<N> {
             |(place, axis): (&f64, &AxisPace)| (place / axis.step).abs() <= f64::from(i32::MAX);
         let known = place.iter().zip(&self.axes).all(near);
         if known { Ok(()) } else { Err(Unplannable::TooLong) }
-    }
-
-    fn add(&mut self, shape: Shape<N>, feed: f64, rapid: bool) -> Result<(), Unplannable> {
-        if !PACES.contains(&feed) {
-            return Err(Unplannable::Speed);
-        }
-        let begin = match &self.loose {
-            Some(loose) => {
-                let ends = [&loose.shape.direction(loose.shape.end), &shape.direction(shape.begin)];
-                let length = loose.shape.length().min(shape.length());
-                // An override may double it.
-                let top = loose.feed.min(feed) * SCALES.end();
-                Joint::new(ends, length, top, &self.axes, self.deviation)
-            }
-            None => Joint::REST,
-        };
-        self.settle(&begin);
-        self.length = shape.end;
-        self.loose = Some(Loose { shape, feed, rapid, begin });
-        self.closed = false;
-        Ok(())
-    }
-
-    /// Makes cells of the loose piece, whose end is known now.
-    fn settle(&mut self, end: &Joint<N>) {
-        let Some(Loose { shape, feed, rapid, begin }) = self.loose.take() else { return };
-        let length = shape.length();
-        // Inner ends of its cells; most chords have none.
-        let mut cuts = Vec::new();
-        if begin.zone + end.zone < length / 2.0 {
-            cuts.extend([begin.zone, length - end.zone]);
-        }
-        let parts = (shape.sweep() / ARC).ceil();
-        let parts = if parts > 1.0 { parts as usize } else { 1 };
-        cuts.extend((1..parts).map(|n| length * n as f64 / parts as f64));
-        cuts.retain(|cut| (length * SLIVER..length * (1.0 - SLIVER)).contains(cut));
-        cuts.sort_by(f64::total_cmp);
-        cuts.dedup_by(|b, a| *b - *a <= length * SLIVER);
-        let accel = self.axes.map(|axis| axis.accel);
-        let speed = self.axes.map(|axis| axis.speed);
-        let (mut cap, mut zone) = (begin.cap, begin.zone);
-        let mut from = 0.0;
-        for to in cuts.into_iter().chain([length]) {
-            let zones = [(begin, from < begin.zone), (*end, to > length - end.zone)];
-            let mut within = [Joint::REST.bend; 2];
-            let mut count = 0;
-            for (joint, _) in zones.iter().filter(|(_, within)| *within) {
-                within[count] = joint.bend;
-                count += 1;
-            }
-            let last = if to < length { shape.begin + to } else { shape.end };
-            let ends = (shape.begin + from, last);
-            from = to;
-            let mut cell = Cell::new(&shape, ends, &within[..count], &accel, &speed, feed);
-            cell.rapid = rapid;
-            cell.scale(self.scales);
-            cell.cap = std::mem::replace(&mut cap, f64::INFINITY);
-            cell.zone = std::mem::replace(&mut zone, 0.0);
-            self.cells.push_back(cell);
-            self.fresh += 1;
-        }
     }
 
     /// The first cell in time: when it ends.

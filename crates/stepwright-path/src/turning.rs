@@ -37,12 +37,11 @@ fn bends<const N: usize>(cells: &VecDeque<Cell<N>>, n: usize) -> Bends<N> {
         return Some([cell.shape.curvature(if n == 0 { cell.begin } else { cell.end }); 2]);
     };
     let both = [before.shape.curvature(before.end), after.shape.curvature(after.begin)];
-    let turn: [f64; N] = std::array::from_fn(|axis| after.first[axis] - before.last[axis]);
     if after.zone > 0.0 {
-        // Chords of a curve, or a chord and an arc: it turns from middle to middle.
-        let length = (before.shape.length() + after.shape.length()) / 2.0;
-        return Some([std::array::from_fn(|axis| turn[axis] / length); 2]);
+        // Chords of a curve, or a chord and an arc.
+        return Some([after.turn; 2]);
     }
+    let turn: [f64; N] = std::array::from_fn(|axis| after.first[axis] - before.last[axis]);
     let straight = turn.iter().all(|turn| turn.abs() < SMOOTH);
     straight.then_some(both)
 }

@@ -31,7 +31,7 @@ impl<const N: usize> Route<N> {
             Some(smooth) => smooth.here.v,
             None => self.passes.w.front().map_or(0.0, |w| w.sqrt()),
         };
-        match (self.cells.front(), &self.loose) {
+        match (self.cells.front(), self.loose.front()) {
             (Some(cell), _) => (cell.begin, speed),
             (None, Some(loose)) => (loose.shape.begin, 0.0),
             (None, None) => (self.length, 0.0),

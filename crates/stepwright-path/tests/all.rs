@@ -12,6 +12,7 @@ mod legs;
 mod optimum;
 mod paths;
 mod random_routes;
+mod rough;
 mod routes;
 mod smooth_routes;
 mod speed;

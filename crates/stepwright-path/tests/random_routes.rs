@@ -79,15 +79,17 @@ impl<const N: usize> Made<N> {
             let length = 10.0 * self.roll() - 5.0;
             self.line(std::array::from_fn(|n| if n == axis { length } else { 0.0 }), feed);
         } else if kind < 0.6 {
-            // Chords of a curve in two axes, of lengths that differ.
+            // Chords of a curve in two axes, of lengths that differ, or whose places are rounded.
             let (radius, mut angle) = (0.5 + 20.0 * self.roll(), TAU * self.roll());
             let (chord, uneven) = (0.05 + self.roll(), self.roll());
+            let grid = if self.roll() < 0.5 { 1e-3 * 20f64.powf(self.roll()) } else { 1e-9 };
             let sign = if self.roll() < 0.5 { 1.0 } else { -1.0 };
             for _ in 0..(20.0 * self.roll()) as usize + 2 {
                 let chord = chord * (1.0 - uneven * self.roll() * 0.9);
                 angle += sign * chord / radius;
                 let mut way = [0.0; N];
-                (way[0], way[N - 1]) = (chord * angle.cos(), chord * angle.sin());
+                let round = |way: f64| (way / grid).round() * grid;
+                (way[0], way[N - 1]) = (round(chord * angle.cos()), round(chord * angle.sin()));
                 self.line(way, feed);
             }
         } else if kind < 0.8 && N > 1 {

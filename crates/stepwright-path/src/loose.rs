@@ -1,0 +1,196 @@
+//! Pieces that are added to a route, and the cells that are made of them.
+//!
+//! A piece becomes cells when it is known how the next one goes on; chords of a curve a few of them later,
+//! when more is seen of how it turns ([`chords`]).
+
+use crate::cell::Cell;
+use crate::chords::{self, View};
+use crate::joint::Joint;
+use crate::law::SCALES;
+use crate::pace::{PACES, Unplannable};
+use crate::route::{Route, SLIVER};
+use crate::shape::Shape;
+
+/// Radians of an arc in one cell, at most.
+const ARC: f64 = 0.1;
+
+/// Chords that are seen at either side of a joint, at most.
+const SEEN: usize = 96;
+
+/// Steps of the acceleration of turning within them that are no places where curves meet.
+const ROUGH: usize = 4;
+
+/// A piece whose end is not known yet: how the next ones go on.
+#[derive(Clone, Debug)]
+pub(crate) struct Loose<const N: usize> {
+    pub shape: Shape<N>,
+    feed: f64,
+    rapid: bool,
+    begin: Joint<N>,
+    /// By how much it turns more there than at the joint before; and whether there and back.
+    step: [f64; N],
+    rough: bool,
+}
+
+impl<const N: usize> Route<N> {
+    pub(crate) fn add(
+        &mut self,
+        shape: Shape<N>,
+        feed: f64,
+        rapid: bool,
+    ) -> Result<(), Unplannable> {
+        if !PACES.contains(&feed) {
+            return Err(Unplannable::Speed);
+        }
+        let begin = self.loose.back().map_or(Joint::REST, |last| {
+            let ends = [&last.shape.direction(last.shape.end), &shape.direction(shape.begin)];
+            let lengths = [last.shape.length(), shape.length()];
+            // An override may double it.
+            let top = last.feed.min(feed) * SCALES.end();
+            Joint::new(ends, lengths, top, &self.axes, self.deviation)
+        });
+        let mut step = [0.0; N];
+        let mut rough = false;
+        if let Some(last) = self.loose.back().filter(|last| !last.begin.corner && !begin.corner) {
+            step = std::array::from_fn(|n| begin.turn[n] - last.begin.turn[n]);
+            rough = self.is_rough(&last.step, &step, feed);
+        }
+        self.length = shape.end;
+        self.loose.push_back(Loose { shape, feed, rapid, begin, step, rough });
+        self.closed = false;
+        self.settle_known();
+        Ok(())
+    }
+
+    /// Makes cells of the pieces behind which enough is known.
+    fn settle_known(&mut self) {
+        while let [Some(first), Some(next)] = [self.loose.front(), self.loose.get(1)] {
+            let joint = &next.begin;
+            let unequal = chords::is_unequal(joint, [&first.shape, &next.shape]);
+            if joint.top > 0.0 && (unequal || self.steps() > 0) && !self.is_far() {
+                return;
+            }
+            self.settle_first();
+        }
+    }
+
+    /// Makes cells of all pieces: none follows.
+    pub(crate) fn settle_all(&mut self) {
+        while !self.loose.is_empty() {
+            self.settle_first();
+        }
+        self.chords.clear();
+    }
+
+    /// Whether as much is known behind the second piece as is looked at.
+    fn is_far(&self) -> bool {
+        let (Some(next), Some(last)) = (self.loose.get(1), self.loose.back()) else { return false };
+        last.shape.end - next.shape.begin >= self.reach(next)
+            || self.loose.len() > SEEN
+            || self.loose.iter().skip(2).any(|piece| piece.begin.corner || piece.shape.is_round())
+    }
+
+    /// How far the turning at the beginning of a piece is looked at: what is off for longer than an axis
+    /// takes to change by its jump is not hidden.
+    fn reach(&self, piece: &Loose<N>) -> f64 {
+        let time = self.axes.iter().map(|axis| {
+            let smooth = 2.0 * (axis.jump / axis.jerk).sqrt();
+            smooth.max(2.0 * axis.jump / axis.accel)
+        });
+        piece.feed * time.fold(0.0, f64::max)
+    }
+
+    /// Joints around, as far as they are seen, at which the acceleration of turning goes there and back.
+    fn steps(&self) -> usize {
+        let behind = self.chords.iter().filter(|(_, rough)| *rough);
+        behind.count() + self.loose.iter().filter(|piece| piece.rough).count()
+    }
+
+    /// Whether the acceleration of turning goes there and back by more than the jump hides: of a step of Δ
+    /// that is Δ²/8J.
+    fn is_rough(&self, there: &[f64; N], back: &[f64; N], feed: f64) -> bool {
+        self.axes.iter().enumerate().any(|(n, axis)| {
+            let [there, back] = [there[n], back[n]].map(|step| step * feed * feed);
+            let hidden = (4.0 * axis.jump * axis.jerk).sqrt().min(axis.accel / 2.0);
+            there * back < 0.0 && there.abs().min(back.abs()) > hidden
+        })
+    }
+
+    /// The joint at the beginning of the first piece, as the chords before and behind show it.
+    fn seen(&self, first: &Loose<N>) -> Joint<N> {
+        let rough = self.steps() >= ROUGH;
+        let view = View { axes: &self.axes, feed: first.feed, reach: self.reach(first), rough };
+        let one = |piece: &Loose<N>| piece.shape.begin == first.shape.begin || !piece.begin.corner;
+        let behind = self.loose.iter().take_while(|piece| one(piece) && !piece.shape.is_round());
+        let before = self.chords.iter().map(|(shape, _)| shape);
+        view.joint(&first.begin, before, behind.map(|piece| &piece.shape))
+    }
+
+    /// Makes cells of the first piece.
+    fn settle_first(&mut self) {
+        let Some(first) = self.loose.pop_front() else { return };
+        let Loose { shape, feed, rapid, begin, rough, .. } = first;
+        if begin.corner {
+            self.chords.clear();
+        }
+        self.chords.push_front((shape, rough));
+        if shape.is_round() {
+            self.chords.clear();
+        }
+        self.chords.truncate(SEEN);
+        let next = self.loose.front().filter(|next| next.begin.top > 0.0);
+        if let Some(joint) = next.map(|next| self.seen(next))
+            && let Some(next) = self.loose.front_mut()
+        {
+            next.begin = joint;
+        }
+        let end = self.loose.front().map_or(Joint::REST, |next| next.begin);
+        self.settle(&shape, (feed, rapid), [&begin, &end]);
+    }
+
+    /// Makes cells of a piece between two joints.
+    fn settle(
+        &mut self,
+        shape: &Shape<N>,
+        (feed, rapid): (f64, bool),
+        [begin, end]: [&Joint<N>; 2],
+    ) {
+        let length = shape.length();
+        let ([_, first], [last, _]) = (begin.zones, end.zones);
+        // Inner ends of its cells; most chords have none.
+        let mut cuts = Vec::new();
+        if first + last < length / 2.0 {
+            cuts.extend([first, length - last]);
+        }
+        let parts = (shape.sweep() / ARC).ceil();
+        let parts = if parts > 1.0 { parts as usize } else { 1 };
+        cuts.extend((1..parts).map(|n| length * n as f64 / parts as f64));
+        cuts.retain(|cut| (length * SLIVER..length * (1.0 - SLIVER)).contains(cut));
+        cuts.sort_by(f64::total_cmp);
+        cuts.dedup_by(|b, a| *b - *a <= length * SLIVER);
+        let accel = self.axes.map(|axis| axis.accel);
+        let speed = self.axes.map(|axis| axis.speed);
+        let (mut cap, mut zone, mut turn) = (begin.cap, first, begin.turn);
+        let mut from = 0.0;
+        for to in cuts.into_iter().chain([length]) {
+            let zones = [(begin, from < first), (end, to > length - last)];
+            let mut within = [Joint::REST.bend; 2];
+            let mut count = 0;
+            for (joint, _) in zones.iter().filter(|(_, within)| *within) {
+                within[count] = joint.bend;
+                count += 1;
+            }
+            let behind = if to < length { shape.begin + to } else { shape.end };
+            let ends = (shape.begin + from, behind);
+            from = to;
+            let mut cell = Cell::new(shape, ends, &within[..count], &accel, &speed, feed);
+            cell.rapid = rapid;
+            cell.scale(self.scales);
+            cell.cap = std::mem::replace(&mut cap, f64::INFINITY);
+            cell.zone = std::mem::take(&mut zone);
+            cell.turn = std::mem::replace(&mut turn, [0.0; N]);
+            self.cells.push_back(cell);
+            self.fresh += 1;
+        }
+    }
+}

@@ -8,9 +8,9 @@
 //!
 //! ```
 //! use stepwright_gcode::{Effect, Reader};
-//! let job = "G21 G90 (a square's half)\nG1 X10 F600\nY10\n";
+//! let job = "G21 G90 (a square's half)\nG1 X10 F600\nY10"; // its last line has no end
 //! let (mut reader, mut ends) = (Reader::default(), String::new());
-//! for byte in job.bytes() {
+//! for byte in job.bytes().chain(*b"\n") {
 //!     let Some(block) = reader.push(byte) else { continue };
 //!     for effect in block?.effects() {
 //!         if let Effect::Move(part) = effect {

@@ -10,7 +10,7 @@ from ._move import Move, Outcome
 from ._native import Scale
 from ._quantity import Quantity, real, text
 from ._quantity import seconds as in_seconds
-from ._scales import scale_of
+from ._scales import scale_of, scale_of_mm
 
 if TYPE_CHECKING:
     from ._line import Line
@@ -59,10 +59,10 @@ class Axis:
 
     @steps_per_mm.setter
     def steps_per_mm(self, steps: float) -> None:
-        if not 0.001 <= real("steps_per_mm", steps, "a number") <= 10_000:
+        number = real("steps_per_mm", steps, "a number")
+        if not 0.001 <= number <= 10_000:
             raise ValueError(f"steps_per_mm is {steps!r}: it may be 0.001 to 10000")
-        # A thousand millimetres a turn, so that fractions of a step count.
-        self.scale = Scale(round(float(steps) * 1000), 1000.0)
+        self.scale = scale_of_mm(number)
 
     def scale_to(
         self, steps_per_rev: Optional[int] = None, mm_per_rev: Optional[float] = None

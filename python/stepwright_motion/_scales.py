@@ -29,9 +29,16 @@ def scale_of(steps_per_rev: Optional[int], mm_per_rev: Optional[float]) -> Scale
     return Scale(steps_per_rev, mm_per_rev)
 
 
+def scale_of_mm(steps: float) -> Scale:
+    """Of this many steps a millimetre. A turn has whole steps, and is about a metre: its length, to a
+    nanometre, has the fraction."""
+    turn = round(steps * 1000)
+    return Scale(turn, turn / steps)
+
+
 def speed_of(name: str, value: Quantity, steps: float = 1000.0) -> float:
     """A speed in mm/s."""
-    return Scale(round(steps * 1000), 1000.0).speed(name, text(name, value, None, "mm/s")) / steps
+    return scale_of_mm(steps).speed(name, text(name, value, None, "mm/s")) / steps
 
 
 def paces(
@@ -46,7 +53,7 @@ def paces(
         steps = float(_of(steps_per_mm, name))
         if not 0.001 <= steps <= 10_000:
             raise ValueError(f"steps_per_mm is {steps}: it may be 0.001 to 10000")
-        scale = Scale(round(steps * 1000), 1000.0)
+        scale = scale_of_mm(steps)
         slope = scale.accel("accel", text("accel", _of(accel, name), None, "mm/s2")) / steps
         top, at_once = (
             speed_of(what, _of(value, name), steps) for what, value in (("speed", speed), ("jump", jump))

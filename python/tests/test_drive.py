@@ -42,6 +42,16 @@ def test_a_fraction_of_a_step_per_mm_counts(board: sw.Board) -> None:
     board.x.steps_per_mm = 78.74
     assert board.x.move_to(100).wait().steps == (7874,)
     assert board.x.steps_per_mm == pytest.approx(78.74)
+    # A rack with a pinion of 20 mm, and motors that step metres.
+    for steps in (200 / (math.pi * 20), 0.0014, 0.001, 415.461_234_5, 9999.9999):
+        board.x.steps_per_mm = steps
+        assert board.x.steps_per_mm == pytest.approx(steps, rel=1e-9)
+    board.x.zero()
+    board.x.steps_per_mm = 3.1831
+    assert board.x.move_to(10_000, speed=4_000, accel=20_000).wait().steps == (31_831,)
+    # The limits of a path's axis are as exact as its steps.
+    coarse = sw.path([(0, 0), (5000, 0)], feed=100, steps_per_mm=0.0014, accel=1000, jump=100)
+    assert coarse.duration == pytest.approx(50, rel=0.01)
 
 
 def test_speeds_are_those_asked_for(board: sw.Board) -> None:

@@ -181,7 +181,7 @@ impl fmt::Display for Fault {
             GCode => {
                 "this code is not supported: there are G0 to G4, G10 L2 and L20, G17 to G21, \
                       G28, G28.1, G30, G30.1, G38.2 to G38.5, G40, G43.1, G49, G53 to G59, G61, \
-                      G80, G90, G91, G91.1, G92, G92.1, G93 and G94"
+                      G64, G80, G90, G91, G91.1, G92, G92.1, G93 and G94"
             }
             MCode => "this code is not supported: there are M0 to M5, M7 to M9 and M30",
             Group => {

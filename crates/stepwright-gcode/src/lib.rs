@@ -38,7 +38,7 @@
 //! | distance, feed | G90 G91, G91.1, G93 G94 |
 //! | tool | G40, G43.1 Z, G49, T |
 //! | coordinate system | G54 to G59 |
-//! | path | G61 |
+//! | path | G61, G64, G64 P |
 //! | program | M0 M1 M2 M30 |
 //! | spindle, coolant | M3 M4 M5 S, M7 M8 M9 |
 //!
@@ -60,6 +60,8 @@
 //!   outside of comments. Who reads from a line takes them out first.
 //! - An offset of an arc that is not in its plane is refused (36), and so is an arc of radius 0 (33).
 //! - N, T, L, P of G10 and M with fractions are refused, not cut.
+//! - G64 is taken, for which grbl has error 20: how fast a corner is passed is a planner's business. Moves are
+//!   as exact as with G61, which is within any tolerance P.
 //! - An arc is a full circle if it ends exactly where it starts.
 
 #![no_std]

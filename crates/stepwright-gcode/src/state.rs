@@ -38,6 +38,10 @@ impl State {
         if let Some(At { it: action, column }) = words.action {
             self.act(&mut words, action, column, &mut block)?;
         }
+        if let Some(At { it: true, .. }) = words.path_control {
+            // Moves are exact, which is within any tolerance.
+            not_negative(&mut words, Letter::P)?;
+        }
         if moves {
             self.go(&mut words, feed, &mut block)?;
         }

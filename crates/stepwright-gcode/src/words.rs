@@ -41,10 +41,11 @@ pub(crate) struct Words {
     pub stop: Slot<Stop>,
     pub spindle: Slot<SpindleMode>,
     pub coolant: Slot<CoolantCode>,
+    /// It goes on over corners (G64), with a tolerance or without, or not (G61).
+    pub path_control: Slot<bool>,
     // Groups of which the dialect has one code alone, which changes nothing.
     arc_distance: Slot<()>,
     cutter: Slot<()>,
-    path_control: Slot<()>,
     values: [Slot<Decimal>; LETTERS.len()],
 }
 
@@ -187,7 +188,8 @@ impl Words {
             Some(580) => set!(system, System::G58),
             Some(590) => set!(system, System::G59),
             Some(591..=593) => Err(Fault::NoSystem),
-            Some(610) => set!(path_control, ()),
+            Some(610) => set!(path_control, false),
+            Some(640) => set!(path_control, true),
             Some(800) => set!(motion, MotionMode::Off),
             Some(900) => set!(distance, false),
             Some(910) => set!(distance, true),

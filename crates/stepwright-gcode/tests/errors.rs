@@ -40,6 +40,7 @@ fn numbers_that_are_not_allowed() {
         ("T-1", "error 4 at 1:1"),
         ("N-1", "error 4 at 1:1"),
         ("G4 P-1", "error 4 at 1:4"),
+        ("G64 P-1", "error 4 at 1:5"),
         ("G10 L2 P-1 X1", "error 4 at 1:8"),
         ("T1.5", "error 23 at 1:1"),
         ("G10 L2.5 P1 X1", "error 23 at 1:5"),
@@ -63,7 +64,6 @@ fn codes_that_are_not_there() {
         ("G-1", "error 20 at 1:1"),
         ("G38.6", "error 20 at 1:1"),
         ("G28.01", "error 20 at 1:1"),
-        ("G64", "error 20 at 1:1"),
         ("G81", "error 20 at 1:1"),
         ("G90.1", "error 20 at 1:1"),
         ("G43 H1", "error 20 at 1:1"),
@@ -92,7 +92,7 @@ fn two_of_a_modal_group() {
         &["M7", "M8", "M9"],
         &["G91.1"],
     ];
-    for group in groups.into_iter().chain([&["G40"][..], &["G61"]]) {
+    for group in groups.into_iter().chain([&["G40"][..], &["G61", "G64"]]) {
         for first in group {
             for second in group {
                 let text = format!("{first} {second}");

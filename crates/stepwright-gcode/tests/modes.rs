@@ -17,6 +17,9 @@ fn axis_words_move_in_the_motion_mode() {
         ("G1 F1\nG80\nF2 Y1", "error 31 at 3:4"),
         ("G53", ""),
         ("G40 G61 G91.1 G49 G80", "ToolLength = X0 Y0 Z0"),
+        ("G64\nG64 P0.01 X1\nG64 P0 G61.0", "rapid X1 Y0 Z0\nerror 21 at 3:8"),
+        // P of a dwell is none of it; nor has G61 one.
+        ("G64 G4 P1\nG61 P1", "dwell 1\nerror 36 at 2:5"),
     ]);
 }
 

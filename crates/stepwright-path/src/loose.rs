@@ -14,8 +14,9 @@ use crate::shape::Shape;
 /// Radians of an arc in one cell, at most.
 const ARC: f64 = 0.1;
 
-/// Chords that are seen at either side of a joint, at most.
+/// Chords before a joint that are seen, at most; and pieces behind it that are waited for.
 const SEEN: usize = 96;
+const AHEAD: usize = 24;
 
 /// Steps of the acceleration of turning within them that are no places where curves meet.
 const ROUGH: usize = 4;
@@ -74,6 +75,13 @@ impl<const N: usize> Route<N> {
         }
     }
 
+    /// Makes cells of all pieces but the last, by what is seen now: the next one is late.
+    pub(crate) fn settle_seen(&mut self) {
+        while self.loose.len() > 1 {
+            self.settle_first();
+        }
+    }
+
     /// Makes cells of all pieces: none follows.
     pub(crate) fn settle_all(&mut self) {
         while !self.loose.is_empty() {
@@ -86,7 +94,7 @@ impl<const N: usize> Route<N> {
     fn is_far(&self) -> bool {
         let (Some(next), Some(last)) = (self.loose.get(1), self.loose.back()) else { return false };
         last.shape.end - next.shape.begin >= self.reach(next)
-            || self.loose.len() > SEEN
+            || self.loose.len() > AHEAD
             || self.loose.iter().skip(2).any(|piece| piece.begin.corner || piece.shape.is_round())
     }
 

@@ -28,6 +28,9 @@ pub enum Way {
     Virtual { fast: bool, switches: Vec<Switch> },
 }
 
+/// What to do about a board that is lost.
+pub const LOST: &str = "look at its cable and its power, and open it again";
+
 /// Keeps a board until it is to end, or the board is lost.
 pub fn keep(way: &Way, lease: LeaseMillis, desk: Arc<Desk>) {
     let _end = End(desk.clone());
@@ -48,7 +51,9 @@ pub fn keep(way: &Way, lease: LeaseMillis, desk: Arc<Desk>) {
         desk.probe(Probe::Plans(keeper.pulses()));
     }
     let attended = attend(&mut session, &mut keeper, &desk);
-    let why = attended.err().map(|trouble| keeper.lose(&trouble));
+    // No one here meets it again, as a server does.
+    let lost = |trouble| keeper.lose(&trouble).remedy(LOST);
+    let why = attended.err().map(lost);
     // Who hears that it has ended may open the port again.
     drop(session);
     ended(&desk, why);

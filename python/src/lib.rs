@@ -43,6 +43,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("VERSION", env!("CARGO_PKG_VERSION"))?;
+    module.add("LOST", keeping::LOST)?;
     module.add_class::<kept::Kept>()?;
     module.add_class::<kept::Order>()?;
     module.add_class::<kept::Recorder>()?;

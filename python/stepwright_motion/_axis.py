@@ -138,11 +138,13 @@ class Axis:
     @property
     def speed_now(self) -> float:
         """Its speed over the last tenth of a second, in its unit/s."""
+        self._line.check()
         return float(self._state()["speed"]) / float(self.scale.unit[1])
 
     @property
     def moving(self) -> bool:
-        """Whether it moves."""
+        """Whether it moves. Raises ``LinkLost`` where that is not known."""
+        self._line.check()
         return bool(self._state()["moving"])
 
     # Orders.

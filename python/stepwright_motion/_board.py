@@ -84,7 +84,8 @@ class Board:
 
     @property
     def moving(self) -> bool:
-        """Whether any axis moves."""
+        """Whether any axis moves. Raises ``LinkLost`` where that is not known."""
+        self._line.check()
         return any(bool(axis["moving"]) for axis in self._line.state()["axes"])
 
     @property

@@ -6,7 +6,7 @@ import json
 from typing import Any, Callable, Optional, Union
 
 from ._errors import CantOpen, LinkLost, StepwrightError, declined
-from ._native import Kept, Order
+from ._native import LOST, Kept, Order
 
 
 def place_of(axis: Union[int, str], count: int) -> int:
@@ -58,7 +58,7 @@ class Line:
         trouble = self.state()["trouble"]
         if trouble is not None:
             self.lost = True
-            raise LinkLost(f"{trouble['what']}; {trouble['do']}")
+            raise LinkLost(f"{trouble['what']}; {LOST}")
 
     def give(self, name: str, body: dict[str, Any], seconds: Optional[float] = None) -> Order:
         """Gives an order whose end will be waited for."""

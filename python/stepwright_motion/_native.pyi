@@ -2,6 +2,7 @@
 
 from typing import Callable, Optional, final
 
+LOST: str
 VERSION: str
 PHASES: list[str]
 

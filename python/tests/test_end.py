@@ -102,10 +102,14 @@ def test_a_board_that_vanishes_is_lost(pty: Pty) -> None:
         pty.process.kill()
         with pytest.raises(sw.LinkLost):
             move.wait()
-        with pytest.raises(sw.LinkLost):
+        with pytest.raises(sw.LinkLost, match="and open it again"):
             board.x.move_to(0)
-        with pytest.raises(sw.LinkLost):
+        with pytest.raises(sw.LinkLost, match="and open it again"):
             board.x.position
+        # A motor may be moving: nobody says that none does, nor how fast.
+        for asked in (lambda: board.moving, lambda: board.x.moving, lambda: board.x.speed_now):
+            with pytest.raises(sw.LinkLost):
+                asked()
     # Who has heard of it hears of it no more at the end of the block.
     with pytest.raises(sw.LinkLost):
         board.x.move_to(0)

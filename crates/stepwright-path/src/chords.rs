@@ -93,6 +93,8 @@ pub(crate) struct View<'a, const N: usize> {
     pub reach: f64,
     /// Whether they turn there and back.
     pub rough: bool,
+    /// Whether a corner has its jump, and not a deviation.
+    pub strict: bool,
 }
 
 impl<const N: usize> View<'_, N> {
@@ -123,6 +125,7 @@ impl<const N: usize> View<'_, N> {
             let turn = std::array::from_fn(|n| (arms.1.way[n] - arms.0.way[n]) / (r * r));
             let mean = std::array::from_fn(|n| (arms.1.sum[n] + arms.0.sum[n]) / (r * r));
             let [hidden, curve] = self.caps(&ends, &mean, &turn);
+            let hidden = if self.strict { hidden } else { joint.alone };
             if hidden < (GAIN * best.cap).min(enough) && r > lengths[0].max(lengths[1]) {
                 break;
             }
@@ -173,7 +176,7 @@ mod tests {
         let ends = [&before.direction(before.end), &behind.direction(behind.begin)];
         let lengths = [before.length(), behind.length()];
         let joint = Joint::new(ends, lengths, 200.0, &[AXIS; 2], None);
-        let view = View { axes: &[AXIS; 2], feed: 100.0, reach: 1.0, rough };
+        let view = View { axes: &[AXIS; 2], feed: 100.0, reach: 1.0, rough, strict: true };
         let known = view.joint(&joint, chords[..n].iter().rev(), chords[n..].iter());
         [joint.cap, known.cap]
     }

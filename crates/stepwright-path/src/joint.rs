@@ -31,8 +31,9 @@ use crate::route::AxisPace;
 /// What a joint allows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Joint<const N: usize> {
-    /// w = v² at most.
+    /// w = v² at most; and as a corner by itself.
     pub cap: f64,
+    pub alone: f64,
     /// Units before and behind it in which it turns; how it does along the route, with the sign of each
     /// axis; and how it does there at most.
     pub zones: [f64; 2],
@@ -54,6 +55,7 @@ impl<const N: usize> Joint<N> {
     /// At rest.
     pub const REST: Joint<N> = Joint {
         cap: 0.0,
+        alone: 0.0,
         zones: [0.0; 2],
         turn: [0.0; N],
         bend: Bend { bend: [0.0; N], tilt: [0.0; N], lean: [0.0; N] },
@@ -78,26 +80,25 @@ impl<const N: usize> Joint<N> {
         };
         let jump = over(|axis| axis.jump);
         let v = jump.min(top);
-        let mut cap = jump * jump;
+        let mut alone = jump * jump;
         let cos: f64 = before.iter().zip(after).map(|(a, b)| a * b).sum();
         if let Some(deviation) = deviation {
             let half = ((1.0 + cos) / 2.0).clamp(0.0, 1.0).sqrt();
             let accel = axes.iter().map(|axis| axis.accel).fold(f64::INFINITY, f64::min);
-            cap = if half < 1.0 { accel * deviation * half / (1.0 - half) } else { f64::INFINITY };
+            alone =
+                if half < 1.0 { accel * deviation * half / (1.0 - half) } else { f64::INFINITY };
         }
         let corner = cos < SHARP;
         let part = if corner { 1.0 } else { ALONE };
         let most = over(|axis| axis.accel) * length;
-        let alone = v * v <= part * most;
-        if !alone {
-            cap = cap.min(most);
-        }
+        let slow = v * v <= part * most;
+        let cap = if slow { alone } else { alone.min(most) };
         // By the law of jerk a curve that could be faster may be rough.
         let smooth = axes.iter().any(|axis| axis.jerk < f64::INFINITY);
-        let seen = !corner && deviation.is_none() && (smooth || cap < top * top);
+        let seen = !corner && (smooth || cap < top * top);
         let top = if seen { top * top } else { 0.0 };
-        let joint = Joint { cap, corner, top, ..Joint::REST };
-        if alone || corner && deviation.is_none() {
+        let joint = Joint { cap, alone, corner, top, ..Joint::REST };
+        if slow || corner && deviation.is_none() {
             // As a chord a corner could be no faster, and all the way to the middle of the next one
             // nothing would be left to speed up by.
             return joint;

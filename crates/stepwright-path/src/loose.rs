@@ -127,7 +127,9 @@ impl<const N: usize> Route<N> {
     /// The joint at the beginning of the first piece, as the chords before and behind show it.
     fn seen(&self, first: &Loose<N>) -> Joint<N> {
         let rough = self.steps() >= ROUGH;
-        let view = View { axes: &self.axes, feed: first.feed, reach: self.reach(first), rough };
+        let strict = self.deviation.is_none();
+        let reach = self.reach(first);
+        let view = View { axes: &self.axes, feed: first.feed, reach, rough, strict };
         let one = |piece: &Loose<N>| piece.shape.begin == first.shape.begin || !piece.begin.corner;
         let behind = self.loose.iter().take_while(|piece| one(piece) && !piece.shape.is_round());
         let before = self.chords.iter().map(|(shape, _)| shape);

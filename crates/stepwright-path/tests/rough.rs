@@ -3,8 +3,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::jobs::Job;
+use crate::jobs::{self, AXIS, Job};
 use crate::smooth_routes::judged;
+use stepwright_path::{AxisPace, Route};
 
 const JERKS: [f64; 3] = [f64::INFINITY, 50_000.0, 10_000.0];
 
@@ -60,5 +61,19 @@ fn short_chords_between_longer_ones_take_no_longer() {
             let short = judged(&name, &circle(radius, feed, &chords, 0.0), jerk);
             assert!(short <= most * even, "{name}, {jerk}: {short} s, not {even}");
         }
+    }
+}
+
+/// Junction deviation bounds corners in place of the jump, and curves as they are bound without.
+#[test]
+fn so_do_they_by_junction_deviation() {
+    for jerk in JERKS {
+        let time = |grid: f64| {
+            let route = Route::new([AxisPace { jerk, ..AXIS }; 2]).unwrap();
+            let route = route.with_deviation(0.01).unwrap();
+            jobs::time(&circle(20.0, 100.0, &[0.1], grid), route)
+        };
+        let [exact, rounded] = [0.0, 0.001].map(time);
+        assert!(rounded <= 1.001 * exact, "{jerk}: {rounded} s, not {exact}");
     }
 }

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Iterator, Optional
+from typing import TYPE_CHECKING, Any, Iterator, Optional, Union
 
 from ._errors import OutOfRange, Uncertain
 from ._move import Move, Outcome
 from ._native import Scale
-from ._quantity import Quantity, real, text
+from ._quantity import Quantity, text
 from ._quantity import seconds as in_seconds
-from ._scales import scale_of, scale_of_mm
+from ._scales import MmScale, scale_of
 
 if TYPE_CHECKING:
     from ._line import Line
@@ -22,7 +22,7 @@ class Axis:
     It counts in its ``unit``: steps, until it is told how steps relate to the world by
     ``steps_per_mm``, by ``scale_to`` or by a machine file. Bare numbers are in that unit (speeds in
     units/s, accelerations in units/s²), and so are the positions that it says. A text may have any
-    unit: ``"25mm"``, ``"90deg"``, ``"120rpm"``.
+    unit: ``"25mm"``, ``"90deg"``, ``"120rpm"``; ``steps_per_mm`` alone says nothing of turns.
     """
 
     speed: Optional[Quantity] = None
@@ -39,7 +39,7 @@ class Axis:
     def __init__(self, line: Line, number: int):
         self._line = line
         self.number = number
-        self.scale = Scale()
+        self.scale: Union[Scale, MmScale] = Scale()
         self._home: dict[str, Quantity] = {}
 
     # How steps relate to the world.
@@ -59,10 +59,7 @@ class Axis:
 
     @steps_per_mm.setter
     def steps_per_mm(self, steps: float) -> None:
-        number = real("steps_per_mm", steps, "a number")
-        if not 0.001 <= number <= 10_000:
-            raise ValueError(f"steps_per_mm is {steps!r}: it may be 0.001 to 10000")
-        self.scale = scale_of_mm(number)
+        self.scale = MmScale(steps)
 
     def scale_to(
         self, steps_per_rev: Optional[int] = None, mm_per_rev: Optional[float] = None

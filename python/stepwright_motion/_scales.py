@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, Mapping, Optional, TypeVar, Union
 
 from ._native import Scale
-from ._quantity import Quantity, text
+from ._quantity import Quantity, real, text
 
 Value = TypeVar("Value")
 Paced = Union[Value, Mapping[str, Value]]
@@ -29,16 +30,53 @@ def scale_of(steps_per_rev: Optional[int], mm_per_rev: Optional[float]) -> Scale
     return Scale(steps_per_rev, mm_per_rev)
 
 
-def scale_of_mm(steps: float) -> Scale:
-    """Of this many steps a millimetre. A turn has whole steps, and is about a metre: its length, to a
-    nanometre, has the fraction."""
-    turn = round(steps * 1000)
-    return Scale(turn, turn / steps)
+class MmScale:
+    """That an axis makes this many steps a millimetre, which says nothing of turns."""
+
+    def __init__(self, steps_per_mm: Any):
+        steps = real("steps_per_mm", steps_per_mm, "a number")
+        if not 0.001 <= steps <= 10_000:
+            raise ValueError(f"steps_per_mm is {steps_per_mm!r}: it may be 0.001 to 10000")
+        self.steps = steps
+        # What counts as a turn has whole steps, and is about a metre: its length, to a nanometre, has
+        # the fraction.
+        turn = round(steps * 1000)
+        self._scale = Scale(turn, turn / steps)
+
+    @property
+    def unit(self) -> tuple[str, float]:
+        """The unit that the axis counts in, and the steps of one."""
+        return self._scale.unit
+
+    def distance(self, name: str, text: str) -> int:
+        """A distance in whole steps."""
+        return self._scale.distance(name, _without_turns(name, text))
+
+    def speed(self, name: str, text: str) -> float:
+        """A speed without a sign, in steps/s."""
+        return self._scale.speed(name, _without_turns(name, text))
+
+    def accel(self, name: str, text: str) -> float:
+        """An acceleration in steps/s²."""
+        return self._scale.accel(name, _without_turns(name, text))
+
+    def jerk(self, name: str, text: str) -> float:
+        """A jerk in steps/s³."""
+        return self._scale.jerk(name, _without_turns(name, text))
+
+
+_TURNS = re.compile("turn|rev|rpm|deg|°|rad", re.IGNORECASE)
+
+
+def _without_turns(name: str, text: str) -> str:
+    if _TURNS.search(text):
+        raise ValueError(f"{name} {text}: steps_per_mm says nothing of turns: give mm or steps")
+    return text
 
 
 def speed_of(name: str, value: Quantity, steps: float = 1000.0) -> float:
     """A speed in mm/s."""
-    return scale_of_mm(steps).speed(name, text(name, value, None, "mm/s")) / steps
+    return MmScale(steps).speed(name, text(name, value, None, "mm/s")) / steps
 
 
 def paces(
@@ -50,10 +88,8 @@ def paces(
     """Of each axis a step, a speed, an acceleration and a jump in speed."""
     axes = []
     for name in ("x", "y", "z"):
-        steps = float(_of(steps_per_mm, name))
-        if not 0.001 <= steps <= 10_000:
-            raise ValueError(f"steps_per_mm is {steps}: it may be 0.001 to 10000")
-        scale = scale_of_mm(steps)
+        scale = MmScale(_of(steps_per_mm, name))
+        steps = scale.steps
         slope = scale.accel("accel", text("accel", _of(accel, name), None, "mm/s2")) / steps
         top, at_once = (
             speed_of(what, _of(value, name), steps) for what, value in (("speed", speed), ("jump", jump))

@@ -54,6 +54,25 @@ def test_a_fraction_of_a_step_per_mm_counts(board: sw.Board) -> None:
     assert coarse.duration == pytest.approx(50, rel=0.01)
 
 
+def test_steps_per_mm_say_nothing_of_turns(board: sw.Board) -> None:
+    board.x.steps_per_mm = 80
+    for text in ("1turn", "1 rev", "90deg", "90°", "1.5RAD", "2turns"):
+        with pytest.raises(ValueError, match="says nothing of turns"):
+            board.x.move_by(text)
+    for speed in ("120rpm", "2rev/s", "720deg/s", "6rad/s"):
+        with pytest.raises(ValueError, match="says nothing of turns"):
+            board.x.run(speed)
+        with pytest.raises(ValueError, match="says nothing of turns"):
+            sw.path([(0, 0), (9, 0)], feed=speed)
+    with pytest.raises(ValueError, match="accel 2rev/s2: steps_per_mm says nothing of turns"):
+        board.x.move_by(5, accel="2rev/s2")
+    assert board.x.steps == 0 and board.x.move_by("40steps").wait().position == 0.5
+    board.x.scale_to(steps_per_rev=3200, mm_per_rev=40)
+    assert board.x.move_by("90deg").wait().steps == (840,)
+    with pytest.raises(TypeError, match="steps_per_mm is"):
+        sw.path([(0, 0)], steps_per_mm=[80, 80])  # type: ignore[arg-type]
+
+
 def test_speeds_are_those_asked_for(board: sw.Board) -> None:
     """4000 steps at 500 steps/s take 8 s and the ramps."""
     for given in ({"speed": 500}, {"speed": "150rpm"}):

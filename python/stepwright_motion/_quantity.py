@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import math
 import operator
+from decimal import Decimal
 from typing import Any, Optional, Union
+
+DECIMALS = 18
+"""The most decimals that the native half reads."""
 
 Quantity = Union[int, float, str]
 """A number in the unit of the axis, or a text with its unit: ``"25mm"``, ``"40mm/s"``."""
@@ -26,7 +30,12 @@ def number(name: str, value: Any) -> str:
     given = real(name, value, "a number, or a text with its unit")
     if not math.isfinite(given):
         raise ValueError(f"{name} is {value!r}: give a finite number")
-    return str(int(given)) if given.is_integer() and abs(given) < 1e15 else repr(given)
+    if given.is_integer() and abs(given) < 1e15:
+        return str(int(given))
+    # More decimals than the command reads are less than a step of anything.
+    digits = repr(given)
+    fine = Decimal(digits).as_tuple().exponent
+    return digits if int(fine) >= -DECIMALS else f"{given:.{DECIMALS}f}"
 
 
 def seconds(name: str, value: Any) -> float:

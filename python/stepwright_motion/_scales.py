@@ -38,15 +38,15 @@ class MmScale:
         if not 0.001 <= steps <= 10_000:
             raise ValueError(f"steps_per_mm is {steps_per_mm!r}: it may be 0.001 to 10000")
         self.steps = steps
-        # What counts as a turn has whole steps, and is about a metre: its length, to a nanometre, has
-        # the fraction.
-        turn = round(steps * 1000)
+        # What counts as a turn has whole steps. Its length has the fraction, to a nanometre, so it is
+        # as long as one may be: then no position within 10^9 steps is rounded to another one.
+        turn = min(int(steps * 4294), 10_000_000)
         self._scale = Scale(turn, turn / steps)
 
     @property
     def unit(self) -> tuple[str, float]:
         """The unit that the axis counts in, and the steps of one."""
-        return self._scale.unit
+        return ("mm", self.steps)
 
     def distance(self, name: str, text: str) -> int:
         """A distance in whole steps."""

@@ -45,13 +45,26 @@ def test_a_fraction_of_a_step_per_mm_counts(board: sw.Board) -> None:
     # A rack with a pinion of 20 mm, and motors that step metres.
     for steps in (200 / (math.pi * 20), 0.0014, 0.001, 415.461_234_5, 9999.9999):
         board.x.steps_per_mm = steps
-        assert board.x.steps_per_mm == pytest.approx(steps, rel=1e-9)
+        assert board.x.steps_per_mm == steps
     board.x.zero()
     board.x.steps_per_mm = 3.1831
     assert board.x.move_to(10_000, speed=4_000, accel=20_000).wait().steps == (31_831,)
+    assert board.x.position == 10_000
+    # A position is the place that it says, to the step.
+    for steps in (200 / (math.pi * 20), 0.001234, 9999.9876, 41.7012904):
+        board.x.steps_per_mm = steps
+        for place in (999_999_937, -123_456_789, 1):
+            assert board.x._steps(place / steps) == place
     # The limits of a path's axis are as exact as its steps.
     coarse = sw.path([(0, 0), (5000, 0)], feed=100, steps_per_mm=0.0014, accel=1000, jump=100)
     assert coarse.duration == pytest.approx(50, rel=0.01)
+
+
+def test_small_floats_are_positions(board: sw.Board) -> None:
+    """Their shortest decimals are more than 18 places long."""
+    board.x.steps_per_mm = 6_000
+    for place, steps in ((0.01 / 6, 10), (-0.1 / 6000, 0), (7 / 6000, 7), (1e-30, 0), (0.0011 / 3, 2)):
+        assert board.x.move_to(place, speed=1.1 / 700, accel=0.5).wait().steps == (steps,)
 
 
 def test_steps_per_mm_say_nothing_of_turns(board: sw.Board) -> None:

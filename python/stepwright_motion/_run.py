@@ -137,7 +137,7 @@ class Cycle:
 
     def run(
         self,
-        port: Optional[str] = None,
+        port: Optional[Union[str, os.PathLike[str]]] = None,
         *,
         baud: int = 115_200,
         fast: bool = True,
@@ -156,6 +156,7 @@ class Cycle:
             raise ValueError(f"limit is {limit}: it may be 1 to 1000000 s")
         with open(self.path, encoding="utf-8") as file:
             text = file.read()
+        port = None if port is None else os.fspath(port)
         return checked(play_cycles(self.path, text, port, baud, fast, limit))
 
     def __repr__(self) -> str:

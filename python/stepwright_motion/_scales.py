@@ -75,8 +75,11 @@ def _without_turns(name: str, text: str) -> str:
 
 
 def speed_of(name: str, value: Quantity, steps: float = 1000.0) -> float:
-    """A speed in mm/s."""
-    return MmScale(steps).speed(name, text(name, value, None, "mm/s")) / steps
+    """A speed in mm/s, above 0."""
+    speed = MmScale(steps).speed(name, text(name, value, None, "mm/s")) / steps
+    if speed == 0:
+        raise ValueError(f"{name} is {value!r}: give 0.001 steps/s or more")
+    return speed
 
 
 def paces(

@@ -54,6 +54,9 @@ def test_what_is_out_of_range_is_named(board: sw.Board) -> None:
     for what, call in calls:
         with pytest.raises(ValueError, match=what):
             call()
+    for what in ("speed", "jump", "feed"):
+        with pytest.raises(ValueError, match=f"^{what} is 0: give 0.001 steps/s or more"):
+            sw.path([(0, 0), (5, 0)], **{what: 0})
     far = [(0, 0), (math.nan, 0)]
     for what, places in (("waypoint 1 is", far), ("'2mm': give numbers", [("2mm", 0)])):
         with pytest.raises(ValueError, match=what):
@@ -103,6 +106,14 @@ def test_what_is_not_there_is_told(tmp_path: Path) -> None:
 def test_files_may_be_paths(board: sw.Board, tmp_path: Path) -> None:
     with pytest.raises(sw.CantOpen):
         sw.open(tmp_path / "none")
+    cycles = tmp_path / "cycles.toml"
+    cycles.write_text(
+        '[[motor]]\nname = "X"\nstep = 1\nsmallest-delay-us = 100\n'
+        "[[cycle]]\nmove.X = { steps = 5, delay-us = 1000 }\n"
+    )
+    with pytest.raises(ConnectionError):
+        sw.cycle(cycles).run(tmp_path / "none")
+    cycles.unlink()
     sw.plan("trapezoid", 20, accel=500, speed=50).plot(tmp_path / "plan.svg")
     with board.record() as log:
         board.x.move_by(5).wait()

@@ -78,7 +78,9 @@ class Machine:
             # From the start speed to the top speed within this many steps.
             top = axis._rate("speed", axis.speed or "1000steps/s")
             start = axis._rate("start_speed", axis.start_speed or "50steps/s")
-            axis.accel = f"{(top**2 - start**2) / (2 * int(values['ramp'])):.3f}steps/s2"
+            slope = (top**2 - start**2) / (2 * int(values["ramp"]))
+            # Without a ramp, at a top speed that is not above the start speed, any will do.
+            axis.accel = f"{max(slope, 1.0):.3f}steps/s2"
         homing = ("home-within", "home-back-off", "home-speed", "home-slow")
         known = {key[5:].replace("-", "_"): texts[key] for key in homing if key in texts}
         axis._home.update(known)

@@ -52,6 +52,15 @@ def test_a_file_says_how_axes_are_built(tmp_path: Path, pty: Pty) -> None:
     assert "1600" in said and "4 mm" in said
 
 
+@pytest.mark.parametrize("speeds", ["top-speed = 30", "top-speed = 900\nstart-speed = 900"])
+def test_a_ramp_between_equal_speeds_is_none(tmp_path: Path, speeds: str) -> None:
+    """As the command moves by such a file."""
+    file = tmp_path / "mill.toml"
+    file.write_text(f"[axis.1]\nramp = 200\n{speeds}\n")
+    with sw.virtual(fast=True, machine=file) as board:
+        assert board.x.move_to(300).wait().steps == (300,)
+
+
 def test_homing_by_the_file(tmp_path: Path) -> None:
     path = tmp_path / "m.toml"
     path.write_text(FILE)

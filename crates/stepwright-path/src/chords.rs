@@ -29,7 +29,7 @@ use crate::route::AxisPace;
 use crate::shape::Shape;
 
 /// Of S, where chords are rough: the rest is for what it speeds up by meanwhile.
-const PART: f64 = 0.7;
+const PART: f64 = 0.87;
 
 /// Twice the r is worth while if w becomes this much higher.
 const GAIN: f64 = 1.05;

@@ -26,6 +26,12 @@ impl<const N: usize> Bucket<N> {
     /// After a long rest.
     pub const REST: Bucket<N> = Bucket { high: [(0.0, 0); N], low: [(0.0, 0); N] };
 
+    /// After nothing but this speed at this place.
+    pub fn only(v: f64, direction: &[f64; N], place: usize) -> Bucket<N> {
+        let here = direction.map(|part| (v * part, place));
+        Bucket { high: here, low: here }
+    }
+
     /// The same with all places so far as number 0.
     pub fn begin(mut self) -> Bucket<N> {
         for (_, place) in self.high.iter_mut().chain(&mut self.low) {

@@ -190,7 +190,7 @@ impl<const N: usize> Route<N> {
             *last = 0.0;
         }
         let strict = self.deviation.is_none();
-        if strict && broken(&ahead, &w, self.bucket, &self.axes).is_some() {
+        if strict && !broken(&ahead, &w, self.bucket, &self.axes).is_empty() {
             return false;
         }
         self.cells.drain(..count);

@@ -20,10 +20,10 @@ use crate::cell::Cell;
 use crate::route::AxisPace;
 
 /// Rounds in which joints are passed slower, before they are at rest.
-const SLOWER: usize = 20;
+const SLOWER: usize = 40;
 
 /// Of w, in each.
-const BY: f64 = 0.7;
+const BY: f64 = 0.9;
 
 /// Rounds in which joints are at rest, before the plan is given up.
 const AT_REST: usize = 100;
@@ -75,19 +75,21 @@ impl Passes {
             }
             // By the law, whatever is rounded.
             w[count] = 0.0;
-            let broken = if strict { broken(cells, &w, *bucket, axes) } else { None };
-            let Some((from, to)) = broken else {
+            let broken = if strict { broken(cells, &w, *bucket, axes) } else { Vec::new() };
+            if broken.is_empty() {
                 (self.w, self.sure) = (w, sure);
                 return Some(());
-            };
-            if to == 0 || round > SLOWER + AT_REST {
+            }
+            if round > SLOWER + AT_REST {
                 return None;
             }
             let mut slower = false;
-            for n in from.max(1)..=to.min(count - 1) {
-                let cap = if round < SLOWER { BY * w[n] } else { 0.0 };
-                slower |= cap < caps[n];
-                caps[n] = cap.min(caps[n]);
+            for (from, to) in broken {
+                for n in from.max(1)..=to.min(count - 1) {
+                    let cap = if round < SLOWER { BY * w[n] } else { 0.0 };
+                    slower |= cap < caps[n];
+                    caps[n] = cap.min(caps[n]);
+                }
             }
             if !slower {
                 return None;
@@ -97,22 +99,26 @@ impl Passes {
     }
 }
 
-/// The first node, up to the last that has a speed, at which the law is broken, and the one before it that it is broken with.
+/// The nodes, up to the last that has a speed, at which the law is broken, each behind the one that it is broken
+/// with. From one on it is looked at as if nothing had been before.
 pub(crate) fn broken<const N: usize>(
     cells: &VecDeque<Cell<N>>,
     w: &VecDeque<f64>,
     bucket: Bucket<N>,
     axes: &[AxisPace; N],
-) -> Option<(usize, usize)> {
+) -> Vec<(usize, usize)> {
     let mut bucket = bucket.begin();
+    let mut broken = Vec::new();
+    let mut meet = |bucket: &mut Bucket<N>, v: f64, direction: &[f64; N], n: usize| {
+        if let Some(with) = bucket.meet(v, direction, n, axes) {
+            broken.push((with, n));
+            *bucket = Bucket::only(v, direction, n);
+        }
+    };
     for (n, cell) in cells.iter().enumerate().take(w.len() - 1) {
-        if let Some(with) = bucket.meet(w[n].sqrt(), &cell.first, n, axes) {
-            return Some((with, n));
-        }
+        meet(&mut bucket, w[n].sqrt(), &cell.first, n);
         bucket.wait(cell.trip(w[n], w[n + 1]).duration(), axes);
-        if let Some(with) = bucket.meet(w[n + 1].sqrt(), &cell.last, n + 1, axes) {
-            return Some((with, n + 1));
-        }
+        meet(&mut bucket, w[n + 1].sqrt(), &cell.last, n + 1);
     }
-    None
+    broken
 }

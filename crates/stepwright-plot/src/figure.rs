@@ -192,7 +192,9 @@ impl Panel {
     fn scales(&self, frame: Frame) -> (Scale, Scale) {
         let points = || self.curves.iter().flat_map(|c| c.points.iter().copied());
         let range = |values: &mut dyn Iterator<Item = f64>| {
-            values.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
+            values
+                .filter(|v| v.is_finite())
+                .fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
         };
         let all = || {
             let (low, high) = range(&mut points().map(|(_, y)| y));
@@ -218,14 +220,16 @@ impl Panel {
         self.view.y.is_none() && points.all(|(_, y)| *y == 0.0)
     }
 
-    /// What is seen of a curve.
+    /// What is seen of a curve, which has a gap where a value is no finite number.
     fn pieces(&self, curve: &Curve, x: &Scale, frame: Frame) -> Vec<Vec<(f64, f64)>> {
         const ALL: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
-        let points = thin(&curve.points, x, frame);
+        let runs = curve.points.split(|(x, y)| !(x.is_finite() && y.is_finite()));
+        let runs = runs.map(|run| thin(run, x, frame));
         if self.view == View::default() {
-            return vec![points];
+            return runs.collect();
         }
-        clip(&points, self.view.x.unwrap_or(ALL), self.view.y.unwrap_or(ALL))
+        let (x, y) = (self.view.x.unwrap_or(ALL), self.view.y.unwrap_or(ALL));
+        runs.flat_map(|run| clip(&run, x, y)).collect()
     }
 
     fn axes(&self, picture: &mut Picture, frame: Frame, x: &Scale, y: &Scale) {
@@ -384,7 +388,9 @@ impl Curve {
     /// Draws the dots of it that are in view.
     fn mark(&self, picture: &mut Picture, view: &View, x: &Scale, y: &Scale) {
         let holds = |range: Option<(f64, f64)>, v: f64| range.is_none_or(|(a, b)| a <= v && v <= b);
-        let seen = |&&(vx, vy): &&(f64, f64)| holds(view.x, vx) && holds(view.y, vy);
+        let seen = |&&(vx, vy): &&(f64, f64)| {
+            vx.is_finite() && vy.is_finite() && holds(view.x, vx) && holds(view.y, vy)
+        };
         let dots = self.dots.iter().filter(seen).map(|&(vx, vy)| (x.at(vx), y.at(vy)));
         let points: Vec<_> = dots.collect();
         if !points.is_empty() {

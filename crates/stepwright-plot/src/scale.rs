@@ -18,8 +18,12 @@ pub struct Scale {
 impl Scale {
     /// `low` lies at pixel `from`, `high` at `to`.
     pub fn new((low, high): (f64, f64), (from, to): (f64, f64)) -> Scale {
-        // An axis of no length would divide by zero.
-        let high = if high > low { high } else { low + 1.0 };
+        // An axis of no length, or of one that is lost beside its values, would divide by zero.
+        let least = (low.abs() * 1e-12).max(1e-290);
+        let high = if high - low <= least { low + (low.abs() * 1e-9).max(1.0) } else { high };
+        // One without an end, or of no number, has no round numbers.
+        let ends = low.abs() <= 1e300 && high.abs() <= 1e300;
+        let (low, high) = if ends { (low, high) } else { (0.0, 1.0) };
         Scale { low, high, from, to }
     }
 
@@ -127,5 +131,19 @@ mod tests {
         let scale = Scale::new((3.0, 3.0), (0.0, 100.0));
         assert!(scale.at(3.0).is_finite());
         assert!(!scale.ticks(5).0.is_empty());
+    }
+
+    #[test]
+    fn any_ends_make_an_axis() {
+        let all = [0.0, 1.0, -3.0, 1e17, -1e17, 1e300, 1e-300, 5e-324, f64::MAX, f64::MIN];
+        let none = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+        for low in all.into_iter().chain(none) {
+            for high in all.into_iter().chain(none) {
+                let scale = Scale::new((low, high), (0.0, 100.0));
+                let (values, _) = scale.ticks(5);
+                assert!((4..=20).contains(&values.len()), "{low} {high}: {values:?}");
+                assert!(values.iter().all(|value| scale.at(*value).is_finite()), "{low} {high}");
+            }
+        }
     }
 }

@@ -246,3 +246,24 @@ fn notes_are_broken_and_jitter_is_no_joint() {
     let line = |n: usize| svg.lines().find(|l| l.contains(&format!("number {n} of"))).unwrap();
     assert!(line(0) == line(4) && line(0) != line(6) && line(6) != line(11), "{svg:.2000}");
 }
+
+/// A program's own values: what is no finite number is a gap, and nothing waits for ever.
+#[test]
+fn values_without_end_are_gaps() {
+    let wrong = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+    for (n, value) in wrong.into_iter().enumerate() {
+        for at in [(1.0, value), (value, 1.0)] {
+            let points = vec![(0.0, 1.0), (0.5, 2.0), at, (2.0, 2.0), (3.0, 1.0)];
+            let mut figure = panel(&["one"], View::default());
+            figure.rows[0].1[0].curves[0].points = points.clone();
+            figure.rows[0].1[0].curves[0].dots = points.clone();
+            let picture = figure.picture();
+            assert_eq!(picture.probes[0].curves[0].points.len(), 4, "{n}");
+            let series = AxisSeries { speed: points, ..AxisSeries::default() };
+            let plot = MotionPlot { series: vec![series], ..MotionPlot::default() };
+            for svg in [svg::render(&picture), plot.figure().svg()] {
+                assert!(!svg.contains("NaN") && !svg.contains("inf"), "{value}");
+            }
+        }
+    }
+}

@@ -208,7 +208,7 @@ fn mistakes_in_a_path_are_shown_too() {
         assert!(ended.stderr.contains(what), "{to}: {}", ended.stderr);
     };
     wrong("to = { X = 10_000_000, Y = 0 }", "to = {}", "a line: say where a motor is to go");
-    wrong("speed = 60_000_000", "speed = 0", "the speed along the path must be above 0");
+    wrong("speed = 60_000_000", "speed = 0", "the speed along the path must be 10^-12 to 10^24");
     wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"X\"]", "an arc takes two motors");
     wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"Q\"]", "there is no motor \"Q\"");
     wrong("reach = 10_000", "reach = 100", "the switch was not found");
@@ -270,7 +270,7 @@ fn mistakes_in_changes_are_shown_at_their_line() {
         assert!(ended.stderr.contains(&message), "{to}: {}", ended.stderr);
     };
     let jerk = "jerk = 2_500_000_000";
-    let no_jerk = "the jerk along the path must be above 0";
+    let no_jerk = "the jerk along the path must be 10^-12 to 10^24";
     wrong(jerk, "jerk = 0", "22:99", no_jerk);
     wrong(jerk, "jerk = -1.5", "22:99", no_jerk);
     wrong(jerk, "jerk = inf", "22:99", no_jerk);

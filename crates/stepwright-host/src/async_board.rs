@@ -20,8 +20,8 @@ use crate::outcome::{Error, MotionLimits, Outcome};
 use crate::pipe::Pipe;
 
 /// A board whose calls are futures. One that is dropped before its end leaves the motors as they
-/// are; the next call gets in step with the board first. They are not `Send`: a task of theirs is
-/// spawned on a `LocalSet`, or runs in a thread with a runtime of its own.
+/// are; the next call gets in step with the board first. They are `Send` where the stream is: a task
+/// of theirs may be spawned on any runtime of tokio.
 ///
 /// ```no_run
 /// # async fn example() -> Result<(), stepwright_host::Error> {

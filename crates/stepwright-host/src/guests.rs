@@ -15,7 +15,7 @@ pub struct GuestLine {
 }
 
 /// Who asks, and what is noted for whoever comes after us.
-pub trait Guests {
+pub trait Guests: Send {
     /// A line that a guest wants said, if one does.
     fn next(&mut self) -> Option<GuestLine>;
 

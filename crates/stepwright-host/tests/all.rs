@@ -5,4 +5,5 @@ mod noise;
 mod pipe;
 mod programs;
 mod rows;
+mod sent;
 mod socket;

@@ -1,0 +1,23 @@
+//! A board by tokio is one for tasks that any thread may carry on.
+
+use stepwright_host::{AsyncBoard, Error, MotionLimits};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+
+/// A task that is spawned, at a line that is closed after the first bytes.
+#[tokio::test]
+async fn a_task_of_a_board_is_spawned() {
+    let (line, mut end) = tokio::io::duplex(256);
+    let task = tokio::spawn(async move {
+        let mut board = AsyncBoard::on(line).await?;
+        let mut x = board.axis(1)?;
+        x.move_to(2_000, &MotionLimits::default()).await?;
+        board.stop().await?;
+        Ok::<_, Error>(())
+    });
+    let mut first = [0; 1];
+    end.read_exact(&mut first).await.unwrap();
+    end.shutdown().await.unwrap();
+    drop(end);
+    let ended = task.await.unwrap();
+    assert!(matches!(ended, Err(Error::Lost { moving: false, .. })), "{ended:?}");
+}

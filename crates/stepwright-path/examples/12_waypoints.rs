@@ -20,6 +20,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     route.close();
     let count = route.by_ref().count();
-    println!("the last {count} steps end after {:.3} s, at {:?}", route.time(), route.position());
+    println!("the last {count} steps end after {:.3} s, at {:?}", route.time(), route.positions());
     Ok(())
 }

@@ -319,7 +319,7 @@ impl<const N: usize> Route<N> {
     }
 
     /// Where each axis is in steps, as far as steps were handed out.
-    pub fn position(&self) -> [i64; N] {
+    pub fn positions(&self) -> [i64; N] {
         self.at
     }
 
@@ -330,12 +330,12 @@ impl<const N: usize> Route<N> {
 
     /// Stands for this many seconds where the route ends; what is added later begins behind
     /// that. False, and nothing happens, unless it [is over](Route::is_over): close it and take
-    /// its steps before. Less than 0, or no number, is 0.
+    /// its steps before. Less than 0, or no finite number, is 0.
     pub fn dwell(&mut self, seconds: f64) -> bool {
         if !self.is_over() {
             return false;
         }
-        let wait = seconds.max(0.0);
+        let wait = if seconds.is_finite() { seconds.max(0.0) } else { 0.0 };
         self.stand_for(wait);
         true
     }

@@ -8,7 +8,7 @@ const NEAR: f64 = 1e-6;
 impl<const N: usize> Route<N> {
     /// Each axis stands at this position, where it is as near to the place as another: a place in
     /// the middle between two positions is either's. A route that goes on where another has ended
-    /// takes that one's [`position`](Route::position). To be called before its first piece.
+    /// takes that one's [`positions`](Route::positions). To be called before its first piece.
     pub fn standing_at(mut self, position: [i64; N]) -> Route<N> {
         for (axis, known) in position.into_iter().enumerate() {
             let place = self.place[axis] / self.axes[axis].step;
@@ -120,7 +120,7 @@ mod tests {
             for step in route.by_ref() {
                 at[step.axis] += if step.forward { 1 } else { -1 };
             }
-            assert_eq!(route.position(), at);
+            assert_eq!(route.positions(), at);
             for axis in 0..2 {
                 assert!((place[axis] / 0.01 - at[axis] as f64).abs() < 0.500_001, "{n}: {at:?}");
             }

@@ -40,7 +40,7 @@ fn a_hold_brakes_stands_and_goes_on() {
     // 45 mm from rest to rest.
     let (rest, end) = counts(&mut route, &[3.0, 3.1]);
     assert!((end - 3.55).abs() < 1e-9, "{end}");
-    assert_eq!((rest, route.position(), route.is_over()), (vec![0, 500], [10_000, 0], true));
+    assert_eq!((rest, route.positions(), route.is_over()), (vec![0, 500], [10_000, 0], true));
 }
 
 #[test]
@@ -73,12 +73,12 @@ fn a_jog_is_cancelled_and_goes_home() {
     route.cancel(0.55);
     assert_eq!(counts(&mut route, &[]).0.len(), 0);
     assert!(route.is_over());
-    assert!((route.end()[0] - 55.0).abs() < 1e-9 && route.position() == [5_500, 0]);
+    assert!((route.end()[0] - 55.0).abs() < 1e-9 && route.positions() == [5_500, 0]);
     assert!((route.time() - 0.65).abs() < 1e-9);
     route.line_to([0.0, 0.0], 100.0).unwrap();
     route.close();
     counts(&mut route, &[]);
-    assert_eq!((route.position(), route.is_over()), ([0, 0], true));
+    assert_eq!((route.positions(), route.is_over()), ([0, 0], true));
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn pieces_that_come_late_are_taken_from_rest() {
     route.line_to([100.0, 50.0], 100.0).unwrap();
     route.close();
     assert_eq!(counts(&mut route, &[]).0.len(), 0);
-    assert_eq!(route.position(), [10_000, 5_000]);
+    assert_eq!(route.positions(), [10_000, 5_000]);
     assert!((route.time() - 1.7).abs() < 1e-9);
 }
 
@@ -159,5 +159,14 @@ fn a_hold_over_two_corners_keeps_the_law() {
             let (jump, when) = jump_needed(axis, fine.step, fine.accel, route.time());
             assert!(jump <= 5.001, "held at {hold}: a jump of {jump} at {when}");
         }
+    }
+}
+
+/// A wait without an end, or one that is no number, is none.
+#[test]
+fn a_wait_is_finite() {
+    for (seconds, rest) in [(f64::INFINITY, 0.0), (f64::NAN, 0.0), (-1.0, 0.0), (0.5, 0.5)] {
+        let mut route = Route::new([AXIS; 2]).unwrap();
+        assert!(route.dwell(seconds) && route.time() == rest, "{seconds}: {}", route.time());
     }
 }

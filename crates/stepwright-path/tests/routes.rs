@@ -84,7 +84,7 @@ fn smooth_joints_are_passed_at_speed() {
     played(&mut route, &mut axes);
     let time = (4.0 * 30.0 + 4.0 * quarter * 10.0 + 10.0) / 60.0 + 0.06;
     assert!((route.time() - time).abs() < 1e-6, "{} {time}", route.time());
-    assert_eq!(route.position(), [800, 0]);
+    assert_eq!(route.positions(), [800, 0]);
     for axis in &axes {
         let (jump, at) = jump_needed(axis, AXIS.step, AXIS.accel, time);
         assert!(jump < 0.01, "{jump} at {at}");

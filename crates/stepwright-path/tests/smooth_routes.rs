@@ -129,7 +129,7 @@ fn a_hold_brakes_by_its_jerk_and_goes_on() {
     route.scale(4.06, 0.5).unwrap();
     route.scale(4.5, 2.0).unwrap();
     played(&mut route, &mut axes);
-    assert!(route.is_over() && route.position() == [8_000, 0]);
+    assert!(route.is_over() && route.positions() == [8_000, 0]);
     let broken = jerk_broken(&axes[0], AXIS.step, [0.1, 1_000.0, 10_000.0], route.time());
     assert_eq!(broken, None);
 }

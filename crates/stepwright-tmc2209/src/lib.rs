@@ -13,5 +13,5 @@ pub use alarm::brake_on_alarm;
 pub use error::{DriverError, NotHomed};
 pub use faults::{DriverFault, DriverFaults};
 pub use homing::StallHoming;
-pub use line::Tmc2209;
+pub use line::{DriverAddress, Tmc2209};
 pub use setup::DriverSetup;

@@ -15,10 +15,23 @@ const ATTEMPTS: u8 = 3;
 /// How long an answer is waited for, in ms: at 9600 baud it takes 13, with the echo of what was asked.
 const ANSWER_MS: u32 = 30;
 
+/// Which of the drivers on one wire: what its pins MS2 and MS1 are at, MS2 first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriverAddress {
+    /// Both low, also where they are open: the only driver.
+    A0 = 0,
+    /// MS1 high.
+    A1 = 1,
+    /// MS2 high.
+    A2 = 2,
+    /// Both high.
+    A3 = 3,
+}
+
 /// A TMC2209 on a UART.
 ///
 /// The wire is one for both directions, so what is sent is read back before the answer: that is
-/// passed over. Two to four drivers on one wire have addresses of their own (MS1, MS2). What is written is
+/// passed over. Two to four drivers on one wire have [addresses](DriverAddress) of their own. What is written is
 /// confirmed by the chip's counter of writes, and written again if it was lost.
 pub struct Tmc2209<U, D> {
     line: U,
@@ -29,10 +42,10 @@ pub struct Tmc2209<U, D> {
 }
 
 impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
-    /// The driver with this address, 0 to 3, on a line, 9,600 to 500,000 baud.
-    pub fn new(line: U, delay: D, address: u8) -> Tmc2209<U, D> {
+    /// The driver with this address on a line, 9,600 to 500,000 baud.
+    pub fn new(line: U, delay: D, address: DriverAddress) -> Tmc2209<U, D> {
         let currents = reg::IHOLD_IRUN::default();
-        Tmc2209 { line, delay, address: address & 3, scale: None, currents }
+        Tmc2209 { line, delay, address: address as u8, scale: None, currents }
     }
 
     /// Reads a register.

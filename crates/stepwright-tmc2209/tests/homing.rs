@@ -11,7 +11,7 @@ use stepwright::{Accel, Axis, AxisLimits, MoveError, Speed};
 use stepwright_embassy::Outcome;
 use stepwright_sim::HardStop;
 use stepwright_tmc2209::{
-    DriverFault, DriverSetup, NotHomed, StallHoming, Tmc2209, brake_on_alarm,
+    DriverAddress, DriverFault, DriverSetup, NotHomed, StallHoming, Tmc2209, brake_on_alarm,
 };
 
 /// Microsteps of a full step, and steps of an electrical period.
@@ -50,7 +50,7 @@ fn with(
         let mut driver = Tmc2209::new(
             Wire(Rc::clone(&chip), Rc::clone(&bench.around)),
             Delay(Rc::clone(&bench.around)),
-            0,
+            DriverAddress::A0,
         );
         let mut diag = Diag(Rc::clone(&chip), Rc::clone(&bench.around));
         let task = Box::pin(async move {

@@ -8,7 +8,7 @@ use crate::model::{
     CHOPCONF, Chip, DRV_STATUS, Delay, GCONF, GSTAT, IHOLD_IRUN, IOIN, SGTHRS, TCOOLTHRS, Wire, crc,
 };
 use stepwright::Speed;
-use stepwright_tmc2209::{DriverError, DriverFault, DriverSetup, Tmc2209};
+use stepwright_tmc2209::{DriverAddress, DriverError, DriverFault, DriverSetup, Tmc2209};
 
 /// Has a driver do something, at address 2 of a chip.
 fn with(chip: &Rc<RefCell<Chip>>, play: impl AsyncFnOnce(&mut Tmc2209<Wire, Delay>)) {
@@ -16,7 +16,7 @@ fn with(chip: &Rc<RefCell<Chip>>, play: impl AsyncFnOnce(&mut Tmc2209<Wire, Dela
         let mut driver = Tmc2209::new(
             Wire(Rc::clone(chip), Rc::clone(&bench.around)),
             Delay(Rc::clone(&bench.around)),
-            2,
+            DriverAddress::A2,
         );
         let task = Box::pin(async move { play(&mut driver).await });
         bench.run(motors, [task as _]);

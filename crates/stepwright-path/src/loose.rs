@@ -18,7 +18,7 @@ const ARC: f64 = 0.1;
 const SEEN: usize = 96;
 const AHEAD: usize = 24;
 
-/// Steps of the acceleration of turning within them that are no places where curves meet.
+/// Chords are rough where this many of those joints turn there and back. Where curves meet one or two do.
 const ROUGH: usize = 4;
 
 /// A piece whose end is not known yet: how the next ones go on.
@@ -28,7 +28,8 @@ pub(crate) struct Loose<const N: usize> {
     feed: f64,
     rapid: bool,
     begin: Joint<N>,
-    /// By how much it turns more there than at the joint before; and whether there and back.
+    /// By how much it turns more there than at the joint before; and whether that goes back what the joint
+    /// before went there.
     step: [f64; N],
     rough: bool,
 }
@@ -98,8 +99,8 @@ impl<const N: usize> Route<N> {
             || self.loose.iter().skip(2).any(|piece| piece.begin.corner || piece.shape.is_round())
     }
 
-    /// How far the turning at the beginning of a piece is looked at: what is off for longer than an axis
-    /// takes to change by its jump is not hidden.
+    /// How far around the beginning of a piece chords are looked at, at most: as far as it comes while u
+    /// changes by the jump, with its jerk once, or there and back with its acceleration.
     fn reach(&self, piece: &Loose<N>) -> f64 {
         let time = self.axes.iter().map(|axis| {
             let smooth = 2.0 * (axis.jump / axis.jerk).sqrt();

@@ -24,6 +24,8 @@
 //! With the r that allows most. Of places that are off by ε the turning is off by some 2·ε/r². These bounds
 //! are for speed: whether a plan keeps the law is tried with the directions that there are.
 
+use std::collections::VecDeque;
+
 use crate::joint::Joint;
 use crate::route::AxisPace;
 use crate::shape::Shape;
@@ -44,6 +46,43 @@ const UNEQUAL: f64 = 1.5;
 pub(crate) fn is_unequal<const N: usize>(joint: &Joint<N>, chords: [&Shape<N>; 2]) -> bool {
     let [before, behind] = chords.map(Shape::length);
     joint.turns() && before.max(behind) > UNEQUAL * before.min(behind)
+}
+
+/// Chords before a joint that are looked at, at most.
+const SEEN: usize = 96;
+
+/// Chords that a route has come over, the nearest first, up to a corner or an arc.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Before<const N: usize> {
+    chords: VecDeque<(Shape<N>, bool)>,
+    rough: usize,
+}
+
+impl<const N: usize> Before<N> {
+    /// One more, and whether the joint at its beginning turns there and back.
+    pub fn push(&mut self, chord: Shape<N>, rough: bool) {
+        self.chords.push_front((chord, rough));
+        self.rough += usize::from(rough);
+        if self.chords.len() > SEEN
+            && let Some((_, rough)) = self.chords.pop_back()
+        {
+            self.rough -= usize::from(rough);
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.chords.clear();
+        self.rough = 0;
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Shape<N>> + Clone {
+        self.chords.iter().map(|(chord, _)| chord)
+    }
+
+    /// Joints of them that turn there and back.
+    pub fn rough(&self) -> usize {
+        self.rough
+    }
 }
 
 /// The way from a joint over chords.

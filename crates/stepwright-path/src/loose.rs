@@ -14,8 +14,7 @@ use crate::shape::Shape;
 /// Radians of an arc in one cell, at most.
 const ARC: f64 = 0.1;
 
-/// Chords before a joint that are seen, at most; and pieces behind it that are waited for.
-const SEEN: usize = 96;
+/// Pieces behind a joint that are waited for, at most.
 const AHEAD: usize = 24;
 
 /// Chords are rough where this many of those joints turn there and back. Where curves meet one or two do.
@@ -111,8 +110,7 @@ impl<const N: usize> Route<N> {
 
     /// Joints around, as far as they are seen, at which the acceleration of turning goes there and back.
     fn steps(&self) -> usize {
-        let behind = self.chords.iter().filter(|(_, rough)| *rough);
-        behind.count() + self.loose.iter().filter(|piece| piece.rough).count()
+        self.chords.rough() + self.loose.iter().filter(|piece| piece.rough).count()
     }
 
     /// Whether the acceleration of turning goes there and back by more than the jump hides: of a step of Δ
@@ -133,8 +131,7 @@ impl<const N: usize> Route<N> {
         let view = View { axes: &self.axes, feed: first.feed, reach, rough, strict };
         let one = |piece: &Loose<N>| piece.shape.begin == first.shape.begin || !piece.begin.corner;
         let behind = self.loose.iter().take_while(|piece| one(piece) && !piece.shape.is_round());
-        let before = self.chords.iter().map(|(shape, _)| shape);
-        view.joint(&first.begin, before, behind.map(|piece| &piece.shape))
+        view.joint(&first.begin, self.chords.iter(), behind.map(|piece| &piece.shape))
     }
 
     /// Makes cells of the first piece.
@@ -144,11 +141,11 @@ impl<const N: usize> Route<N> {
         if begin.corner {
             self.chords.clear();
         }
-        self.chords.push_front((shape, rough));
         if shape.is_round() {
             self.chords.clear();
+        } else {
+            self.chords.push(shape, rough);
         }
-        self.chords.truncate(SEEN);
         let next = self.loose.front().filter(|next| next.begin.top > 0.0);
         if let Some(joint) = next.map(|next| self.seen(next))
             && let Some(next) = self.loose.front_mut()

@@ -20,6 +20,7 @@ use std::collections::VecDeque;
 use crate::bucket::Bucket;
 use crate::cell::{Cell, Scales};
 use crate::change::Change;
+use crate::chords::Before;
 use crate::glide::Glides;
 use crate::loose::Loose;
 use crate::pace::{PACES, Unplannable};
@@ -98,7 +99,7 @@ pub struct Route<const N: usize> {
     pub(crate) place: [f64; N],
     pub(crate) loose: VecDeque<Loose<N>>,
     /// Chords before those, as far as they are seen.
-    pub(crate) chords: VecDeque<(Shape<N>, bool)>,
+    pub(crate) chords: Before<N>,
     pub(crate) cells: VecDeque<Cell<N>>,
     pub(crate) passes: Passes,
     /// Cells that the plan does not know yet.
@@ -176,7 +177,7 @@ impl<const N: usize> Route<N> {
             length: 0.0,
             place,
             loose: VecDeque::new(),
-            chords: VecDeque::new(),
+            chords: Before::default(),
             cells: VecDeque::new(),
             passes: Passes::default(),
             fresh: 0,

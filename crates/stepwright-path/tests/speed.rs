@@ -90,8 +90,8 @@ fn planning_takes_as_long_as_it_did() {
     // Places of three digits, which are looked at over more than two chords.
     let rough = wave(0.05).into_iter();
     let rough = rough.map(|(to, feed)| (to.map(|to| (to * 1e3).round() / 1e3), feed)).collect();
-    planning("rough chords of 0.05 mm", &rough, f64::INFINITY, 0.062);
-    planning("rough chords of 0.05 mm", &rough, 10_000.0, 0.243);
+    planning("rough chords of 0.05 mm", &rough, f64::INFINITY, 0.07);
+    planning("rough chords of 0.05 mm", &rough, 10_000.0, 0.32);
     // Where many plans have to be tried.
     for (jerk, [arcs, organic]) in [(10_000.0, [0.93, 0.72]), (50_000.0, [0.82, 0.61])] {
         planning("half circles at 100 mm/s", &jobs::arcs(100.0), jerk, arcs);

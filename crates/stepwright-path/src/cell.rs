@@ -38,12 +38,10 @@ pub(crate) struct Cell<const N: usize> {
     pub rapid: bool,
     pub most: f64,
     pub top: f64,
-    /// The w at its beginning, at most; and how far it turns there on each side, if its joint is
-    /// one of a curve.
+    /// The w at its beginning, at most; and how it turns there along the route, if its joint is one of a
+    /// curve.
     pub cap: f64,
-    pub zone: f64,
-    /// How it turns there.
-    pub turn: [f64; N],
+    pub turn: Option<[f64; N]>,
 }
 
 /// What the limit of an axis allows along the route.
@@ -117,31 +115,15 @@ impl<const N: usize> Cell<N> {
             Room { accel: accel[n] / tilt, curbs }
         });
         let top = most.min(feed * feed);
-        let (shape, scale, cap, zone, rapid) = (*shape, 1.0, f64::INFINITY, 0.0, false);
-        let turn = [0.0; N];
-        Cell {
-            shape,
-            begin,
-            end,
-            first,
-            last,
-            room,
-            feed,
-            scale,
-            rapid,
-            most,
-            top,
-            cap,
-            zone,
-            turn,
-        }
+        let (shape, scale, cap, turn, rapid) = (*shape, 1.0, f64::INFINITY, None, false);
+        Cell { shape, begin, end, first, last, room, feed, scale, rapid, most, top, cap, turn }
     }
 
     /// A part of it, to whose beginning there is no joint.
     pub fn part(&self, begin: f64, end: f64) -> Cell<N> {
         let (first, last) = (self.shape.direction(begin), self.shape.direction(end));
         let last = if end < self.end { last } else { self.last };
-        Cell { begin, end, first, last, cap: f64::INFINITY, zone: 0.0, ..self.clone() }
+        Cell { begin, end, first, last, cap: f64::INFINITY, turn: None, ..self.clone() }
     }
 
     /// The w up to which the axes can turn, in whatever direction: that of a circle is the same all

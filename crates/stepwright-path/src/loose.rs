@@ -15,7 +15,7 @@ use crate::shape::Shape;
 const ARC: f64 = 0.1;
 
 /// Pieces behind a joint that are waited for, at most.
-const AHEAD: usize = 24;
+pub(crate) const AHEAD: usize = 24;
 
 /// Chords are rough where this many of those joints turn there and back. Where curves meet one or two do.
 const ROUGH: usize = 4;
@@ -138,12 +138,10 @@ impl<const N: usize> Route<N> {
     fn settle_first(&mut self) {
         let Some(first) = self.loose.pop_front() else { return };
         let Loose { shape, feed, rapid, begin, rough, .. } = first;
-        if begin.corner {
+        if begin.corner || shape.is_round() {
             self.chords.clear();
         }
-        if shape.is_round() {
-            self.chords.clear();
-        } else {
+        if !shape.is_round() {
             self.chords.push(shape, rough);
         }
         let next = self.loose.front().filter(|next| next.begin.top > 0.0);
@@ -178,7 +176,7 @@ impl<const N: usize> Route<N> {
         cuts.dedup_by(|b, a| *b - *a <= length * SLIVER);
         let accel = self.axes.map(|axis| axis.accel);
         let speed = self.axes.map(|axis| axis.speed);
-        let (mut cap, mut zone, mut turn) = (begin.cap, first, begin.turn);
+        let (mut cap, mut turn) = (begin.cap, begin.turns().then_some(begin.turn));
         let mut from = 0.0;
         for to in cuts.into_iter().chain([length]) {
             let zones = [(begin, from < first), (end, to > length - last)];
@@ -195,10 +193,45 @@ impl<const N: usize> Route<N> {
             cell.rapid = rapid;
             cell.scale(self.scales);
             cell.cap = std::mem::replace(&mut cap, f64::INFINITY);
-            cell.zone = std::mem::take(&mut zone);
-            cell.turn = std::mem::replace(&mut turn, [0.0; N]);
+            cell.turn = turn.take();
             self.cells.push_back(cell);
             self.fresh += 1;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::AxisPace;
+
+    /// Chords of a wave with sharp crests, whose places are multiples of `grid`, if that is above 0.
+    fn wave(grid: f64) -> Route<2> {
+        let axis =
+            AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: 3_000.0 };
+        let mut route = Route::new([axis; 2]).unwrap();
+        let round = |place: f64| if grid > 0.0 { (place / grid).round() * grid } else { place };
+        let mut most = 0;
+        for n in 1..=600 {
+            let x = 0.1 * f64::from(n);
+            route.line_to([x, 4.0 * (x / 3.0).sin()].map(round), 80.0).unwrap();
+            most = most.max(route.loose.len());
+        }
+        assert!((1..=AHEAD).contains(&most), "{most}");
+        route
+    }
+
+    /// However much a curve turns, and more and more, its chords are not rough; those of rounded places are,
+    /// up to where they end.
+    #[test]
+    fn chords_are_rough_where_places_are_rounded() {
+        assert_eq!(wave(0.0).steps(), 0);
+        let mut route = wave(0.001);
+        assert!(route.steps() > 2 * ROUGH, "{}", route.steps());
+        let [x, y] = route.end();
+        for n in 1..=200 {
+            route.line_to([x + 0.1 * f64::from(n), y], 80.0).unwrap();
+        }
+        assert_eq!(route.steps(), 0);
     }
 }

@@ -30,17 +30,17 @@ fn bends<const N: usize>(cells: &VecDeque<Cell<N>>, n: usize) -> Bends<N> {
     let before = n.checked_sub(1).and_then(|n| cells.get(n));
     let (Some(before), Some(after)) = (before, cells.get(n)) else {
         let cell = cells.get(n).or(cells.back())?;
-        if n == 0 && cell.zone > 0.0 {
+        if n == 0 && cell.turn.is_some() {
             // Within a curve of chords: what it turned by is gone, but the law knows.
             return None;
         }
         return Some([cell.shape.curvature(if n == 0 { cell.begin } else { cell.end }); 2]);
     };
-    let both = [before.shape.curvature(before.end), after.shape.curvature(after.begin)];
-    if after.zone > 0.0 {
+    if let Some(turn) = after.turn {
         // Chords of a curve, or a chord and an arc.
-        return Some([after.turn; 2]);
+        return Some([turn; 2]);
     }
+    let both = [before.shape.curvature(before.end), after.shape.curvature(after.begin)];
     let turn: [f64; N] = std::array::from_fn(|axis| after.first[axis] - before.last[axis]);
     let straight = turn.iter().all(|turn| turn.abs() < SMOOTH);
     straight.then_some(both)

@@ -64,17 +64,18 @@ fn short_chords_between_longer_ones_take_no_longer() {
     }
 }
 
-/// Junction deviation bounds corners in place of the jump, and curves as they are bound without.
+/// Junction deviation bounds corners in place of the jump, also of places of two digits, and curves as they are
+/// bound without.
 #[test]
 fn so_do_they_by_junction_deviation() {
     for jerk in JERKS {
         let time = |grid: f64| {
             let route = Route::new([AxisPace { jerk, ..AXIS }; 2]).unwrap();
             let route = route.with_deviation(0.01).unwrap();
-            jobs::time(&circle(20.0, 100.0, &[0.1], grid), route)
+            jobs::time(&circle(20.0, 100.0, &[0.2], grid), route)
         };
-        let [exact, rounded] = [0.0, 0.001].map(time);
-        assert!(rounded <= 1.001 * exact, "{jerk}: {rounded} s, not {exact}");
+        let [exact, rounded] = [0.0, 0.01].map(time);
+        assert!(rounded <= 1.02 * exact, "{jerk}: {rounded} s, not {exact}");
     }
 }
 
@@ -99,7 +100,7 @@ fn passes_over_a_surface_take_little_longer() {
         while route.pass_over().is_some() {}
         route.time()
     };
-    for (jerk, most) in JERKS.into_iter().zip([1.015, 1.05, 1.05]) {
+    for (jerk, most) in JERKS.into_iter().zip([1.011, 1.018, 1.035]) {
         let [exact, rounded] = [0.0, 0.001].map(|grid| time(grid, jerk));
         println!("surface, {jerk}: {exact:.3} {rounded:.3}");
         assert!(rounded <= most * exact, "{jerk}: {rounded} s, not {exact}");

@@ -205,32 +205,35 @@ mod tests {
     use super::*;
     use crate::AxisPace;
 
-    /// Chords of a wave with sharp crests, whose places are multiples of `grid`, if that is above 0.
-    fn wave(grid: f64) -> Route<2> {
+    /// Chords of a wave with sharp crests, whose places are multiples of `grid`, if that is above 0; and the last
+    /// chord.
+    fn wave(grid: f64) -> (Route<2>, [f64; 2]) {
         let axis =
             AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: 3_000.0 };
         let mut route = Route::new([axis; 2]).unwrap();
         let round = |place: f64| if grid > 0.0 { (place / grid).round() * grid } else { place };
-        let mut most = 0;
+        let (mut most, mut last) = (0, [0.0; 2]);
         for n in 1..=600 {
             let x = 0.1 * f64::from(n);
-            route.line_to([x, 4.0 * (x / 3.0).sin()].map(round), 80.0).unwrap();
+            let (from, to) = (route.end(), [x, 4.0 * (x / 3.0).sin()].map(round));
+            route.line_to(to, 80.0).unwrap();
             most = most.max(route.loose.len());
+            last = [to[0] - from[0], to[1] - from[1]];
         }
         assert!((1..=AHEAD).contains(&most), "{most}");
-        route
+        (route, last)
     }
 
     /// However much a curve turns, and more and more, its chords are not rough; those of rounded places are,
-    /// up to where they end.
+    /// and a straight line that goes on from them is not.
     #[test]
     fn chords_are_rough_where_places_are_rounded() {
-        assert_eq!(wave(0.0).steps(), 0);
-        let mut route = wave(0.001);
+        assert_eq!(wave(0.0).0.steps(), 0);
+        let (mut route, [dx, dy]) = wave(0.001);
         assert!(route.steps() > 2 * ROUGH, "{}", route.steps());
         let [x, y] = route.end();
-        for n in 1..=200 {
-            route.line_to([x + 0.1 * f64::from(n), y], 80.0).unwrap();
+        for n in (1..=200).map(f64::from) {
+            route.line_to([x + n * dx, y + n * dy], 80.0).unwrap();
         }
         assert_eq!(route.steps(), 0);
     }

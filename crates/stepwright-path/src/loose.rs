@@ -237,4 +237,15 @@ mod tests {
         }
         assert_eq!(route.steps(), 0);
     }
+
+    /// A chord that turns at its beginning does not turn where it is divided.
+    #[test]
+    fn a_chord_turns_at_its_beginning_alone() {
+        let (route, _) = wave(0.0);
+        let turns = |cell: &&Cell<2>| cell.turn.is_some();
+        assert!(route.cells.iter().filter(turns).all(|cell| cell.begin == cell.shape.begin));
+        let count = route.cells.iter().filter(turns).count();
+        let divided = route.cells.len() - count;
+        assert!(count > 400 && divided > 20, "{count}, {divided}");
+    }
 }

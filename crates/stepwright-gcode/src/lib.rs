@@ -50,7 +50,7 @@
 //! - A byte order mark at the start of the input says nothing.
 //! - A block is refused as a whole, with grbl's error number ([`Fault`]).
 //! - M2 and M30 end a program: spindle and coolant go off, and G1, G17, G54, G90 and G94 hold. Units,
-//!   feed rate and offsets stay.
+//!   feed rate, offsets and the tolerance stay.
 //! - G28 and G30 with axis words move to the position that these give, and then the axes named
 //!   to the kept position.
 //!
@@ -60,8 +60,8 @@
 //!   outside of comments. Who reads from a line takes them out first.
 //! - An offset of an arc that is not in its plane is refused (36), and so is an arc of radius 0 (33).
 //! - N, T, L, P of G10 and M with fractions are refused, not cut.
-//! - G64 is taken, for which grbl has error 20: how fast a corner is passed is a planner's business. Moves are
-//!   as exact as with G61, which is within any tolerance P.
+//! - G64 is taken, for which grbl has error 20: how fast a corner is passed is a planner's business. Its P, how far
+//!   the path may be off its lines, is an effect of its own; moves are as exact as with G61.
 //! - An arc is a full circle if it ends exactly where it starts.
 
 #![no_std]

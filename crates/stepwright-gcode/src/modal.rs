@@ -25,6 +25,8 @@ pub struct Modal {
     pub coolant: Coolant,
     /// The tool, 0 to 255.
     pub tool: u8,
+    /// How far the path may be off its lines: P of G64; 0 of G61, and of G64 without a P.
+    pub tolerance: Length,
 }
 
 /// How axis words move.

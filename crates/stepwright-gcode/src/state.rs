@@ -38,9 +38,8 @@ impl State {
         if let Some(At { it: action, column }) = words.action {
             self.act(&mut words, action, column, &mut block)?;
         }
-        if let Some(At { it: true, .. }) = words.path_control {
-            // Moves are exact, which is within any tolerance.
-            not_negative(&mut words, Letter::P)?;
+        if let Some(set) = words.path_control {
+            self.tolerance(&mut words, set.it, &mut block)?;
         }
         if moves {
             self.go(&mut words, feed, &mut block)?;
@@ -152,6 +151,22 @@ impl State {
             self.modal.coolant = coolant;
             block.add(Effect::Coolant(coolant));
         }
+    }
+
+    /// G61, and G64 with a P or without.
+    fn tolerance(
+        &mut self,
+        words: &mut Words,
+        goes_on: bool,
+        block: &mut Block,
+    ) -> Result<(), Refused> {
+        let given = if goes_on { not_negative(words, Letter::P)? } else { None };
+        let tolerance = given.map_or(Ok(Length::ZERO), |given| self.length(given))?;
+        if tolerance != self.modal.tolerance {
+            self.modal.tolerance = tolerance;
+            block.add(Effect::Tolerance(tolerance));
+        }
+        Ok(())
     }
 
     fn tool_length(
@@ -366,8 +381,9 @@ impl State {
 
     fn stop(&mut self, stop: Stop, block: &mut Block) {
         if let Stop::End | Stop::Rewind = stop {
-            let Modal { inches, feed, spindle, tool, coolant, .. } = self.modal;
-            self.modal = Modal { inches, feed, spindle, tool, coolant, ..Modal::default() };
+            let Modal { inches, feed, spindle, tool, coolant, tolerance, .. } = self.modal;
+            self.modal =
+                Modal { inches, feed, spindle, tool, coolant, tolerance, ..Modal::default() };
             self.modal.motion = MotionMode::Feed;
             self.set_spindle(Spindle { mode: SpindleMode::Off, ..spindle }, block);
             self.set_coolant(Coolant::default(), block);

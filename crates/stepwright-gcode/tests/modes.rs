@@ -17,7 +17,12 @@ fn axis_words_move_in_the_motion_mode() {
         ("G1 F1\nG80\nF2 Y1", "error 31 at 3:4"),
         ("G53", ""),
         ("G40 G61 G91.1 G49 G80", "ToolLength = X0 Y0 Z0"),
-        ("G64\nG64 P0.01 X1\nG64 P0 G61.0", "rapid X1 Y0 Z0\nerror 21 at 3:8"),
+        ("G64\nG64 P0.01 X1\nG64 P0 G61.0", "tolerance 0.01\nrapid X1 Y0 Z0\nerror 21 at 3:8"),
+        // The last that was said holds, as an effect where it changes, beyond the end of a program; in inches too.
+        (
+            "G64 P0.01\nG64 P0.01\nG64\nG61\nG20 G64 P1\nM2\nG61\nG64 P0",
+            "tolerance 0.01\ntolerance 0\ntolerance 25.4\nEnd\ntolerance 0",
+        ),
         // P of a dwell is none of it; nor has G61 one.
         ("G64 G4 P1\nG61 P1", "dwell 1\nerror 36 at 2:5"),
     ]);

@@ -11,7 +11,7 @@
 use stepwright_gcode::{FeedRate, Length, Move, MoveKind, Spindle};
 
 use crate::machine::{GrblMachine, Inputs};
-use crate::motion::{Scales, length};
+use crate::motion::{Scales, Travel, length};
 use crate::session::{After, Grbl, State};
 
 /// The axes in their order: Z first, away from the work.
@@ -127,9 +127,8 @@ impl<M: GrblMachine> Grbl<M> {
         let kind = MoveKind::Feed(FeedRate::PerMinute(feed.unwrap_or(Length::MAX)));
         let part = Move { from, to: end, kind };
         let scales = Scales { feed: 1.0, rapid: 1.0 };
-        let added =
-            self.motion.add(self.now, &self.settings, scales, &part, None, Spindle::default());
-        if added.is_err() {
+        let travel = Travel { part, line: None, spindle: Spindle::default(), tolerance: 0.0 };
+        if self.motion.add(self.now, &self.settings, scales, &travel).is_err() {
             self.brake(After::Alarm(NOT_FOUND));
         }
     }

@@ -11,7 +11,7 @@
 use std::collections::VecDeque;
 
 use stepwright_gcode::{Length, Move, Spindle};
-use stepwright_path::{AxisPace, LaserMove, Lead, Planned, Route, RouteStep};
+use stepwright_path::{ArcFit, AxisPace, LaserMove, Lead, Planned, Route, RouteStep};
 use stepwright_path::{Unplannable, millimetres};
 
 use crate::settings::GrblSettings;
@@ -41,9 +41,24 @@ struct Block {
     laser: LaserMove,
 }
 
+/// A move as it was read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Travel {
+    pub part: Move,
+    /// The number of its line, if it has one.
+    pub line: Option<u32>,
+    pub spindle: Spindle,
+    /// How far the path may be off it, in mm.
+    pub tolerance: f64,
+}
+
 /// A route with the time at which it began.
 #[derive(Clone, Debug)]
 struct Live {
+    /// Lines that wait, each with its number and what a laser does.
+    fit: ArcFit<(Option<u32>, LaserMove), 3>,
+    spindle: Spindle,
+    tolerance: f64,
     route: Route<3>,
     epoch: f64,
     /// The next step, before it is due.
@@ -67,11 +82,7 @@ enum Change {
 /// What a route is told.
 #[derive(Clone, Debug)]
 enum Order {
-    Travel {
-        part: Move,
-        line: Option<u32>,
-        spindle: Spindle,
-    },
+    Travel(Travel),
     /// By what is known, as nothing else comes.
     GoOn,
     /// It rests until this time.
@@ -150,8 +161,8 @@ impl Motion {
     pub fn room(&self) -> usize {
         let blocks = match &self.track {
             None => 0,
-            Some(Track::Now(live)) => live.blocks.len(),
-            Some(Track::Fed(fed)) => fed.lead.ahead().blocks.len(),
+            Some(Track::Now(live)) => live.moves(),
+            Some(Track::Fed(fed)) => fed.lead.ahead().moves(),
         };
         BLOCKS.saturating_sub(blocks)
     }
@@ -181,28 +192,26 @@ impl Motion {
         now: f64,
         settings: &GrblSettings,
         scales: Scales,
-        part: &Move,
-        line: Option<u32>,
-        spindle: Spindle,
+        travel: &Travel,
     ) -> Result<(), Unplannable> {
         let mut track = match self.track.take() {
             Some(track) => track,
-            None => self.begin(now, settings, scales, part)?,
+            None => self.begin(now, settings, scales, travel)?,
         };
-        let order = Order::Travel { part: *part, line, spindle };
+        let order = Order::Travel(*travel);
         let (added, empty) = match &mut track {
             Track::Now(live) => {
                 live.obey(&order);
-                (live.added, live.blocks.is_empty())
+                (live.added, live.moves() == 0)
             }
             Track::Fed(fed) => {
                 let live = fed.lead.ahead();
-                if live.route.is_over() && live.route.time() < fed.known {
+                if live.is_over() && live.route.time() < fed.known {
                     fed.lead.obey(Order::Rest(fed.known));
                 }
                 fed.lead.obey(order);
                 let live = fed.lead.ahead();
-                (live.added, live.blocks.is_empty() && fed.lead.made() == 0)
+                (live.added, live.moves() == 0 && fed.lead.made() == 0)
             }
         };
         if !empty {
@@ -216,9 +225,10 @@ impl Motion {
         now: f64,
         settings: &GrblSettings,
         scales: Scales,
-        part: &Move,
+        travel: &Travel,
     ) -> Result<Track, Unplannable> {
-        let mut route = Route::at(axes(settings), millimetres(part.from))?.standing_at(self.at);
+        let mut route =
+            Route::at(axes(settings), millimetres(travel.part.from))?.standing_at(self.at);
         if settings.get(11) > 0.0 {
             route = route.with_deviation(settings.get(11))?;
         }
@@ -226,6 +236,9 @@ impl Motion {
         route.scale_rapids(0.0, scales.rapid)?;
         let breath = if self.fed { 0.0 } else { BREATH };
         let live = Live {
+            fit: ArcFit::new(travel.tolerance)?,
+            spindle: travel.spindle,
+            tolerance: travel.tolerance,
             route,
             epoch: now + breath,
             ahead: None,
@@ -296,9 +309,9 @@ impl Motion {
             if let Some(step) = fed.lead.plan() {
                 return Some(Coming::Step(step));
             }
-            let route = &fed.lead.ahead().route;
-            if route.is_over() || route.is_held() {
-                fed.known = fed.known.max(rest).max(route.time() + TAIL);
+            let live = fed.lead.ahead();
+            if live.is_over() || live.route.is_held() {
+                fed.known = fed.known.max(rest).max(live.route.time() + TAIL);
                 return Some(Coming::Rest(fed.known));
             }
             if !late {
@@ -369,7 +382,7 @@ impl Track {
                 fed.lead.done() == fed.lead.made() && fed.wanted.is_empty() && fed.open.is_empty()
             }
         };
-        fed && live.ahead.is_none() && live.route.is_over() && now >= live.epoch + live.route.time()
+        fed && live.ahead.is_none() && live.is_over() && now >= live.epoch + live.route.time()
     }
 }
 
@@ -386,15 +399,8 @@ impl Planned for Live {
 
     fn obey(&mut self, order: &Order) {
         match order {
-            Order::Travel { part, line, spindle } => {
-                let added = self.route.travel(part);
-                if let Ok(feed) = added {
-                    let laser = LaserMove::new(part, *spindle, feed);
-                    self.blocks.push_back(Block { end: self.route.length(), line: *line, laser });
-                }
-                self.added = added.map(|_| ());
-            }
-            Order::GoOn => _ = self.route.go_on(),
+            Order::Travel(travel) => self.added = self.travel(travel),
+            Order::GoOn => _ = self.go_on(),
             Order::Rest(until) => _ = self.route.dwell(until - self.route.time()),
             Order::Change(at, change) => self.change(*at, *change),
         }
@@ -406,11 +412,57 @@ impl Planned for Live {
 }
 
 impl Live {
+    /// Moves that are on their way, or wait.
+    fn moves(&self) -> usize {
+        self.blocks.len() + self.fit.waiting()
+    }
+
+    fn is_over(&self) -> bool {
+        self.route.is_over() && self.fit.waiting() == 0
+    }
+
+    fn travel(&mut self, travel: &Travel) -> Result<(), Unplannable> {
+        let Travel { part, line, spindle, tolerance } = *travel;
+        if spindle != self.spindle {
+            self.settle();
+            self.spindle = spindle;
+        }
+        if tolerance != self.tolerance {
+            self.fit.set_tolerance(&mut self.route, tolerance)?;
+            self.tolerance = tolerance;
+        }
+        let tag = |feed| (line, LaserMove::new(&part, spindle, feed));
+        let added = self.fit.travel(&mut self.route, &part, tag);
+        self.settled();
+        added
+    }
+
+    /// By all that is known.
+    fn go_on(&mut self) -> bool {
+        self.settle();
+        self.route.go_on()
+    }
+
+    fn settle(&mut self) {
+        // Lines that were checked.
+        _ = self.fit.settle(&mut self.route);
+        self.settled();
+    }
+
+    /// Takes down where moves end that the route has got.
+    fn settled(&mut self) {
+        while let Some((end, (line, laser))) = self.fit.settled() {
+            self.blocks.push_back(Block { end, line, laser });
+        }
+    }
+
     /// From this time of the path on.
     fn change(&mut self, at: f64, change: Change) {
         match change {
             Change::Hold => {
                 self.holds = true;
+                // A route without a piece has nothing to hold.
+                self.settle();
                 self.route.hold(at);
             }
             Change::Resume => {
@@ -419,6 +471,7 @@ impl Live {
             }
             Change::Cancel => {
                 self.holds = false;
+                self.fit.clear();
                 self.route.cancel(at);
             }
             Change::Scale(scales) => {
@@ -446,11 +499,11 @@ impl Live {
                 continue;
             }
             let end = self.epoch + self.route.time();
-            if self.route.is_over() {
+            if self.is_over() {
                 return None;
             }
             self.forget(now - self.epoch);
-            if now < end || self.route.is_held() || !self.route.go_on() {
+            if now < end || self.route.is_held() || !self.go_on() {
                 return None;
             }
         }

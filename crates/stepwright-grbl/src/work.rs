@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use stepwright_gcode::{Block, Effect, Move, MoveKind, Parameter, Probe, Spindle, Stop};
 
 use crate::machine::GrblMachine;
+use crate::motion::Travel;
 use crate::overrides::Overrides;
 use crate::report::decimal;
 use crate::session::{After, Grbl, State};
@@ -165,7 +166,9 @@ impl<M: GrblMachine> Grbl<M> {
 
     fn happen(&mut self, effect: Effect, line: Option<u32>, jog: bool) -> Progress {
         match effect {
-            Effect::Tool(_) | Effect::Stop(Stop::OptionalPause) => return Progress::Done,
+            Effect::Tool(_) | Effect::Tolerance(_) | Effect::Stop(Stop::OptionalPause) => {
+                return Progress::Done;
+            }
             Effect::Move(part) => return self.travel(&part, line, jog),
             Effect::Spindle(spindle) if self.settings.is_on(32) => {
                 self.spindle = spindle;
@@ -241,8 +244,9 @@ impl<M: GrblMachine> Grbl<M> {
     }
 
     fn add(&mut self, part: &Move, line: Option<u32>, state: State) -> Progress {
-        let (scales, spindle) = (self.overrides.scales(), self.spindle);
-        match self.motion.add(self.now, &self.settings, scales, part, line, spindle) {
+        let tolerance = mm(self.reader.modal().tolerance);
+        let travel = Travel { part: *part, line, spindle: self.spindle, tolerance };
+        match self.motion.add(self.now, &self.settings, self.overrides.scales(), &travel) {
             Ok(()) => {
                 if !self.motion.is_over() {
                     self.state = state;

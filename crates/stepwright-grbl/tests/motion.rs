@@ -391,12 +391,14 @@ fn an_open_door_brakes() {
     assert_eq!((sender.at()[0], sender.grbl.machine().outputs.power), (5_000, 100.0));
 }
 
-/// A line at a time, each when the one before is answered, with a hold on the way.
+/// A line at a time, each when the one before is answered, with a hold on the way; lines that wait for
+/// others to become an arc too.
 #[test]
 fn a_slow_sender_gets_to_the_exact_end() {
-    for late in [0.0, 0.001, 0.004, 0.01, 0.05] {
+    let each = [0.0, 0.001, 0.004, 0.01, 0.05];
+    for (late, mode) in each.into_iter().flat_map(|late| [(late, "G61"), (late, "G64P0.02")]) {
         let mut sender = Sender::new();
-        let mut job: Vec<String> = vec!["G1F3000".to_owned()];
+        let mut job: Vec<String> = vec![format!("{mode}G1F3000")];
         for n in 1..=600 {
             let (radius, angle) = (f64::from(n) / 30.0, f64::from(n) / 40.0);
             job.push(format!("X{:.3}Y{:.3}", radius * angle.cos(), radius * angle.sin()));
@@ -417,6 +419,50 @@ fn a_slow_sender_gets_to_the_exact_end() {
             sender.pass(late);
         }
         sender.rest();
-        assert_eq!(sender.at(), [1_234, -567, 150], "{late}");
+        assert_eq!(sender.at(), [1_234, -567, 150], "{late} {mode}");
     }
+}
+
+/// A circle of 10 mm in chords of 0.1 mm, from places of two digits: with a tolerance at the speed of an arc.
+#[test]
+fn rounded_chords_within_a_tolerance_are_an_arc() {
+    let chord = |n: u32| {
+        let (y, x) = (std::f64::consts::TAU * f64::from(n) / 628.0).sin_cos();
+        format!("X{:.2}Y{:.2}\n", 10.0 * x - 10.0, 10.0 * y)
+    };
+    let chords: String = (1..=628).map(chord).collect();
+    let times = ["G61\n", "G64P0.01\n"].map(|mode| {
+        let mut sender = Sender::new();
+        sender.send(format!("{mode}G1F3000\n{chords}").as_bytes());
+        sender.rest();
+        assert_eq!(sender.at(), [0; 3]);
+        sender.now
+    });
+    let mut sender = Sender::new();
+    sender.send(b"G3X0Y0I-10F3000\n");
+    sender.rest();
+    assert!(times[1] < 1.03 * sender.now && times[0] > 2.0 * times[1], "{times:?} {}", sender.now);
+}
+
+/// A hold before the first line has moved anything holds it, and a reset forgets the tolerance.
+#[test]
+fn a_line_that_waits_is_held_and_dropped() {
+    let mut sender = Sender::new();
+    sender.says("G64P0.02", "ok");
+    sender.says("G1F3000X10", "ok");
+    sender.send(b"!");
+    sender.pass(1.0);
+    assert_eq!((sender.at(), sender.state().as_str()), ([0; 3], "Hold:0"));
+    sender.send(b"~");
+    sender.rest();
+    assert_eq!(sender.at(), [1_000, 0, 0]);
+    sender.says("G1X20", "ok");
+    sender.send(b"\x18");
+    sender.rest();
+    sender.read();
+    assert_eq!((sender.at(), sender.state().as_str()), ([1_000, 0, 0], "Idle"));
+    // Two lines with a corner that the tolerance would round, and does not.
+    sender.send(b"G1F3000\nX10.02\nX10.03Y0.01\nX10.04Y0.03\nX10.04Y0.05\n");
+    sender.rest();
+    assert_eq!(sender.at(), [1_004, 5, 0]);
 }

@@ -93,10 +93,14 @@ fn act() -> impl Strategy<Value = Act> {
         2 => coordinate().prop_map(|x| format!("$J=G91X{x}F1500")),
         1 => coordinate().prop_map(|z| format!("G38.3Z{z}F300")),
         1 => coordinate().prop_map(|x| format!("G0X{x}")),
+        // Lines that wait for others.
+        4 => (0..40i32, 0..40i32).prop_map(|(x, y)| {
+            format!("G91G1X{:.2}Y{:.2}F900G90", f64::from(x) / 100.0, f64::from(y) / 100.0)
+        }),
         1 => prop::sample::select(vec![
             "M3S500", "M4S900", "M5", "M8", "M9", "G4P0.1", "M0", "M2", "$X", "$C", "$$", "$#",
             "$G", "G10L20P1X0", "G92X5", "$21=1", "$21=0", "$32=1", "$32=0", "$N0=G91G0X1G90", "$N0=",
-            "G93G1X1F30", "G94", "$SLP",
+            "G93G1X1F30", "G94", "$SLP", "G64P0.2", "G64P9", "G61",
         ])
         .prop_map(str::to_owned),
     ];

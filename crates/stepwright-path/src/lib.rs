@@ -41,6 +41,7 @@
 //! # Ok::<(), stepwright_path::Unplannable>(())
 //! ```
 
+mod arc_fit;
 mod bucket;
 mod cell;
 mod change;
@@ -79,6 +80,7 @@ use std::sync::{Arc as Shared, Mutex, PoisonError};
 use stepwright::{Rate, Ticks};
 use stepwright_cycle as cycle;
 
+pub use arc_fit::ArcFit;
 pub use curve::{Arc, Line, Mark, Marks};
 pub use glide::Glide;
 pub use laser::LaserMove;

@@ -8,6 +8,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use stepwright_gcode::{Arc, Decimal, FeedRate, Length, Move, MoveKind, Point};
 
+use crate::arc_fit::ArcFit;
 use crate::pace::Unplannable;
 use crate::route::Route;
 
@@ -30,10 +31,39 @@ pub fn millimetres(point: Point) -> [f64; 3] {
     point.0.map(mm)
 }
 
+/// From the start of a move straight to its end.
+fn distance(part: &Move) -> f64 {
+    let (from, to) = (millimetres(part.from), millimetres(part.to));
+    from.into_iter().zip(to).map(|(from, to)| to - from).fold(0.0, f64::hypot)
+}
+
 fn per_second(rate: FeedRate, distance: f64) -> f64 {
     match rate {
         FeedRate::PerMinute(rate) => mm(rate) / 60.0,
         FeedRate::Inverse(moves) => distance * moves.scaled() as f64 / Decimal::SCALE as f64 / 60.0,
+    }
+}
+
+impl<T> ArcFit<T, 3> {
+    /// Adds a move of G-code, as [`Route::travel`] does. A line at a feed rate may wait; all else comes
+    /// behind what waits. `tag` makes what goes with it of its ordered speed in mm/s.
+    ///
+    /// # Errors
+    /// As for [`Route::travel`], and it was not added.
+    pub fn travel(
+        &mut self,
+        route: &mut Route<3>,
+        part: &Move,
+        tag: impl FnOnce(f64) -> T,
+    ) -> Result<(), Unplannable> {
+        if let MoveKind::Feed(rate) = part.kind {
+            let feed = per_second(rate, distance(part));
+            return self.line_to(route, millimetres(part.to), feed, tag(feed));
+        }
+        self.settle(route)?;
+        let feed = route.travel(part)?;
+        self.pass_on(route, tag(feed));
+        Ok(())
     }
 }
 
@@ -49,12 +79,10 @@ impl Route<3> {
     /// As for [`line_to`](Route::line_to) and [`arc`](Route::arc).
     pub fn travel(&mut self, part: &Move) -> Result<f64, Unplannable> {
         let (from, to) = (millimetres(part.from), millimetres(part.to));
-        let way: [f64; 3] = std::array::from_fn(|axis| to[axis] - from[axis]);
-        let distance = way.into_iter().fold(0.0, f64::hypot);
         match part.kind {
             MoveKind::Rapid => self.rapid_to(to),
             MoveKind::Feed(rate) | MoveKind::Probe(_, rate) => {
-                let feed = per_second(rate, distance);
+                let feed = per_second(rate, distance(part));
                 self.line_to(to, feed).map(|()| feed)
             }
             MoveKind::Arc(arc, rate) => self.round(arc, from, to, rate),

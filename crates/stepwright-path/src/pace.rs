@@ -23,6 +23,8 @@ pub enum Unplannable {
     Jump,
     /// The junction deviation is.
     Deviation,
+    /// The tolerance of a [`ArcFit`](crate::ArcFit) is, and not 0 either.
+    Tolerance,
     /// An override that is no number.
     Scale,
     /// A new end, or an arc, for other axes than the path has.
@@ -55,6 +57,7 @@ impl std::fmt::Display for Unplannable {
             }
             Unplannable::Jump => "the jump of an axis, its start speed, must be 10^-12 to 10^24",
             Unplannable::Deviation => "the junction deviation must be 10^-12 to 10^24",
+            Unplannable::Tolerance => "the tolerance must be 0, or 10^-12 to 10^24",
             Unplannable::Length => "the path leads nowhere: no axis has a step to make",
             Unplannable::Step => "a step must lead somewhere: a distance above 0",
             Unplannable::TooLong => {

@@ -370,7 +370,7 @@ impl<const N: usize> Route<N> {
         })
     }
 
-    fn check(&self, place: &[f64; N]) -> Result<(), Unplannable> {
+    pub(crate) fn check(&self, place: &[f64; N]) -> Result<(), Unplannable> {
         let near =
             |(place, axis): (&f64, &AxisPace)| (place / axis.step).abs() <= f64::from(i32::MAX);
         let known = place.iter().zip(&self.axes).all(near);

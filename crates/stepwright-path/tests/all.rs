@@ -4,6 +4,7 @@ mod jobs;
 mod judge;
 mod optimal;
 
+mod arc_fit;
 mod changes;
 mod cycles;
 mod holds;

@@ -227,6 +227,70 @@ fn what_a_board_cannot_do_is_said() {
     assert!(plan("G1 F2700 X70 Y70").refused.is_some());
 }
 
+/// A circle of 20 mm in chords of 0.1 mm, from places of two digits, to where it began.
+fn rounded_circle() -> String {
+    let chord = |n: u32| {
+        let (y, x) = (std::f64::consts::TAU * f64::from(n) / 1_257.0).sin_cos();
+        format!("X{:.2} Y{:.2}\n", 20.0 * x - 20.0, 20.0 * y)
+    };
+    (1..=1_257).map(chord).collect()
+}
+
+/// G64 P: chords are an arc where it allows it, up to G61, and the plan is that of the steps.
+#[test]
+fn chords_within_a_tolerance_are_passed_as_their_arc() {
+    let chords = rounded_circle();
+    let [exact, within] = ["", "G64 P0.01\n"].map(|mode| format!("{mode}G1 F6000\n{chords}"));
+    let arc = plan("G1 F6000\nG3 X0 Y0 I-20").time;
+    assert!(plan(&exact).time > 2.0 * arc, "{}", plan(&exact).time);
+    near_by(plan(&within).time, arc);
+    let both = format!("{within}G4 P1\nG61\n{chords}");
+    near_by(plan(&both).time, plan(&within).time + 1.0 + plan(&exact).time);
+    for job in [&within, &both] {
+        let (steps, time) = steps(job);
+        near(plan(job).time, time);
+        assert_eq!(end(&steps), [0; 3]);
+    }
+    // 0.01 mm, what the text is rounded by, and the steps.
+    let mut at = [0i32; 3];
+    for step in steps(&within).0 {
+        at[step.axis] += if step.forward { 1 } else { -1 };
+        let radius = (f64::from(at[0]) + 1_600.0).hypot(f64::from(at[1])) * 0.0125;
+        assert!((radius - 20.0).abs() < 0.01 + 0.0071 + 0.0089, "{at:?}");
+    }
+}
+
+fn near_by(found: f64, expected: f64) {
+    assert!((found / expected - 1.0).abs() < 0.002, "{found}, not {expected}");
+}
+
+/// A corner behind chords that became one line is that of the last of them.
+#[test]
+fn a_corner_behind_a_fitted_line_has_its_line() {
+    let chords: String = (1..=100).map(|n| format!("X{n}\n")).collect();
+    let found = plan(&format!("G64 P0.01\nG1 F6000\n{chords}Y100\n"));
+    let [corner] = found.corners[..] else { panic!("{:?}", found.corners) };
+    assert_eq!((corner.line, corner.place), (102, [100.0, 0.0, 0.0]));
+}
+
+/// Lines that wait are held, and dropped, like those that the route has.
+#[test]
+fn lines_that_wait_are_held_and_dropped() {
+    let text = format!("G64 P0.01\nG1 F6000\n{}", rounded_circle());
+    let job = || GcodeJob::new(text.clone().into_bytes(), [AXIS; 3]).unwrap();
+    let mut held = job();
+    held.hold_at(0.0);
+    assert_eq!((held.step().unwrap(), held.is_held()), (None, true));
+    held.resume_at(2.0);
+    let rest = std::iter::from_fn(|| held.step().unwrap()).collect::<Vec<_>>();
+    assert!(rest[0].time > 2.0 && end(&rest) == [0; 3]);
+    let mut dropped = job();
+    while dropped.step().unwrap().is_some_and(|step| step.time < 0.5) {}
+    dropped.cancel();
+    let last = std::iter::from_fn(|| dropped.step().unwrap()).last().unwrap();
+    assert!(last.time < 0.65 && dropped.step().unwrap().is_none(), "{}", last.time);
+}
+
 /// It brakes along its way, from wherever it is.
 #[test]
 fn a_job_is_cancelled() {

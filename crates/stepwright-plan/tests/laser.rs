@@ -94,6 +94,26 @@ fn powers_by_hand() {
     assert_eq!(power(&signal("M4 S800 G1 F24000 X100"), 0.4), 0.4);
 }
 
+/// Chords that become one line, or one arc, burn as that does, and S changes where it is said.
+#[test]
+fn chords_within_a_tolerance_burn_as_one() {
+    let chords =
+        |from: i32, to: i32| (from + 1..=to).map(|n| format!("X{n}\n")).collect::<String>();
+    for mode in ["M3", "M4"] {
+        let lines = signal(&format!("{mode} S500 G1 F6000 X50\nS250 X100\nM5 X110\n"));
+        let (first, second) = (chords(0, 50), chords(50, 100));
+        let many =
+            signal(&format!("G64 P0.01\n{mode} S500 G1 F6000\n{first}S250\n{second}M5 X110\n"));
+        assert_eq!(many.len(), lines.len());
+        for (a, b) in many.iter().zip(&lines) {
+            assert!(
+                (a.time - b.time).abs() < 1e-9 && (a.power - b.power).abs() < 1e-9,
+                "{a:?} {b:?}"
+            );
+        }
+    }
+}
+
 /// A job without an end that is braked: the laser is off from when it stands.
 #[test]
 fn a_braked_job_is_dark() {

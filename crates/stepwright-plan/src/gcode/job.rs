@@ -1,10 +1,12 @@
 //! A job's steps: G-code through a [`Route`], as far as it is asked for.
 //!
 //! ```text
-//!   bytes ─► Reader ─► effects ─┬─ a move ──► line_to, arc ─► Route ─► steps, or stretches
+//!   bytes ─► Reader ─► effects ─┬─ a move ──► ArcFit ─► line_to, arc ─► Route ─► steps, or stretches
 //!                               └─ a dwell, a change of spindle or coolant, a pause:
 //!                                  at rest where the route ends
 //! ```
+//!
+//! Lines may be off the path by the tolerance of G64 P: as many as one arc or one line fits wait in [`ArcFit`].
 //!
 //! With a laser M3, M4, M5 and S are a property of the moves behind them, and nothing rests for them.
 //!
@@ -15,7 +17,9 @@ use std::collections::VecDeque;
 use std::fmt;
 
 use stepwright_gcode::{Effect, Error, Options, Reader, Spindle, Stop};
-use stepwright_path::{AxisPace, LaserMove, Route, RouteStep, StepSource, Stretch, Unplannable};
+use stepwright_path::{
+    ArcFit, AxisPace, LaserMove, Route, RouteStep, StepSource, Stretch, Unplannable, mm,
+};
 
 use super::laser::LaserSignal;
 use super::{JobSurvey, PowerChange, number};
@@ -71,6 +75,7 @@ struct End {
 pub struct GcodeJob<B> {
     bytes: B,
     reader: Reader,
+    fit: ArcFit<(u32, LaserMove), 3>,
     route: Route<3>,
     survey: JobSurvey,
     todo: VecDeque<(u32, Effect)>,
@@ -95,6 +100,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         Ok(GcodeJob {
             bytes: bytes.into_iter(),
             reader: Reader::new(Options::default()),
+            fit: ArcFit::new(0.0)?,
             route: Route::new(axes)?,
             survey: JobSurvey::default(),
             todo: VecDeque::new(),
@@ -210,11 +216,14 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
     pub fn cancel_at(&mut self, at: f64) {
         (self.read, self.error) = (true, None);
         self.todo.clear();
+        self.fit.clear();
         self.route.cancel(at);
     }
 
     /// Brakes along its way, not before this time, in s, and stands there.
     pub fn hold_at(&mut self, at: f64) {
+        // A route without a piece has nothing to hold.
+        self.settle();
         self.route.hold(at);
     }
 
@@ -244,6 +253,8 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
             let Some((line, effect)) = self.todo.pop_front() else {
                 if !self.read {
                     self.read_block();
+                } else if self.fit.waiting() > 0 {
+                    self.settle();
                 } else if self.route.is_over() {
                     return self.error.take().map_or(Ok(false), Err);
                 } else {
@@ -253,18 +264,26 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
                 continue;
             };
             let rest = match effect {
-                Effect::Move(part) => match self.route.travel(&part) {
-                    Ok(feed) => {
-                        let laser = LaserMove::new(&part, self.spindle, feed);
-                        self.ends.push_back(End { way: self.route.length(), line, laser });
+                Effect::Move(part) => {
+                    let (spindle, route) = (self.spindle, &mut self.route);
+                    let tag = |feed| (line, LaserMove::new(&part, spindle, feed));
+                    if let Err(why) = self.fit.travel(route, &part, tag) {
+                        self.fail(JobError::Move(line, why));
+                    }
+                    if self.settled() {
                         return Ok(true);
                     }
-                    Err(why) => {
+                    continue;
+                }
+                Effect::Tolerance(tolerance) => {
+                    if let Err(why) = self.fit.set_tolerance(&mut self.route, mm(tolerance)) {
                         self.fail(JobError::Move(line, why));
-                        continue;
                     }
-                },
+                    self.settled();
+                    continue;
+                }
                 Effect::Spindle(ordered) if self.laser.is_some() => {
+                    self.settle();
                     self.spindle = ordered;
                     continue;
                 }
@@ -273,12 +292,30 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
                 Effect::Spindle(_) | Effect::Coolant(_) | Effect::Stop(_) => 0.0,
                 _ => continue,
             };
+            self.settle();
             if !self.route.dwell(rest) {
                 self.todo.push_front((line, effect));
                 self.route.close();
                 return Ok(true);
             }
         }
+    }
+
+    /// What waits goes to the route.
+    fn settle(&mut self) {
+        if let Err(why) = self.fit.settle(&mut self.route) {
+            self.fail(JobError::Move(self.survey.lines, why));
+        }
+        self.settled();
+    }
+
+    /// Takes down where moves end that the route has got; whether there are any.
+    fn settled(&mut self) -> bool {
+        let before = self.ends.len();
+        while let Some((way, (line, laser))) = self.fit.settled() {
+            self.ends.push_back(End { way, line, laser });
+        }
+        self.ends.len() > before
     }
 
     /// The job ends with what has been read.

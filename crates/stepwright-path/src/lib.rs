@@ -42,6 +42,7 @@
 //! ```
 
 mod arc_fit;
+mod beyond;
 mod bucket;
 mod cell;
 mod change;

@@ -28,7 +28,8 @@ impl Limits {
         Limits { accel: self.accel.max(accel.abs()), ..self }
     }
 
-    fn time(&self, change: f64) -> f64 {
+    /// Seconds that a change of speed takes.
+    pub fn time(&self, change: f64) -> f64 {
         let change = change.abs();
         if change * self.jerk <= self.accel * self.accel {
             2.0 * (change / self.jerk).sqrt()

@@ -15,6 +15,7 @@
 
 use std::collections::VecDeque;
 
+use crate::beyond::Beyond;
 use crate::cell::Cell;
 use crate::course::{join, reach, reached};
 use crate::kink::Kink;
@@ -23,7 +24,7 @@ use crate::ramp::{Limits, root};
 use crate::span::{Bind, Span, divided};
 
 /// Rounding, of w.
-const ROUNDED: f64 = 1e-9;
+pub(crate) const ROUNDED: f64 = 1e-9;
 
 /// Part of the acceleration there is on a straight line below which a node binds instead.
 const LEAST: f64 = 0.4;
@@ -52,14 +53,6 @@ enum Bound {
     Node(Bind),
     /// The acceleration over a cell is less.
     Accel(usize, f64),
-}
-
-/// What a course exceeds.
-enum Beyond {
-    Node(usize, f64),
-    /// The acceleration over a cell, and the one to try next.
-    Accel(usize, f64),
-    Top(f64),
 }
 
 /// What braking comes to.
@@ -261,56 +254,6 @@ impl<const N: usize> Ground<'_, N> {
 
     fn bind(&self, node: usize, v: f64) -> Bind {
         Bind { node, s: self.place(node), v: v.min(self.caps[node].sqrt()) }
-    }
-
-    /// Where a course is furthest beyond what is allowed.
-    fn beyond(&self, cells: std::ops::Range<usize>, pieces: &[Piece], top: f64) -> Option<Beyond> {
-        let mut worst: Option<(f64, usize, f64)> = None;
-        let mut accel: Option<(f64, usize, f64)> = None;
-        let mut peak = f64::INFINITY;
-        let mut n = 0;
-        let mut before = pieces.first()?.from;
-        for cell in cells.clone() {
-            let end = self.cells.get(cell)?.end;
-            let (mut most, mut up, mut down) = (before.v, before.a, -before.a);
-            let mut pass = |to: Moment| {
-                (most, up, down) = (most.max(to.v), up.max(to.a), down.max(-to.a));
-            };
-            while n + 1 < pieces.len() && pieces[n].to.s < end {
-                pass(pieces[n].to);
-                n += 1;
-            }
-            let piece = &pieces[n];
-            let cap = self.caps.get(cell + 1).copied().unwrap_or(0.0);
-            let here = if end >= piece.to.s { piece.to } else { piece.at(piece.time(end)) };
-            if cell + 1 < cells.end {
-                let over = here.v * here.v / cap;
-                if over > 1.0 + ROUNDED && worst.is_none_or(|known| over > known.0) {
-                    worst = Some((over, cell + 1, here.v));
-                }
-            }
-            pass(here);
-            let limit = self.tops[cell];
-            if most * most > limit * (1.0 + ROUNDED) {
-                peak = peak.min(limit.sqrt().max(before.v.min(here.v)));
-            }
-            let (ground, w) = (&self.cells[cell], most * most);
-            for (steep, slope) in [(up, ground.speed_up(w)), (down, ground.brake(w))] {
-                let part = slope / steep;
-                let known = accel.map_or(1.0 - ROUNDED, |(part, ..)| part);
-                if steep > 0.0 && part < known {
-                    accel = Some((part, cell, steep * part.clamp(0.5, 0.98)));
-                }
-            }
-            before = here;
-        }
-        if let Some((_, node, v)) = worst {
-            return Some(Beyond::Node(node, v));
-        }
-        if peak < top {
-            return Some(Beyond::Top(peak));
-        }
-        accel.map(|(_, cell, accel)| Beyond::Accel(cell, accel))
     }
 
     /// Whether it is nowhere, up to the cell in which it ends, faster than the axes can be: its speed

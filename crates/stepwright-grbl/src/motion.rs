@@ -57,7 +57,6 @@ pub(crate) struct Travel {
 struct Live {
     /// Lines that wait, each with its number and what a laser does.
     fit: ArcFit<(Option<u32>, LaserMove), 3>,
-    spindle: Spindle,
     tolerance: f64,
     route: Route<3>,
     epoch: f64,
@@ -237,7 +236,6 @@ impl Motion {
         let breath = if self.fed { 0.0 } else { BREATH };
         let live = Live {
             fit: ArcFit::new(travel.tolerance)?,
-            spindle: travel.spindle,
             tolerance: travel.tolerance,
             route,
             epoch: now + breath,
@@ -423,10 +421,6 @@ impl Live {
 
     fn travel(&mut self, travel: &Travel) -> Result<(), Unplannable> {
         let Travel { part, line, spindle, tolerance } = *travel;
-        if spindle != self.spindle {
-            self.settle();
-            self.spindle = spindle;
-        }
         if tolerance != self.tolerance {
             self.fit.set_tolerance(&mut self.route, tolerance)?;
             self.tolerance = tolerance;
@@ -439,14 +433,10 @@ impl Live {
 
     /// By all that is known.
     fn go_on(&mut self) -> bool {
-        self.settle();
-        self.route.go_on()
-    }
-
-    fn settle(&mut self) {
         // Lines that were checked.
         _ = self.fit.settle(&mut self.route);
         self.settled();
+        self.route.go_on()
     }
 
     /// Takes down where moves end that the route has got.
@@ -461,8 +451,6 @@ impl Live {
         match change {
             Change::Hold => {
                 self.holds = true;
-                // A route without a piece has nothing to hold.
-                self.settle();
                 self.route.hold(at);
             }
             Change::Resume => {

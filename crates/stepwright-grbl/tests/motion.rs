@@ -442,6 +442,21 @@ fn rounded_chords_within_a_tolerance_are_an_arc() {
     sender.send(b"G3X0Y0I-10F3000\n");
     sender.rest();
     assert!(times[1] < 1.03 * sender.now && times[0] > 2.0 * times[1], "{times:?} {}", sender.now);
+    // Lines that wait are dropped by a reset: 2.5 mm of braking from 50 mm/s, and no more.
+    let mut sender = Sender::new();
+    sender.send(format!("G64P0.01G1F3000\n{chords}").as_bytes());
+    sender.pass(0.4);
+    let far = |sender: &Sender| {
+        let [x, y, _] = sender.at().map(|at| at as f64 / 100.0);
+        y.atan2(x + 10.0) * 10.0
+    };
+    let before = far(&sender);
+    sender.send(b"\x18");
+    sender.rest();
+    sender.read();
+    let way = far(&sender) - before;
+    assert!((1.0..3.0).contains(&way), "{way}");
+    assert_eq!((sender.grbl.position(), sender.state().as_str()), (sender.at(), "Idle"));
 }
 
 /// A hold before the first line has moved anything holds it, and a reset forgets the tolerance.

@@ -132,7 +132,8 @@ fn is_near<const N: usize>(seed: u64) {
 
 #[test]
 fn the_path_stays_within_the_tolerance() {
-    for seed in 0..150 {
+    // Of the last one a bulge that all places allow, one by one, is too much for one of them.
+    for seed in (0..150).chain([15_094]) {
         is_near::<2>(seed);
         is_near::<3>(seed);
     }
@@ -191,6 +192,14 @@ fn rounded_places_take_no_longer_with_a_tolerance() {
             assert!(times[0] <= exact && times[1] >= rough && times[2] <= fitted, "{times:?}");
         }
     }
+}
+
+/// A tolerance below what places are rounded by fits few chords, and costs little.
+#[test]
+fn a_small_tolerance_costs_little() {
+    let two = rounded(&circle(), 0.01);
+    let [none, small] = [0.0, 0.002].map(|tolerance| made(&two, AXIS, tolerance).time);
+    assert!(small <= 1.14 * none, "{small} s, and {none} s without");
 }
 
 /// Corners of longer lines stay, and what was one line is one: a staircase takes as long as its legs.

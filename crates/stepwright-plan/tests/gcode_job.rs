@@ -264,6 +264,15 @@ fn near_by(found: f64, expected: f64) {
     assert!((found / expected - 1.0).abs() < 0.002, "{found}, not {expected}");
 }
 
+/// What waits is made before a dwell.
+#[test]
+fn lines_that_wait_come_before_a_dwell() {
+    let (steps, time) = steps("G64 P0.01\nG1 F6000 X10\nX20\nG4 P5\nX30\n");
+    let before = steps.iter().filter(|step| step.time < 5.0).count();
+    assert_eq!((before, steps.len()), (1_600, 2_400));
+    near(time, plan("G1 F6000 X20\nG4 P5\nX30").time);
+}
+
 /// A corner behind chords that became one line is that of the last of them.
 #[test]
 fn a_corner_behind_a_fitted_line_has_its_line() {

@@ -222,8 +222,6 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
 
     /// Brakes along its way, not before this time, in s, and stands there.
     pub fn hold_at(&mut self, at: f64) {
-        // A route without a piece has nothing to hold.
-        self.settle();
         self.route.hold(at);
     }
 

@@ -42,6 +42,15 @@ class Axis:
         self.scale: Union[Scale, MmScale] = Scale()
         self._home: dict[str, Quantity] = {}
 
+    # A name that is typed wrong would be a limit that nothing keeps. Checkers of types know without.
+    if not TYPE_CHECKING:
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            if not (name.startswith("_") or name in ("number", "scale") or hasattr(Axis, name)):
+                settable = "speed, accel, decel, start_speed, jerk and steps_per_mm"
+                raise AttributeError(f"an axis has no {name}: set one of {settable}")
+            super().__setattr__(name, value)
+
     # How steps relate to the world.
 
     @property

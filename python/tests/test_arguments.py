@@ -37,6 +37,14 @@ def _set(board: sw.Board, value: Any) -> None:
     board.settings.max_speed = value
 
 
+def test_an_axis_takes_no_limit_that_it_has_not(board: sw.Board) -> None:
+    for name in ("acel", "max_speed", "top_speed", "steps_per_rev"):
+        with pytest.raises(AttributeError, match=f"^an axis has no {name}: set one of speed, accel,"):
+            setattr(board.x, name, 100)
+    board.x.accel, board.x.steps_per_mm = 2_000, 80
+    assert (board.x.accel, board.x.steps_per_mm) == (2_000, 80)
+
+
 def test_what_is_out_of_range_is_named(board: sw.Board) -> None:
     x = board.x
     calls: tuple[tuple[str, Callable[[], object]], ...] = (

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use stepwright_keeper::scope::ScopeSource;
-use stepwright_path::{AxisPace, Route};
+use stepwright_path::{ArcFit, AxisPace, Route};
 use stepwright_plan::gcode::JobPlan;
 use stepwright_play::{PlayError, gcode};
 use stepwright_sim::Pin;
@@ -79,13 +79,14 @@ pub fn play(
     Ok(Run { pins: edges.map(|edges| edges.record(end as f64, 0.0)), ..run })
 }
 
-/// A path along these places, on paper: each a place in mm, and the speed to it in mm/s. Axes can do
-/// what is said of them as for a job.
+/// A path along these places, on paper: each a place in mm, and the speed to it in mm/s. It may be off the
+/// lines between them by the tolerance. Axes can do what is said of them as for a job.
 #[pyfunction]
 pub fn walk(
     py: Python<'_>,
     places: Vec<([f64; 3], f64)>,
     axes: [(f64, f64, f64, f64); 3],
+    tolerance: f64,
 ) -> PyResult<Run> {
     let axes = axes.map(|(step, speed, accel, jump)| AxisPace {
         step,
@@ -103,6 +104,8 @@ pub fn walk(
         };
         let route = Route::at(axes, *start);
         let mut route = route.map_err(|why| PyValueError::new_err(format!("the axes: {why}")))?;
+        let mut fit = ArcFit::new(tolerance)
+            .map_err(|why| PyValueError::new_err(format!("tolerance is {tolerance}: {why}")))?;
         let mut ways = start.map(Way::from);
         let mut at = *start;
         let mut take = |route: &mut Route<3>| {
@@ -116,9 +119,11 @@ pub fn walk(
             }
         };
         for (number, (to, feed)) in rest.iter().enumerate() {
-            route.line_to(*to, *feed).map_err(|why| wrong(number + 1, &why))?;
+            fit.line_to(&mut route, *to, *feed, ()).map_err(|why| wrong(number + 1, &why))?;
+            while fit.settled().is_some() {}
             take(&mut route);
         }
+        fit.settle(&mut route).map_err(|why| wrong(rest.len(), &why))?;
         route.close();
         take(&mut route);
         let (names, unit) = (NAMES.map(str::to_owned).into(), "mm".to_owned());

@@ -14,7 +14,9 @@ def play_cycles(
     name: str, text: str, port: Optional[str], baud: int, fast: bool, limit: int
 ) -> Run: ...
 def walk(
-    places: list[tuple[list[float], float]], axes: list[tuple[float, float, float, float]]
+    places: list[tuple[list[float], float]],
+    axes: list[tuple[float, float, float, float]],
+    tolerance: float,
 ) -> Run: ...
 
 @final

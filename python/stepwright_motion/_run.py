@@ -176,9 +176,11 @@ def path(
     speed: Paced[Quantity] = "200mm/s",
     accel: Paced[Quantity] = "1000mm/s2",
     jump: Paced[Quantity] = "5mm/s",
+    tolerance: float = 0.0,
 ) -> Run:
     """A path along straight lines from place to place, on paper: each ``(x, y)`` or ``(x, y, z)`` in
-    mm, at the speed ``feed``, corners at the speed that each axis can take.
+    mm, at the speed ``feed``, corners at the speed that each axis can take. It may be off the lines by
+    ``tolerance``, in mm: then one arc takes the place of as many short lines as it fits.
 
     It begins at rest at the first place and ends at rest at the last. The limits are those of
     ``Gcode.plan``. Raises ``ValueError``.
@@ -193,7 +195,8 @@ def path(
             raise ValueError(f"waypoint {count} is {tuple(full)}: give finite numbers, in mm")
         full += [0.0] * (3 - len(place))
         points.append((full, rate))
-    return Run(walk(points, paces(steps_per_mm, speed, accel, jump)))
+    near = real("tolerance", tolerance, "a number of mm")
+    return Run(walk(points, paces(steps_per_mm, speed, accel, jump), near))
 
 
 __all__ = ["Cycle", "Run", "Way", "cycle", "path"]

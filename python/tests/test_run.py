@@ -118,6 +118,22 @@ def test_a_path_is_the_job_of_its_lines(tmp_path: Path) -> None:
         sw.path([(0, 0), (1, 1)], steps_per_mm=0)
 
 
+def test_short_lines_within_a_tolerance_are_an_arc(tmp_path: Path) -> None:
+    angles = [math.tau * n / 1_257 for n in range(1_258)]
+    circle = [(round(20 * math.cos(a) - 20, 2), round(20 * math.sin(a), 2)) for a in angles]
+    path = sw.path(circle, feed=100, tolerance=0.01)
+    assert path.duration < 0.5 * sw.path(circle, feed=100).duration
+    job = tmp_path / "circle.nc"
+    job.write_text("G64 P0.01 G1 F6000\n" + "".join(f"X{x} Y{y}\n" for x, y in circle))
+    assert path.duration == pytest.approx(sw.gcode(job).plan().duration, abs=1e-6)
+    assert path.positions == (0, 0, 0)
+    for wrong in (-1, math.nan):
+        with pytest.raises(ValueError, match=r"^tolerance is (-1|NaN): the tolerance must be 0, or"):
+            sw.path(circle, tolerance=wrong)
+    with pytest.raises(TypeError, match="^tolerance is None: give a number of mm"):
+        sw.path(circle, tolerance=None)  # type: ignore[arg-type]
+
+
 def test_what_can_not_be_played_says_why(tmp_path: Path) -> None:
     job = tmp_path / "part.nc"
     job.write_text("G1 F6000 X100\n")

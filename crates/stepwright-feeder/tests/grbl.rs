@@ -173,3 +173,43 @@ fn a_run_that_waits_for_the_one_before_loses_no_step() {
         }
     }
 }
+
+/// Lines that wait for others to become an arc are made like those that do not, also behind a cut, and with a
+/// sender that says a few at a time.
+#[test]
+fn chords_within_a_tolerance_end_exactly() {
+    let chord = |n: u32| {
+        let (y, x) = (std::f64::consts::TAU * f64::from(n) / 628.0).sin_cos();
+        format!("X{:.2}Y{:.2}\n", 10.0 * x - 10.0, 10.0 * y)
+    };
+    let chords: Vec<String> = (1..=628).map(chord).collect();
+    for (few, pause) in [(628, 0), (40, 70), (7, 13), (1, 3)] {
+        for held in [150, 430, 800] {
+            let mut queues = Queues::default();
+            let mut mill = Mill::new(&mut queues);
+            mill.say(b"G64P0.02G1F3000\n");
+            let mut millis = 0;
+            for lines in chords.chunks(few) {
+                lines.iter().for_each(|line| mill.say(line.as_bytes()));
+                mill.pass(pause);
+                millis += pause;
+                if (held..held + pause).contains(&millis) {
+                    mill.say(b"!\x91");
+                    mill.pass(400);
+                    mill.say(b"~\x90");
+                }
+            }
+            if pause == 0 {
+                mill.pass(held);
+                mill.say(b"!\x91");
+                mill.pass(400);
+                mill.say(b"~\x90");
+            }
+            mill.rest();
+            assert_eq!(mill.agree(), [0; 3], "{few} lines each {pause} ms, held at {held} ms");
+            // Four times 800 steps of each axis, up and down.
+            let edges = mill.board.recorder().len();
+            assert!((12_600..14_500).contains(&edges), "{edges}");
+        }
+    }
+}

@@ -2,9 +2,9 @@
 
 use crate::{Coolant, Decimal, Length, Plane, Point, Probe, Spindle, System};
 
-/// The most effects of a block: tool, spindle, coolant, dwell, two parameters, a tolerance, two moves, then
+/// The most effects of a block: tool, spindle, coolant, dwell, two parameters, two moves, then
 /// spindle, coolant and the end of a program.
-const MOST: usize = 12;
+const MOST: usize = 11;
 
 /// What a line says; an empty line says nothing.
 ///
@@ -61,8 +61,6 @@ pub enum Effect {
     /// A parameter has a new value, which a controller keeps when its power goes off (but for
     /// G92 and the length of the tool).
     Parameter(Parameter, Point),
-    /// G61, G64: how far the path may be off its lines from here on, 0 or more.
-    Tolerance(Length),
     /// The axes move.
     Move(Move),
     /// The program pauses, or ends.

@@ -61,7 +61,7 @@
 //! - An offset of an arc that is not in its plane is refused (36), and so is an arc of radius 0 (33).
 //! - N, T, L, P of G10 and M with fractions are refused, not cut.
 //! - G64 is taken, for which grbl has error 20: how fast a corner is passed is a planner's business. Its P, how far
-//!   the path may be off its lines, is an effect of its own; moves are as exact as with G61.
+//!   the path may be off its lines, is a mode, [`Modal::tolerance`]; moves are as exact as with G61.
 //! - An arc is a full circle if it ends exactly where it starts.
 
 #![no_std]

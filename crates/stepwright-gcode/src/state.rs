@@ -39,7 +39,7 @@ impl State {
             self.act(&mut words, action, column, &mut block)?;
         }
         if let Some(set) = words.path_control {
-            self.tolerance(&mut words, set.it, &mut block)?;
+            self.tolerance(&mut words, set.it)?;
         }
         if moves {
             self.go(&mut words, feed, &mut block)?;
@@ -154,18 +154,9 @@ impl State {
     }
 
     /// G61, and G64 with a P or without.
-    fn tolerance(
-        &mut self,
-        words: &mut Words,
-        goes_on: bool,
-        block: &mut Block,
-    ) -> Result<(), Refused> {
+    fn tolerance(&mut self, words: &mut Words, goes_on: bool) -> Result<(), Refused> {
         let given = if goes_on { not_negative(words, Letter::P)? } else { None };
-        let tolerance = given.map_or(Ok(Length::ZERO), |given| self.length(given))?;
-        if tolerance != self.modal.tolerance {
-            self.modal.tolerance = tolerance;
-            block.add(Effect::Tolerance(tolerance));
-        }
+        self.modal.tolerance = given.map_or(Ok(Length::ZERO), |given| self.length(given))?;
         Ok(())
     }
 

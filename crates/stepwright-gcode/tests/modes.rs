@@ -1,6 +1,7 @@
 //! What a block means: modes, offsets, signals, in the order of execution.
 
 use crate::common::{self, table};
+use stepwright_gcode::Reader;
 
 #[test]
 fn axis_words_move_in_the_motion_mode() {
@@ -17,15 +18,31 @@ fn axis_words_move_in_the_motion_mode() {
         ("G1 F1\nG80\nF2 Y1", "error 31 at 3:4"),
         ("G53", ""),
         ("G40 G61 G91.1 G49 G80", "ToolLength = X0 Y0 Z0"),
-        ("G64\nG64 P0.01 X1\nG64 P0 G61.0", "tolerance 0.01\nrapid X1 Y0 Z0\nerror 21 at 3:8"),
-        // The last that was said holds, as an effect where it changes, beyond the end of a program; in inches too.
-        (
-            "G64 P0.01\nG64 P0.01\nG64\nG61\nG20 G64 P1\nM2\nG61\nG64 P0",
-            "tolerance 0.01\ntolerance 0\ntolerance 25.4\nEnd\ntolerance 0",
-        ),
+        ("G64\nG64 P0.01 X1\nG64 P0 G61.0", "rapid X1 Y0 Z0\nerror 21 at 3:8"),
         // P of a dwell is none of it; nor has G61 one.
         ("G64 G4 P1\nG61 P1", "dwell 1\nerror 36 at 2:5"),
     ]);
+}
+
+/// The last tolerance that was said holds, beyond the end of a program; that of a line with an error was not said.
+#[test]
+fn the_tolerance_is_a_mode() {
+    let mut reader = Reader::default();
+    for (line, tolerance) in [
+        ("X1", "0"),
+        ("G64 P0.01", "0.01"),
+        ("G1 F9 X2", "0.01"),
+        ("G64 P0.5 Q1", "0.01"),
+        ("G64", "0"),
+        ("G20 G64 P1", "25.4"),
+        ("M2", "25.4"),
+        ("G61", "0"),
+    ] {
+        for byte in line.bytes().chain(*b"\n") {
+            reader.push(byte);
+        }
+        assert_eq!(reader.modal().tolerance.to_string(), tolerance, "{line}");
+    }
 }
 
 #[test]

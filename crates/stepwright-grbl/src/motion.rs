@@ -57,7 +57,6 @@ pub(crate) struct Travel {
 struct Live {
     /// Lines that wait, each with its number and what a laser does.
     fit: ArcFit<(Option<u32>, LaserMove), 3>,
-    tolerance: f64,
     route: Route<3>,
     epoch: f64,
     /// The next step, before it is due.
@@ -236,7 +235,6 @@ impl Motion {
         let breath = if self.fed { 0.0 } else { BREATH };
         let live = Live {
             fit: ArcFit::new(travel.tolerance)?,
-            tolerance: travel.tolerance,
             route,
             epoch: now + breath,
             ahead: None,
@@ -421,10 +419,7 @@ impl Live {
 
     fn travel(&mut self, travel: &Travel) -> Result<(), Unplannable> {
         let Travel { part, line, spindle, tolerance } = *travel;
-        if tolerance != self.tolerance {
-            self.fit.set_tolerance(&mut self.route, tolerance)?;
-            self.tolerance = tolerance;
-        }
+        self.fit.set_tolerance(&mut self.route, tolerance)?;
         let tag = |feed| (line, LaserMove::new(&part, spindle, feed));
         let added = self.fit.travel(&mut self.route, &part, tag);
         self.settled();

@@ -166,9 +166,7 @@ impl<M: GrblMachine> Grbl<M> {
 
     fn happen(&mut self, effect: Effect, line: Option<u32>, jog: bool) -> Progress {
         match effect {
-            Effect::Tool(_) | Effect::Tolerance(_) | Effect::Stop(Stop::OptionalPause) => {
-                return Progress::Done;
-            }
+            Effect::Tool(_) | Effect::Stop(Stop::OptionalPause) => return Progress::Done,
             Effect::Move(part) => return self.travel(&part, line, jog),
             Effect::Spindle(spindle) if self.settings.is_on(32) => {
                 self.spindle = spindle;

@@ -20,6 +20,7 @@ use std::collections::VecDeque;
 
 use crate::pace::{PACES, Unplannable};
 use crate::route::Route;
+use crate::shape::norm;
 
 /// Chords that one piece is made of, at most: what a chord costs grows with it.
 const MOST: usize = 64;
@@ -107,7 +108,7 @@ impl<T, const N: usize> ArcFit<T, N> {
         })
     }
 
-    /// Another tolerance from here on.
+    /// This tolerance from here on. What waits goes to the route if it is another one.
     ///
     /// # Errors
     /// As for [`new`](ArcFit::new), and all stays as it was; as for [`settle`](ArcFit::settle).
@@ -116,10 +117,11 @@ impl<T, const N: usize> ArcFit<T, N> {
         route: &mut Route<N>,
         tolerance: f64,
     ) -> Result<(), Unplannable> {
-        let new = ArcFit::new(tolerance)?;
-        self.settle(route)?;
-        let settled = std::mem::take(&mut self.settled);
-        *self = ArcFit { settled, ..new };
+        ArcFit::<T, N>::new(tolerance)?;
+        if tolerance != self.tolerance {
+            self.settle(route)?;
+            self.tolerance = tolerance;
+        }
         Ok(())
     }
 
@@ -245,7 +247,7 @@ fn fitting<const N: usize>(places: &[[f64; N]], tolerance: f64) -> Option<Found>
 fn is_line<const N: usize>(places: &[[f64; N]], tolerance: f64) -> bool {
     let [first, between @ .., last] = places else { return false };
     let all = way(first, last);
-    let long = square(&all).sqrt();
+    let long = norm(&all);
     let mut before = 0.0;
     let ahead = between.iter().all(|place| {
         let way = way(first, place);
@@ -260,7 +262,7 @@ impl Bow {
     fn fitting(places: &[[f64; 2]], tolerance: f64) -> Option<Bow> {
         let (&first, &last) = (places.first()?, places.last()?);
         let all = way(&first, &last);
-        let half = square(&all).sqrt() / 2.0;
+        let half = norm(&all) / 2.0;
         if half == 0.0 {
             return None;
         }
@@ -347,7 +349,7 @@ impl Circle {
             let (a, all) = (way(&[0.0, self.middle], &pair[0]), way(&pair[0], &pair[1]));
             let at = -dot(&a, &all) / square(&all);
             let foot = [a[0] + at * all[0], a[1] + at * all[1]];
-            !(0.0..=1.0).contains(&at) || near(square(&foot).sqrt() - self.radius)
+            !(0.0..=1.0).contains(&at) || near(norm(&foot) - self.radius)
         };
         places.iter().all(|place| near(self.off(*place))) && places.windows(2).all(chord)
     }

@@ -50,7 +50,6 @@ pub fn words(effect: Effect) -> String {
             format!("coolant{}{}", is_on(coolant.mist, " mist"), is_on(coolant.flood, " flood"))
         }
         Effect::Dwell(seconds) => format!("dwell {seconds}"),
-        Effect::Tolerance(tolerance) => format!("tolerance {tolerance}"),
         Effect::Parameter(Parameter::System(system), value) => format!("{system:?} = {value}"),
         Effect::Parameter(parameter, value) => format!("{parameter:?} = {value}"),
         Effect::Stop(stop) => format!("{stop:?}"),

@@ -273,13 +273,6 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
                     }
                     continue;
                 }
-                Effect::Tolerance(tolerance) => {
-                    if let Err(why) = self.fit.set_tolerance(&mut self.route, mm(tolerance)) {
-                        self.fail(JobError::Move(line, why));
-                    }
-                    self.settled();
-                    continue;
-                }
                 Effect::Spindle(ordered) if self.laser.is_some() => {
                     self.settle();
                     self.spindle = ordered;
@@ -339,6 +332,12 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         match block {
             Some(Ok(block)) => {
                 self.survey.add(&block);
+                // Of the lines before this one nothing is left to do.
+                let tolerance = mm(self.reader.modal().tolerance);
+                if let Err(why) = self.fit.set_tolerance(&mut self.route, tolerance) {
+                    return self.fail(JobError::Move(block.line, why));
+                }
+                self.settled();
                 self.todo.extend(block.effects().map(|effect| (block.line, effect)));
             }
             Some(Err(error)) => self.fail(JobError::Code(error)),

@@ -24,6 +24,9 @@ pub const FILE: usize = 4_000_000;
 /// Characters of a file's name, at most.
 const NAME: usize = 100;
 
+/// S of a laser's full power, from here to there.
+const LASER: [f64; 2] = [0.001, 1e6];
+
 /// Who reads files, draws and runs them.
 pub trait PathReader: Send + Sync {
     /// Files to begin with, and where files are run.
@@ -63,7 +66,7 @@ pub trait PathReader: Send + Sync {
 pub type PathListener = Box<dyn Fn(PathReport) + Send>;
 
 /// Files to begin with, and where files are run: `GET /api/path/examples`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PathTable {
     /// The port of the board on which files are run; none: a virtual board.
     pub port: Option<String>,
@@ -86,7 +89,7 @@ pub struct PathTable {
 }
 
 /// A file: `POST /api/path`, and of `GET /api/path/examples`.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PathFile {
     /// What messages call it.
@@ -97,12 +100,16 @@ pub struct PathFile {
     #[schema(example = "[[motor]]\nname = \"X\"\nstep = 10\nsmallest-delay-us = 100\n\
         [[cycle]]\nline = { to = { X = 500 }, speed = 1000, accel = 5000 }\n")]
     pub text: String,
+    /// Of a job, S of full power of a laser, as grbl's `$30`: M3, M4 and S are its power along the path.
+    /// Without it they are a spindle's, which rests for each.
+    #[schema(minimum = 0.001, maximum = 1000000)]
+    pub laser: Option<f64>,
 }
 
 /// What the motors do by a file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct PathDrawing {
-    /// The same for the same text: that of a [`PathReport`].
+    /// The same for the same text and laser: that of a [`PathReport`].
     pub id: String,
     /// `cycles`, or `gcode`.
     pub kind: &'static str,
@@ -125,6 +132,9 @@ pub struct PathDrawing {
     pub times: Vec<f64>,
     /// The speed along the path then.
     pub speeds: Vec<f64>,
+    /// Of a job with a laser its power then, from 0, off, to 1. Where it jumps there are two points of
+    /// one time.
+    pub powers: Option<Vec<f64>>,
     /// Where each motor is then.
     pub places: Vec<Vec<f64>>,
 }
@@ -186,10 +196,11 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
 }
 
 impl PathFile {
-    /// The same for the same text, and hardly for another.
+    /// The same for the same text and laser, and hardly for another.
     pub fn id(&self) -> String {
         let mut hasher = DefaultHasher::new();
         self.text.hash(&mut hasher);
+        self.laser.map(f64::to_bits).hash(&mut hasher);
         format!("{:016x}", hasher.finish())
     }
 
@@ -205,6 +216,11 @@ impl PathFile {
         if !(1..=NAME).contains(&length) || file.name.chars().any(char::is_control) {
             return Err(Declined::range("name is none of a file")
                 .allowed(format!("1 to {NAME} characters, none of them control characters")));
+        }
+        let [least, most] = LASER;
+        if file.laser.is_some_and(|s| !(least..=most).contains(&s)) {
+            return Err(Declined::range("laser is no S of full power")
+                .allowed(format!("{least} to {most}")));
         }
         Ok(file)
     }

@@ -10,7 +10,7 @@
 use std::time::Instant;
 
 use stepwright_gcode::{Effect, MoveKind, Options, Reader};
-use stepwright_path::{AxisPace, Stretch};
+use stepwright_path::{AxisPace, LaserMove, Stretch};
 use stepwright_plan::gcode::{GcodeJob, JobPlan};
 use stepwright_serve::path::{PathDrawing, PathLeg, PathMotor};
 
@@ -35,19 +35,27 @@ const APART: f64 = 1e-9;
 /// Stretches from one look at the clock to the next.
 const STRIDE: u32 = 1_000;
 
-/// Reads a job, and draws what its axes do.
+/// Reads a job, and draws what its axes do, and its laser, if it has one with full power at this S.
 ///
 /// # Errors
 /// The first error of the job; one that takes too long to be drawn.
-pub fn draw(name: &str, text: &str, axes: [AxisPace; 3]) -> Result<PathDrawing, Failure> {
+pub fn draw(
+    name: &str,
+    text: &str,
+    axes: [AxisPace; 3],
+    laser: Option<f64>,
+) -> Result<PathDrawing, Failure> {
     let begun = Instant::now();
-    let plan = planned(name, text, axes)?;
+    let plan = planned(name, text, axes, laser)?;
     let kinds = kinds(text);
     let mut sketch = Sketch::new(&plan, &axes, &kinds);
     let mut job = GcodeJob::new(text.bytes(), axes).map_err(wrong)?;
+    if let Some(most) = laser {
+        job = job.with_laser(most);
+    }
     let mut next = STRIDE;
     while let Some((line, stretch)) = job.stretch().map_err(|why| super::failure(name, &why))? {
-        sketch.add(line, &stretch);
+        sketch.add(line, &stretch, job.laser_move());
         next -= 1;
         if next == 0 {
             next = STRIDE;
@@ -111,6 +119,8 @@ struct Sketch<'a> {
     /// When and where the axes are.
     now: f64,
     place: [f64; 3],
+    /// S of a laser's full power; infinite without one, for then it is off.
+    most: f64,
 }
 
 impl<'a> Sketch<'a> {
@@ -119,20 +129,23 @@ impl<'a> Sketch<'a> {
         let spans = plan.survey.extents.0.into_iter().flatten();
         let span = spans.map(|[from, to]| to.max(0.0) - from.min(0.0)).fold(0.0, f64::max);
         let speeds = plan.peaks.iter().zip(axes).map(|(peak, axis)| peak.rate * axis.step);
-        let tolerance =
-            Tolerance { place: span / 4_000.0, speed: speeds.fold(0.0, f64::max) / 100.0 };
+        let speed = speeds.fold(0.0, f64::max) / 100.0;
+        let tolerance = Tolerance { place: span / 4_000.0, speed, power: 0.01 };
+        let most = plan.laser.map_or(f64::INFINITY, |laser| laser.most);
         let each = kinds.iter().filter(|kind| !kind.is_empty()).count().div_ceil(PARTS).max(1);
         let (parts, place) = (Vec::new(), [0.0; 3]);
-        Sketch { kinds, each, tolerance, parts, points: 0, now: 0.0, place }
+        Sketch { kinds, each, tolerance, parts, points: 0, now: 0.0, place, most }
     }
 
-    /// What the axes do next, by a move of this line.
-    fn add(&mut self, line: u32, stretch: &Stretch<3>) {
+    /// What the axes do next, by a move of this line, and a laser along it.
+    fn add(&mut self, line: u32, stretch: &Stretch<3>, along: LaserMove) {
         self.rest(line, stretch.times[0]);
         let kind = self.kinds.get(line as usize).copied().unwrap_or_default();
         self.enter(kind, line);
         let [first, middle, last] = stretch.speeds;
-        self.put(stretch.times[0], first, stretch.places[0]);
+        let most = self.most;
+        let power = |speed| (along.s(speed) / most).min(1.0);
+        self.put(stretch.times[0], first, stretch.places[0], power(first));
         let all: f64 = stretch.ways.iter().sum();
         let bend = (0..3).map(|n| stretch.directions[1][n] - stretch.directions[0][n]);
         let bend = bend.fold(0.0, f64::hypot);
@@ -149,7 +162,7 @@ impl<'a> Sketch<'a> {
                 let speed = from + (to - from) * part;
                 let way = gone + (from + speed) / 2.0 * time * part;
                 let share = if all > 0.0 { (way / all).min(1.0) } else { 1.0 };
-                self.put(begin + time * part, speed, place(stretch, share));
+                self.put(begin + time * part, speed, place(stretch, share), power(speed));
             }
             gone += stretch.ways[n];
         }
@@ -172,7 +185,7 @@ impl<'a> Sketch<'a> {
         let dwell = ahead.find(|(_, kind)| **kind == "rest").map_or(after.max(1), |(n, _)| n);
         self.enter("rest", dwell as u32);
         for time in [self.now, until] {
-            self.put(time, 0.0, self.place);
+            self.put(time, 0.0, self.place, 0.0);
         }
         self.now = until;
         if let Some(part) = self.parts.last_mut() {
@@ -199,10 +212,10 @@ impl<'a> Sketch<'a> {
         self.parts.push(Part { kind, lines, count, begin, end: begin, peak, ordered, way });
     }
 
-    fn put(&mut self, time: f64, speed: f64, place: [f64; 3]) {
+    fn put(&mut self, time: f64, speed: f64, place: [f64; 3], power: f64) {
         if let Some(part) = self.parts.last_mut() {
             part.peak = part.peak.max(speed);
-            part.way.put(Point { time, speed, place });
+            part.way.put(Point { time, speed, place, power });
         }
     }
 
@@ -226,7 +239,7 @@ impl<'a> Sketch<'a> {
         if self.parts.is_empty() {
             // Nothing moves: it stands where it is.
             self.enter("rest", 1);
-            self.put(0.0, 0.0, self.place);
+            self.put(0.0, 0.0, self.place, 0.0);
         }
         self.close();
         let motors = NAMES.iter().zip(axes);
@@ -240,6 +253,7 @@ impl<'a> Sketch<'a> {
             places: vec![Vec::new(); NAMES.len()],
             facts: facts::of(plan),
             refused: plan.refused.map(|refused| refused.words(super::BOARD)),
+            powers: plan.laser.map(|_| Vec::new()),
             ..PathDrawing::default()
         };
         for part in &self.parts {
@@ -247,6 +261,7 @@ impl<'a> Sketch<'a> {
             for point in &part.way.points {
                 drawing.times.push(micros(point.time));
                 drawing.speeds.push((point.speed * NM).round());
+                drawing.powers.iter_mut().for_each(|all| all.push(tenth_percent(point.power)));
                 for (all, place) in drawing.places.iter_mut().zip(point.place) {
                     all.push((place * NM).round());
                 }
@@ -279,6 +294,11 @@ fn place(stretch: &Stretch<3>, share: f64) -> [f64; 3] {
         let ends = from[n] * (1.0 + 2.0 * s) * rest * rest + to[n] * (3.0 - 2.0 * s) * s * s;
         ends + way * s * rest * (first[n] * rest - last[n] * s)
     })
+}
+
+/// To a tenth of a percent of full power.
+fn tenth_percent(power: f64) -> f64 {
+    (power * 1e3).round() / 1e3
 }
 
 /// To a µs.

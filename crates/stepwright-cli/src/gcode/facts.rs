@@ -29,6 +29,13 @@ pub fn of(plan: &JobPlan) -> Vec<PathFact> {
     ];
     let times = times.into_iter().filter(|(_, time)| *time > 0.0);
     facts.extend(times.map(|(name, time)| fact(name, format!("{time:.3} s"))));
+    if let Some(laser) = plan.laser {
+        facts.push(fact("Laser on", format!("{:.3} s, {} mm", laser.time, mm(laser.way))));
+        if laser.highest > laser.most {
+            let beyond = format!("from S{} on, of S{}", laser.most, laser.highest);
+            facts.push(fact("Full power", beyond));
+        }
+    }
     let sums = [
         ("Rapid moves", survey.rapids),
         ("Lines", survey.feeds),

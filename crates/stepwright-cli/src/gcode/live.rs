@@ -33,11 +33,16 @@ const LOOK: Duration = Duration::from_millis(2);
 /// Between two reports.
 const REPORT: Duration = Duration::from_millis(20);
 
-/// Plans a job.
+/// Plans a job, of a laser if this is its S of full power.
 ///
 /// # Errors
 /// The first error of the job, with its line and column; one that takes too long.
-pub fn planned(name: &str, text: &str, axes: [AxisPace; 3]) -> Result<JobPlan, Failure> {
+pub fn planned(
+    name: &str,
+    text: &str,
+    axes: [AxisPace; 3],
+    laser: Option<f64>,
+) -> Result<JobPlan, Failure> {
     let (begun, late, mut next) = (Instant::now(), Cell::new(false), BYTES);
     let bytes = text.bytes().take_while(|_| {
         next -= 1;
@@ -47,7 +52,7 @@ pub fn planned(name: &str, text: &str, axes: [AxisPace; 3]) -> Result<JobPlan, F
         }
         !late.get()
     });
-    let plan = JobPlan::of(bytes, axes, &Description::uno().board, |_, _| {});
+    let plan = JobPlan::with_laser(bytes, axes, laser, &Description::uno().board, |_, _| {});
     // The end of what was read is not that of the job.
     if late.get() {
         return Err(long());
@@ -67,15 +72,20 @@ pub fn wrong(why: Unplannable) -> Failure {
 }
 
 /// Plans a job that is not refused.
-fn admitted(name: &str, text: &str, axes: [AxisPace; 3]) -> Result<JobPlan, Failure> {
-    let plan = planned(name, text, axes)?;
+fn admitted(
+    name: &str,
+    text: &str,
+    axes: [AxisPace; 3],
+    laser: Option<f64>,
+) -> Result<JobPlan, Failure> {
+    let plan = planned(name, text, axes, laser)?;
     match &plan.refused {
         Some(refused) => Err(super::refusal(name, refused)),
         None => Ok(plan),
     }
 }
 
-/// Runs a job in real time. `tell` hears how far it is, in s without the time that it was held, where
+/// Runs a job in real time, of a laser if this is its S of full power. `tell` hears how far it is, in s without the time that it was held, where
 /// the axes are, in nm, and what it obeys, also at the end.
 ///
 /// # Errors
@@ -84,10 +94,11 @@ pub fn play(
     name: &str,
     text: &str,
     axes: [AxisPace; 3],
+    laser: Option<f64>,
     order: &PlayOrder,
     tell: &mut dyn FnMut(f64, &[i64], Wish),
 ) -> Result<Played, Failure> {
-    let plan = admitted(name, text, axes)?;
+    let plan = admitted(name, text, axes, laser)?;
     let nothing = taken::Wanted::default();
     let taken = |rate| Taken::begin(rate, 3, &nothing);
     begin(text.as_bytes().to_vec(), axes, &plan, taken, |mut job| {
@@ -142,7 +153,7 @@ pub fn play_on(
     order: &PlayOrder,
     tell: &mut dyn FnMut(f64, &[i64], Wish),
 ) -> Result<Played, Failure> {
-    let plan = admitted(name, text, axes)?;
+    let plan = admitted(name, text, axes, None)?;
     let met = Met::at(port, "serve")?;
     let (from, board) = (met.places, met.name.clone());
     let mut watch = Page { order, axes, tell, steps: [0; 3], killed: false };

@@ -8,18 +8,20 @@
 //!
 //! One pass, a few divisions a point, no memory but the points that are kept.
 
-/// Where the axes are at a time, in mm and s, and how fast along their path.
+/// Where the axes are at a time, in mm and s, how fast along their path, and the power of a laser, from
+/// 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point {
     pub time: f64,
     pub speed: f64,
     pub place: [f64; 3],
+    pub power: f64,
 }
 
 impl Point {
-    fn values(&self) -> [f64; 4] {
+    fn values(&self) -> [f64; 5] {
         let [x, y, z] = self.place;
-        [x, y, z, self.speed]
+        [x, y, z, self.speed, self.power]
     }
 }
 
@@ -30,16 +32,18 @@ pub struct Tolerance {
     pub place: f64,
     /// mm/s.
     pub speed: f64,
+    /// Of full power.
+    pub power: f64,
 }
 
 impl Tolerance {
     /// Twice as much; of places less, since they are looked at first.
     pub fn wider(self) -> Tolerance {
-        Tolerance { place: self.place * 1.4, speed: self.speed * 2.0 }
+        Tolerance { place: self.place * 1.4, speed: self.speed * 2.0, power: self.power * 2.0 }
     }
 
-    fn values(&self) -> [f64; 4] {
-        [self.place, self.place, self.place, self.speed]
+    fn values(&self) -> [f64; 5] {
+        [self.place, self.place, self.place, self.speed, self.power]
     }
 }
 
@@ -51,10 +55,10 @@ pub struct Thin {
     /// The last point, if it is not yet kept.
     last: Option<Point>,
     /// Slopes from the point that was kept last.
-    cone: [[f64; 2]; 4],
+    cone: [[f64; 2]; 5],
 }
 
-const OPEN: [[f64; 2]; 4] = [[f64::NEG_INFINITY, f64::INFINITY]; 4];
+const OPEN: [[f64; 2]; 5] = [[f64::NEG_INFINITY, f64::INFINITY]; 5];
 
 impl Thin {
     /// No points.
@@ -62,31 +66,37 @@ impl Thin {
         Thin { tolerance, points: Vec::new(), last: None, cone: OPEN }
     }
 
-    /// Adds a point; one that is not later than the one before is none.
+    /// Adds a point. One that is not later than the one before is none, unless a laser's power jumps
+    /// there: then both are kept.
     pub fn put(&mut self, point: Point) {
         let Some(from) = self.points.last().copied() else { return self.points.push(point) };
-        if point.time <= self.last.map_or(from.time, |last| last.time) {
+        let before = self.last.unwrap_or(from);
+        if point.time <= before.time {
+            if point.power != before.power {
+                self.end();
+                self.points.push(Point { time: before.time, ..point });
+            }
             return;
         }
         let slopes = |from: &Point, off: f64| {
             let (to, from) = (point.values(), (from.values(), from.time));
             let wide = self.tolerance.values();
             let slope = |n: usize| (to[n] + off * wide[n] - from.0[n]) / (point.time - from.1);
-            [0, 1, 2, 3].map(slope)
+            [0, 1, 2, 3, 4].map(slope)
         };
         let straight = slopes(&from, 0.0);
         let inside = straight.iter().zip(&self.cone).all(|(s, [low, high])| low <= s && s <= high);
         match self.last.filter(|_| !inside) {
             Some(last) => {
                 let [low, high] = [-1.0, 1.0].map(|off| slopes(&last, off));
-                self.cone = [0, 1, 2, 3].map(|n| [low[n], high[n]]);
+                self.cone = [0, 1, 2, 3, 4].map(|n| [low[n], high[n]]);
                 self.points.push(last);
             }
             None => {
                 let [low, high] = [-1.0, 1.0].map(|off| slopes(&from, off));
                 let narrowed =
                     |n: usize| [self.cone[n][0].max(low[n]), self.cone[n][1].min(high[n])];
-                self.cone = [0, 1, 2, 3].map(narrowed);
+                self.cone = [0, 1, 2, 3, 4].map(narrowed);
             }
         }
         self.last = Some(point);
@@ -112,12 +122,12 @@ mod tests {
     use super::*;
 
     /// The value between two points.
-    fn between(points: &[Point], time: f64) -> [f64; 4] {
+    fn between(points: &[Point], time: f64) -> [f64; 5] {
         let next = points.partition_point(|point| point.time < time).clamp(1, points.len() - 1);
         let (a, b) = (&points[next - 1], &points[next]);
         let part = (time - a.time) / (b.time - a.time);
         let (a, b) = (a.values(), b.values());
-        [0, 1, 2, 3].map(|n| a[n] + (b[n] - a[n]) * part)
+        [0, 1, 2, 3, 4].map(|n| a[n] + (b[n] - a[n]) * part)
     }
 
     #[test]
@@ -127,11 +137,12 @@ mod tests {
                 let time = f64::from(n) * 0.01;
                 let corner = (time * 0.3).fract() * 20.0;
                 let place = [40.0 * time.sin(), corner, 5.0 * (time * time / 9.0).cos()];
-                Point { time, speed: 30.0 + 25.0 * (2.0 * time).sin(), place }
+                let power = 0.5 + 0.5 * (3.0 * time).cos();
+                Point { time, speed: 30.0 + 25.0 * (2.0 * time).sin(), place, power }
             })
             .collect();
         let mut before = all.len();
-        let mut tolerance = Tolerance { place: 0.02, speed: 0.5 };
+        let mut tolerance = Tolerance { place: 0.02, speed: 0.5, power: 0.01 };
         for _ in 0..6 {
             let mut thin = Thin::new(tolerance);
             all.iter().for_each(|point| thin.put(*point));
@@ -150,17 +161,38 @@ mod tests {
 
     #[test]
     fn a_straight_line_has_two_points_and_a_stand_keeps_both_ends() {
-        let mut thin = Thin::new(Tolerance { place: 0.01, speed: 0.1 });
+        let mut thin = Thin::new(NEAR);
         for n in 0..=100 {
             let time = f64::from(n);
-            thin.put(Point { time, speed: 5.0, place: [time, 2.0 * time, 0.0] });
+            thin.put(Point { time, speed: 5.0, place: [time, 2.0 * time, 0.0], power: 0.0 });
         }
+        let stands = Point { speed: 0.0, place: [100.0, 200.0, 0.0], ..Point::default() };
         // Not later: none.
-        thin.put(Point { time: 100.0, speed: 0.0, place: [0.0; 3] });
-        thin.put(Point { time: 100.5, speed: 0.0, place: [100.0, 200.0, 0.0] });
-        thin.put(Point { time: 190.0, speed: 0.0, place: [100.0, 200.0, 0.0] });
+        thin.put(Point { time: 100.0, place: [0.0; 3], ..stands });
+        thin.put(Point { time: 100.5, ..stands });
+        thin.put(Point { time: 190.0, ..stands });
         thin.end();
         let times: Vec<_> = thin.points.iter().map(|point| point.time).collect();
         assert_eq!(times, [0.0, 100.0, 100.5, 190.0]);
+    }
+
+    const NEAR: Tolerance = Tolerance { place: 0.01, speed: 0.1, power: 0.01 };
+
+    #[test]
+    fn a_power_jumps_where_it_does() {
+        let mut thin = Thin::new(NEAR);
+        for line in 0..3 {
+            let power = f64::from(line) / 2.0;
+            for n in 0..=10 {
+                let time = f64::from(10 * line + n);
+                thin.put(Point { time, speed: 5.0, place: [time, 0.0, 0.0], power });
+            }
+        }
+        thin.end();
+        let jumps = [(0.0, 0.0), (10.0, 0.0), (10.0, 0.5), (20.0, 0.5), (20.0, 1.0), (30.0, 1.0)];
+        let kept = |thin: &Thin| thin.points.iter().map(|p| (p.time, p.power)).collect::<Vec<_>>();
+        assert_eq!(kept(&thin), jumps);
+        thin.again(NEAR.wider());
+        assert_eq!(kept(&thin), jumps);
     }
 }

@@ -73,6 +73,9 @@ impl Playing {
     }
 }
 
+/// The example for a laser, with S of full power.
+const ENGRAVED: (&str, f64) = ("engrave.nc", 1_000.0);
+
 const VIRTUAL: &str = "On a virtual board of its own, in real time: the program of the served board \
                        takes travels, no paths. A stop brakes along the line or arc. A board with the \
                        program cycles plays it by the command, or here with `serve --cycles PORT`.";
@@ -80,6 +83,8 @@ const VIRTUAL: &str = "On a virtual board of its own, in real time: the program 
 const JOB: &str = "On a virtual board of its own, an Uno by its speed, in real time. Steps, speeds and \
                    accelerations are those of the machine file. A hold and a stop brake along the path. \
                    A board with the program stream runs jobs with `serve --stream PORT`.";
+
+const NO_LASER: &str = "No board that plays streams has an output for a laser.";
 
 /// What a file is.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -121,6 +126,11 @@ impl PathFiles {
         })
     }
 
+    /// Whether it has a laser, and the board that it would be run on has none.
+    fn lacks_output(&self, file: &PathFile) -> bool {
+        file.laser.is_some() && self.boards.stream.is_some()
+    }
+
     fn playing(&self) -> MutexGuard<'_, Option<Playing>> {
         // Nothing here is changed by halves.
         self.playing.lock().unwrap_or_else(PoisonError::into_inner)
@@ -129,7 +139,11 @@ impl PathFiles {
 
 impl PathReader for PathFiles {
     fn table(&self) -> PathTable {
-        let file = |(name, text): (&str, &str)| PathFile { name: name.into(), text: text.into() };
+        let file = |(name, text): (&str, &str)| PathFile {
+            name: name.into(),
+            text: text.into(),
+            laser: (name == ENGRAVED.0).then_some(ENGRAVED.1),
+        };
         let name = |port: &PathBuf| port.display().to_string();
         let port = self.boards.cycles.as_ref().map(name);
         let job_port = self.boards.stream.as_ref().map(name);
@@ -164,7 +178,10 @@ impl PathReader for PathFiles {
 
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined> {
         let drawn = match Kind::of(file) {
-            Kind::Job => gcode::drawing::draw(&file.name, &file.text, self.axes()?),
+            Kind::Job => gcode::drawing::draw(&file.name, &file.text, self.axes()?, file.laser),
+            Kind::Cycles if file.laser.is_some() => {
+                return Err(Declined::range(format!("{} is no job: it has no laser", file.name)));
+            }
             Kind::Cycles if file.text.len() > CYCLES => {
                 let long = format!("{} is too long for a cycle file", file.name);
                 let jobs = format!("the name of a G-code job ends in {}", JOBS.join(", "));
@@ -174,7 +191,10 @@ impl PathReader for PathFiles {
             }
             Kind::Cycles => drawing::draw(&file.name, &file.text),
         };
-        let drawn = drawn.map_err(|failure| declined(&failure, file))?;
+        let mut drawn = drawn.map_err(|failure| declined(&failure, file))?;
+        if self.lacks_output(file) {
+            drawn.refused = Some(NO_LASER.to_owned());
+        }
         Ok(PathDrawing { id: file.id(), ..drawn })
     }
 
@@ -188,6 +208,10 @@ impl PathReader for PathFiles {
         if playing.as_ref().is_some_and(|one| !one.is_over()) {
             return Err(Declined::refused("a file is being run")
                 .remedy("let it end, or stop it: POST /api/stop"));
+        }
+        if self.lacks_output(file) {
+            return Err(Declined::range(format!("{}: {NO_LASER}", file.name))
+                .remedy("run it without a laser"));
         }
         if let Some(refused) = &drawing.refused {
             return Err(Declined::range(format!("{}: {refused}", file.name))
@@ -208,7 +232,12 @@ impl PathReader for PathFiles {
         let thread = thread::spawn({
             let (file, order, over) = (file.clone(), order.clone(), over.clone());
             let player = match (kind, &self.boards) {
-                (Kind::Job, PathBoards { stream, .. }) => Player::Job(self.axes()?, stream.clone()),
+                (Kind::Job, PathBoards { stream: None, .. }) => {
+                    Player::Job(self.axes()?, file.laser)
+                }
+                (Kind::Job, PathBoards { stream: Some(port), .. }) => {
+                    Player::Stream(self.axes()?, port.clone())
+                }
                 (Kind::Cycles, PathBoards { cycles: None, .. }) => Player::Virtual,
                 (Kind::Cycles, PathBoards { cycles: Some(port), .. }) => {
                     let names = drawing.motors.iter().map(|motor| motor.name.clone()).collect();
@@ -252,7 +281,9 @@ impl PathReader for PathFiles {
 enum Player {
     Virtual,
     Board(BoardPlayer),
-    Job([AxisPace; 3], Option<PathBuf>),
+    /// With a laser, if this is its S of full power.
+    Job([AxisPace; 3], Option<f64>),
+    Stream([AxisPace; 3], PathBuf),
 }
 
 /// Plays a file, and tells how that goes on.
@@ -275,10 +306,10 @@ fn play(
     let played = match player {
         Player::Virtual => live::play(&file.name, &file.text, order, &mut hear),
         Player::Board(board) => board.play(file, order, &mut hear),
-        Player::Job(axes, None) => {
-            gcode::live::play(&file.name, &file.text, axes, order, &mut hear)
+        Player::Job(axes, laser) => {
+            gcode::live::play(&file.name, &file.text, axes, laser, order, &mut hear)
         }
-        Player::Job(axes, Some(port)) => {
+        Player::Stream(axes, port) => {
             let port = PortArgs::at(port);
             gcode::live::play_on(&port, &file.name, &file.text, axes, order, &mut hear)
         }
@@ -386,8 +417,29 @@ mod tests {
     }
 
     #[test]
+    fn a_laser_is_of_a_job_on_a_virtual_board_alone() {
+        let cycles = PathFile { laser: Some(1_000.0), ..files().table().examples[0].clone() };
+        let declined = files().draw(&cycles).unwrap_err();
+        assert_eq!(declined.what, "drawing.toml is no job: it has no laser");
+        let job = PathFile {
+            name: "a.nc".into(),
+            text: "M4 S100 G1 F600 X1".into(),
+            laser: Some(1_000.0),
+        };
+        let spindle = PathFile { laser: None, ..job.clone() };
+        assert_ne!(job.id(), spindle.id());
+        let boards = PathBoards { stream: Some("/dev/null".into()), ..PathBoards::default() };
+        let on_board = PathFiles { boards, ..files() };
+        let refused = |files: &PathFiles, file| files.draw(file).unwrap().refused;
+        assert_eq!(refused(&files(), &job), None);
+        assert_eq!(refused(&on_board, &job).as_deref(), Some(NO_LASER));
+        assert_eq!(refused(&on_board, &spindle), None);
+    }
+
+    #[test]
     fn a_mistake_is_told_with_its_line() {
-        let file = PathFile { name: "a.toml".into(), text: "[[motor]]\nname = 1\n".into() };
+        let (name, text) = ("a.toml".into(), "[[motor]]\nname = 1\n".into());
+        let file = PathFile { name, text, laser: None };
         let declined = files().draw(&file).unwrap_err();
         assert_eq!(declined.status(), 422);
         assert!(declined.what.starts_with("a.toml, line 2: invalid type"), "{declined:?}");

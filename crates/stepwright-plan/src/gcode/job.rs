@@ -195,7 +195,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
     }
 
     /// What a laser does along the last [`stretch`](GcodeJob::stretch).
-    pub(super) fn laser_move(&self) -> LaserMove {
+    pub fn laser_move(&self) -> LaserMove {
         self.ends.front().map_or(LaserMove::default(), |end| end.laser)
     }
 

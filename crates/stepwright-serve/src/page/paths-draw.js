@@ -1,4 +1,4 @@
-// The way of two motors, or of one over time, with its speed as colour.
+// The way of two motors, or of one over time, with its speed as colour, or the power of its laser.
 
 import { colour, dark, open } from "./colours.js";
 
@@ -10,7 +10,7 @@ const AIR = 22;
 /** The height of the speed over time, in px. */
 const STRIP = 74;
 
-/** Colours of speeds, from rest to the highest. */
+/** Colours, from none to the most. */
 const PACES = ["--pace-0", "--pace-1", "--pace-2", "--pace-3"];
 
 /** Colours of a way, but for parts that change theirs. */
@@ -32,7 +32,7 @@ const colourOf = (name) => {
 
 const parts = (text) => text.match(/[\d.]+/g).slice(0, 3).map(Number);
 
-/** The colour of each part of the highest speed; of this much of it over the card. */
+/** The colour of each part of the most, from 0 to 1; of this much of it over the card. */
 export function ramp(strength = 1) {
   const card = parts(colourOf("--card"));
   const over = (stop) => stop.map((value, i) => card[i] + (value - card[i]) * strength);
@@ -165,8 +165,8 @@ export class PathCanvas {
     pen.fillText(name(axes[0]), width - 2, frame.bottom + 30);
   }
 
-  /** The way between two times in the colours of its speed, or all of it in pale ones. Legs that
-   *  are not chosen are always pale. */
+  /** The way between two times in its colours, or all of it in pale ones. Legs that are not chosen are
+   *  always pale, and a laser that is off leaves a thin line. */
   drawWay(pen, frame, times) {
     const { sheet } = this;
     const [x, y] = this.axes.map((axis) => this.column(axis));
@@ -178,19 +178,20 @@ export class PathCanvas {
     const end = () => (same !== null && pen.stroke(), (same = null));
     pen.lineJoin = "round";
     const draw = (leg, wide) => {
-      pen.lineWidth = wide;
       for (let n = leg.first; n < leg.last; n++) {
         if (sheet.times[n] < from || sheet.times[n] >= until) {
           end();
           continue;
         }
         const [a, b] = [at(n), at(n + 1)];
-        const speeds = [sheet.speeds[n], sheet.speeds[n + 1]].map((speed) => speed / sheet.peak);
-        if (Math.abs(speeds[0] - speeds[1]) < 1 / SHADES || Math.hypot(b[0] - a[0], b[1] - a[1]) < 4) {
-          const shade = Math.round(Math.max(...speeds) * SHADES);
+        const shades = [sheet.shades[n], sheet.shades[n + 1]];
+        if (Math.abs(shades[0] - shades[1]) < 1 / SHADES || Math.hypot(b[0] - a[0], b[1] - a[1]) < 4) {
+          const off = sheet.powers && Math.max(...shades) === 0;
+          const shade = off ? -1 : Math.round(Math.max(...shades) * SHADES);
           if (shade !== same) {
             end();
-            pen.strokeStyle = paint(shade / SHADES);
+            pen.lineWidth = off ? 1 : wide;
+            pen.strokeStyle = off ? colourOf("--line") : paint(shade / SHADES);
             pen.beginPath();
             pen.moveTo(...a);
             same = shade;
@@ -200,7 +201,8 @@ export class PathCanvas {
         }
         end();
         const mixed = pen.createLinearGradient(...a, ...b);
-        for (let i = 0; i <= 4; i++) mixed.addColorStop(i / 4, paint(speeds[0] + ((speeds[1] - speeds[0]) * i) / 4));
+        for (let i = 0; i <= 4; i++) mixed.addColorStop(i / 4, paint(shades[0] + ((shades[1] - shades[0]) * i) / 4));
+        pen.lineWidth = wide;
         pen.strokeStyle = mixed;
         pen.beginPath();
         pen.moveTo(...a);
@@ -248,7 +250,7 @@ export class PathCanvas {
     pen.stroke();
   }
 
-  /** The speed over time, with the same colours. */
+  /** The same value over time, with the same colours. */
   drawStrip(width, { soft, line, ink }) {
     const { sheet } = this;
     const paint = ramp();
@@ -256,7 +258,7 @@ export class PathCanvas {
     // A slider's knob has half its width at each end.
     const inner = width - 16;
     const x = (time) => 8 + (time / (sheet.seconds || 1)) * inner;
-    const y = (speed) => STRIP - 18 - (speed / (sheet.peak || 1)) * (STRIP - 24);
+    const y = (shade) => STRIP - 18 - shade * (STRIP - 24);
     pen.textBaseline = "middle";
     pen.textAlign = "center";
     for (const [value, text] of ticks(0, sheet.seconds || 1, width / 90)) {
@@ -265,12 +267,12 @@ export class PathCanvas {
       pen.fillStyle = soft;
       if (x(value) < width - 20) pen.fillText(value ? text : "0 s", Math.max(x(value), 10), STRIP - 8);
     }
-    const mixed = pen.createLinearGradient(0, y(0), 0, y(sheet.peak));
+    const mixed = pen.createLinearGradient(0, y(0), 0, y(1));
     for (let i = 0; i <= 4; i++) mixed.addColorStop(i / 4, paint(i / 4));
     pen.fillStyle = mixed;
     pen.beginPath();
     pen.moveTo(x(0), y(0));
-    sheet.times.forEach((time, n) => pen.lineTo(x(time), y(sheet.speeds[n])));
+    sheet.times.forEach((time, n) => pen.lineTo(x(time), y(sheet.shades[n])));
     pen.lineTo(x(sheet.seconds), y(0));
     pen.fill();
     pen.fillStyle = line;

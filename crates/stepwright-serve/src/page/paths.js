@@ -45,7 +45,10 @@ export function scaled(drawing) {
     places: drawing.places.map((places) => places.map((place) => place / per)),
     speeds: drawing.speeds.map((speed) => speed / per),
     peak: drawing.peak / per || 1,
+    powers: drawing.powers,
   };
+  // Told by a colour: a part of the most that there is.
+  sheet.shades = sheet.powers ?? sheet.speeds.map((speed) => speed / sheet.peak);
   const moves = ({ first, last }) => sheet.places.some((places) => places.slice(first, last + 1).some((place) => place !== places[first]));
   sheet.legs = legs.map((leg) => ({ ...leg, peak: leg.peak / per, moves: moves(leg) }));
   sheet.stands = [];
@@ -68,7 +71,7 @@ export function scaled(drawing) {
   return sheet;
 }
 
-/** Where the motors of a drawing are at a time, and how fast. */
+/** Where the motors of a drawing are at a time, how fast, and the power of a laser. */
 export function placeAt(sheet, time) {
   const next = first(sheet.times.length, (n) => sheet.times[n] > time);
   const n = Math.min(Math.max(next, 1), sheet.times.length - 1);
@@ -77,7 +80,7 @@ export function placeAt(sheet, time) {
   // Between two legs there is no way.
   const leap = sheet.legs.some((leg) => leg.first === n);
   const mix = (values) => (leap ? values[part < 1 ? n - 1 : n] : values[n - 1] + (values[n] - values[n - 1]) * part);
-  return { time, speed: mix(sheet.speeds), places: sheet.places.map(mix) };
+  return { time, speed: mix(sheet.speeds), places: sheet.places.map(mix), power: sheet.powers && mix(sheet.powers) };
 }
 
 export class PathsView {
@@ -110,9 +113,12 @@ export class PathsView {
     return this.opened;
   }
 
-  /** Takes a file, and draws it. */
-  use({ name, text }) {
+  /** Takes a file, and draws it. `laser` is S of its full power, or null; undefined leaves it. */
+  use({ name, text, laser }) {
     this.name = name;
+    by("paths-laser").hidden = !this.isJob(name);
+    if (laser !== undefined) by("paths-laser-on").checked = laser !== null;
+    if (laser) by("paths-laser-most").value = laser;
     this.long = text.length > LONG ? text.split("\n") : null;
     const area = by("paths-text");
     area.readOnly = Boolean(this.long);
@@ -131,9 +137,19 @@ export class PathsView {
     return this.drawFile();
   }
 
+  /** Whether a file of this name is a G-code job. */
+  isJob(name) {
+    return this.job_endings?.some((ending) => name.toLowerCase().endsWith(ending));
+  }
+
+  /** S of full power of a laser, or null. */
+  get laser() {
+    return this.isJob(this.name) && by("paths-laser-on").checked ? by("paths-laser-most").valueAsNumber : null;
+  }
+
   /** The file as it is now. */
   get file() {
-    return { name: this.name, text: this.long ? this.long.join("\n") : by("paths-text").value };
+    return { name: this.name, text: this.long ? this.long.join("\n") : by("paths-text").value, laser: this.laser };
   }
 
   /** Has the text drawn as it is now. */
@@ -305,8 +321,10 @@ export class PathsView {
   copy() {
     const file = /^[\w.-]+$/.test(this.name) ? this.name : `'${this.name.replaceAll("'", "'\\''")}'`;
     const example = this.examples.some((one) => one.name === this.name);
+    const { laser } = this;
+    const on = laser ? ` --laser --laser-max ${laser}` : this.job_port ? ` --port ${this.job_port}` : "";
     const text = this.sheet?.kind === "gcode"
-      ? `stepwright gcode ${example ? "examples/gcode/" : ""}${file}${this.job_port ? ` --port ${this.job_port}` : ""}`
+      ? `stepwright gcode ${example ? "examples/gcode/" : ""}${file}${on}`
       : `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port ${this.port ?? "/dev/ttyACM0"}`;
     copy(text, by("paths-copied"));
   }
@@ -368,7 +386,11 @@ export class PathsView {
       pen.fillStyle = paint(x / (bar.width - 1));
       pen.fillRect(x, 0, 1, bar.height);
     }
-    by("paths-fastest").textContent = `${digits(sheet.peak, 4)} ${sheet.unit}/s`;
+    const speeds = ["at rest", `${digits(sheet.peak, 4)} ${sheet.unit}/s`, "Speed over time"];
+    const [least, most, strip] = sheet.powers ? ["laser off", "full power", "Power over time"] : speeds;
+    by("paths-least").textContent = least;
+    by("paths-most").textContent = most;
+    by("paths-strip").ariaLabel = strip;
   }
 
   /** Puts the playhead to a time of the drawing. */
@@ -385,7 +407,8 @@ export class PathsView {
     const after = Math.max(0, -Math.floor(Math.log10(Math.min(...sheet.steps)) + 1e-9));
     const places = sheet.motors.map((name, n) => `${name} ${head.places[n].toFixed(Math.min(after, 3)).replace("-", "−")}`);
     const speed = head.speed === undefined ? [] : [`${digits(head.speed, 4)} ${sheet.unit}/s`];
-    const words = [`${head.time.toFixed(2)} s`, `${places.join(", ")} ${sheet.unit}`, ...speed];
+    const power = head.power == null ? [] : [`laser ${(100 * head.power).toFixed(0)} %`];
+    const words = [`${head.time.toFixed(2)} s`, `${places.join(", ")} ${sheet.unit}`, ...speed, ...power];
     by("paths-at").textContent = words.join(" · ");
     by("paths-time").setAttribute("aria-valuetext", words.join(", "));
   }
@@ -414,6 +437,7 @@ export class PathsView {
       const { value } = event.target;
       this.use(value === "own" ? this.own : this.examples[value]);
     });
+    by("paths-laser").oninput = () => Number.isNaN(this.laser) || this.drawFile();
     by("paths-go").onclick = () => this.run();
     by("paths-hold").onclick = () => this.hold();
     by("paths-copy").onclick = () => this.copy();

@@ -30,7 +30,10 @@ const drop = async (page, name, text) => {
 
 /** What `stepwright gcode` says of a job before it starts, and after it has been run. */
 const asked = (file, ...options) => {
-  const { stdout } = spawnSync(stepwright, ["gcode", file, "--machine", "none", "--format", "json", ...options]);
+  // From stdin: its text comes first.
+  const input = file === "-" ? options.shift() : "";
+  const words = ["gcode", file, "--machine", "none", "--format", "json", ...options];
+  const { stdout } = spawnSync(stepwright, words, { input });
   return JSON.parse(stdout);
 };
 
@@ -105,6 +108,62 @@ const tests = (url) => ({
     await page.locator("#paths-copy").click();
     assert.equal(await page.locator("#paths-copied").innerText(), "stepwright gcode examples/gcode/badge.nc");
     assert.deepEqual(faults, []);
+    await context.close();
+  },
+
+  async "a laser's power is the colour, and the path goes on at speed"() {
+    const { page, faults, context } = await open(url);
+    await page.locator("#paths-file").selectOption({ label: "triangle.toml" });
+    assert.ok(await page.locator("#paths-laser").isHidden());
+    // A step of power by M3, M4 that fades at its ends, and a way without.
+    const text = "M3 S1000 G1 F1200 X20\nS250 X40\nM4 S500 G1 X40 Y20\nM5 X20 Y20\nG0 X0 Y0\n";
+    await drop(page, "burn.nc", text);
+    const spindle = asked("-", text, "--plan");
+    assert.match(await fact(page, "Time"), new RegExp(`^${spindle.seconds.toFixed(6)} s`));
+    const on = page.locator("#paths-laser-on");
+    assert.ok((await on.isVisible()) && !(await on.isChecked()));
+    await on.check();
+    const laser = asked("-", text, "--plan", "--laser");
+    assert.ok(laser.seconds < spindle.seconds - 0.01, "no rest for an S");
+    await page.locator("#paths-facts").getByText(`${laser.seconds.toFixed(6)} s`).waitFor();
+    assert.equal(await fact(page, "Laser on"), `${laser.laser_on_s.toFixed(3)} s, 60 mm`);
+    assert.equal(await page.locator("#paths-most").textContent(), "full power");
+    const spots = [[10, 0], [30, 0], [40, 10], [30, 20], [10, 10]];
+    const [full, quarter, half, off, rapid] = await colours(page, spots);
+    const paces = [await pace(page, 1), await pace(page, 0.25), await pace(page, 0.5)];
+    assert.ok(near(full, paces[0]) && near(quarter, paces[1]) && near(half, paces[2]), `${full} ${quarter} ${half} ${paces}`);
+    for (const pale of [off, rapid]) assert.ok(!paces.some((one) => near(one, pale)), `${pale}`);
+    // M3 burns with all its power at both ends, M4 does not; both are off at rest.
+    const powers = await page.evaluate(() => {
+      const { times, places, powers } = document.getElementById("paths").view.sheet;
+      return times.map((time, n) => [places[0][n], places[1][n], powers[n]]);
+    });
+    const at = (x, y) => powers.filter((one) => one[0] === x && one[1] === y).map((one) => one[2]);
+    assert.deepEqual([at(0, 0)[0], at(20, 0), at(20, 20)], [1, [1, 0.25], [0, 0]]);
+    assert.ok(at(40, 20)[0] < 0.2 && at(40, 0).at(-1) < 0.2, `${at(40, 20)} ${at(40, 0)}`);
+    await seek(page, 0.5);
+    assert.match(await page.locator("#paths-at").innerText(), / · laser 100 %$/);
+    // S of full power.
+    await page.locator("#paths-laser-most").fill("500");
+    await page.getByText("from S500 on, of S1000").waitFor();
+    await page.locator("#paths-copy").click();
+    assert.equal(await page.locator("#paths-copied").innerText(), "stepwright gcode burn.nc --laser --laser-max 500");
+    await page.locator("#paths-laser-most").fill("0");
+    await wrong(page).getByText("laser is no S of full power").waitFor();
+    await page.locator("#paths-laser-most").fill("1000");
+    // It is played as it is drawn.
+    await until("it can be run", () => page.locator("#paths-go").isEnabled());
+    await page.locator("#paths-go").click();
+    await ends(page, "done");
+    await page.locator("#paths-state").getByText(`burn.nc was run to its end: ${laser.seconds.toFixed(2)} s`).waitFor();
+    assert.deepEqual((await head(page)).places, [0, 0, 0]);
+    // The example has one; another example has none.
+    await page.locator("#paths-file").selectOption({ label: "engrave.nc" });
+    await page.locator("#paths-facts").getByText("Laser on").waitFor();
+    await page.locator("#paths-file").selectOption({ label: "badge.nc" });
+    await until("there is none", async () => (await page.locator("#paths-least").textContent()) === "at rest");
+    assert.ok(!(await on.isChecked()));
+    assert.deepEqual(faults.filter((one) => !one.includes("422")), []);
     await context.close();
   },
 
@@ -187,6 +246,11 @@ const tests = (url) => ({
     assert.match(await page.locator("#paths-player").innerText(), /streamed\. Steps, speeds/);
     await page.locator("#paths-copy").click();
     assert.equal(await page.locator("#paths-copied").innerText(), `stepwright gcode slant.nc --port ${port}`);
+    // None such has an output for a laser.
+    await page.locator("#paths-laser-on").check();
+    await page.locator("#paths-refused").getByText("has an output for a laser").waitFor();
+    assert.ok(await page.locator("#paths-go").isDisabled());
+    await page.locator("#paths-laser-on").uncheck();
     const hold = page.locator("#paths-hold");
     assert.ok(await hold.isHidden());
     /** Whether the run came so far: a busy computer may keep the board short, which brakes then. */
@@ -257,6 +321,10 @@ async function pictures() {
   for (const [size, scheme] of [["wide", "light"], ["phone", "dark"]]) {
     const phone = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
     const { page, context } = await open(url, { ...(size === "phone" ? phone : {}), colorScheme: scheme });
+    await page.locator("#paths-file").selectOption({ label: "engrave.nc" });
+    await page.locator("#paths-facts").getByText("Laser on").waitFor();
+    await page.evaluate(() => new Promise((on) => requestAnimationFrame(() => requestAnimationFrame(on))));
+    await page.screenshot({ path: join(folder, `job-laser-${size}-${scheme}.png`) });
     await drop(page, "badge.nc", readFileSync(join(EXAMPLES, "badge.nc"), "utf8"));
     await seek(page, 18.4);
     if (size === "wide") await page.locator("#paths-edit summary").click();

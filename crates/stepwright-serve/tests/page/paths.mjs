@@ -246,6 +246,12 @@ async function drawn(url) {
   await choose(page, "badge.nc");
   await page.locator("#paths-sum").getByText("17 parts, 26.645 s").waitFor();
   await page.locator("#paths-facts").getByText("26.645400 s").waitFor();
+  // The plate has a laser.
+  await choose(page, "engrave.nc");
+  await page.locator("#paths-facts").getByText("Laser on").waitFor();
+  assert.equal(await page.locator("#paths-most").textContent(), "full power");
+  const [outline] = await colours(page, [[25, 0]]);
+  assert.ok(near(outline, await pace(page, 1)), `${outline}`);
   // Another text takes the server, and nothing can be run.
   await page.locator("#paths-text").fill(ONE);
   await page.locator("#paths-wrong").getByText("`stepwright serve` draws any file").waitFor();

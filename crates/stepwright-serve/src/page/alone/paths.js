@@ -21,7 +21,7 @@ async function examples() {
 /** What /api/path and what lies below it answer. */
 export async function paths(name, body) {
   const known = await examples();
-  if (name === "path/examples") return { examples: known.map(({ file }) => file), player: PLAYER, port: null, board: null };
+  if (name === "path/examples") return { examples: known.map(({ file }) => file), player: PLAYER, job_endings: [".nc"], port: null, board: null };
   if (name === "path" && !body) return null;
   const found = name === "path" && known.find(({ file }) => file.text === body.text);
   if (found) return found.drawing;

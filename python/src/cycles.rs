@@ -178,5 +178,5 @@ fn on_board(
     let braked = asked.load(Ordering::Relaxed);
     drop(player);
     let (names, unit) = (plan.names.clone(), plan.unit.clone());
-    Ok(Run { names, unit, seconds, late, facts, error, braked, ways, pins: None })
+    Ok(Run { names, unit, seconds, late, facts, error, braked, ways, ..Run::default() })
 }

@@ -10,7 +10,7 @@ use stepwright_plan::gcode::{JobError, JobPlan};
 use stepwright_plan::sheet::SheetFormat;
 use stepwright_sim::Description;
 
-use crate::jobs;
+use crate::jobs::{self, Pace};
 use crate::run::{Run, playing};
 
 /// The board that a job is held against.
@@ -27,10 +27,10 @@ pub struct Job {
 
 #[pymethods]
 impl Job {
-    /// Plans a file for axes that can do this, each a step in mm, a speed in mm/s, an acceleration
-    /// in mm/s² and a jump in speed in mm/s.
+    /// Plans a file for axes that can do this, with a laser if this is its S of full power.
     #[new]
-    fn new(py: Python<'_>, path: &str, axes: [(f64, f64, f64, f64); 3]) -> PyResult<Job> {
+    #[pyo3(signature = (path, axes, laser))]
+    fn new(py: Python<'_>, path: &str, axes: [Pace; 3], laser: Option<f64>) -> PyResult<Job> {
         let unread = |error: Error| {
             let why = format!("can't read {path}: {error}");
             match error.kind() {
@@ -39,15 +39,10 @@ impl Job {
             }
         };
         let bytes = fs::read(path).map_err(unread)?;
-        let axes = axes.map(|(step, speed, accel, jump)| AxisPace {
-            step,
-            speed,
-            accel,
-            jump,
-            jerk: f64::INFINITY,
-        });
+        let axes = axes.map(jobs::pace);
         let board = Description::uno().board;
-        let planned = py.detach(|| JobPlan::of(bytes.iter().copied(), axes, &board, |_, _| ()));
+        let read = || bytes.iter().copied();
+        let planned = py.detach(|| JobPlan::with_laser(read(), axes, laser, &board, |_, _| ()));
         let plan = planned.map_err(|error| {
             let place = match &error {
                 JobError::Code(code) => format!("{path}:{}:{}", code.line, code.column),

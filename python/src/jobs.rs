@@ -18,6 +18,15 @@ use crate::run::{Run, Way};
 /// Between two looks at the clock, in real time.
 const LOOK: Duration = Duration::from_millis(2);
 
+/// What an axis can do: a step in mm, a speed in mm/s, an acceleration in mm/s², a jump in speed in mm/s
+/// and a jerk in mm/s³.
+pub type Pace = (f64, f64, f64, f64, f64);
+
+/// The same by its names.
+pub fn pace((step, speed, accel, jump, jerk): Pace) -> AxisPace {
+    AxisPace { step, speed, accel, jump, jerk }
+}
+
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// STEP and DIR of a motor.
@@ -38,6 +47,7 @@ pub fn play(
         let (hz, since) = (f64::from(job.rate.hz()), Instant::now());
         let (mut ways, mut braked) = ([0.0; 3].map(Way::from), false);
         let (path, mut seen) = (job.path, [0; 3]);
+        let mut power = plan.laser.map(|_| Way::from(0.0));
         while job.is_running() {
             if asked.load(Ordering::Relaxed) && !braked {
                 braked = true;
@@ -47,7 +57,11 @@ pub fn play(
                 true => u64::MAX,
                 false => job.from + (since.elapsed().as_secs_f64() * hz) as u64,
             };
-            let more = job.pass(limit, |board, _| {
+            let more = job.pass(limit, |board, lit| {
+                for change in lit {
+                    let time = change.time.saturating_sub(path) as f64 / hz;
+                    power.iter_mut().for_each(|power| power.see(time, change.power));
+                }
                 let now = board.now();
                 for axis in 0..3 {
                     let at = board.cycle().position(axis as u8).unwrap_or(0);
@@ -71,7 +85,7 @@ pub fn play(
         let (names, unit) = (NAMES.map(str::to_owned).into(), "mm".to_owned());
         let ways = ways.into();
         Ok::<_, PlayError>((
-            Run { names, unit, seconds, late, error, braked, ways, ..Run::default() },
+            Run { names, unit, seconds, late, error, braked, ways, power, ..Run::default() },
             end,
         ))
     });
@@ -85,16 +99,10 @@ pub fn play(
 pub fn walk(
     py: Python<'_>,
     places: Vec<([f64; 3], f64)>,
-    axes: [(f64, f64, f64, f64); 3],
+    axes: [Pace; 3],
     tolerance: f64,
 ) -> PyResult<Run> {
-    let axes = axes.map(|(step, speed, accel, jump)| AxisPace {
-        step,
-        speed,
-        accel,
-        jump,
-        jerk: f64::INFINITY,
-    });
+    let axes = axes.map(pace);
     let wrong = |number: usize, why: &dyn std::fmt::Display| {
         PyValueError::new_err(format!("waypoint {number}: {why}"))
     };

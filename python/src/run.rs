@@ -41,6 +41,14 @@ impl Way {
     pub fn is_elsewhere(&self, place: f64) -> bool {
         self.places.last() != Some(&place)
     }
+
+    /// Times and places, as doubles.
+    fn columns<'py>(&self, py: Python<'py>) -> [Bound<'py, PyByteArray>; 2] {
+        [&self.times, &self.places].map(|values| {
+            let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
+            PyByteArray::new(py, &bytes)
+        })
+    }
 }
 
 /// A run of a file.
@@ -60,6 +68,8 @@ pub struct Run {
     /// Whether it was braked.
     pub braked: bool,
     pub ways: Vec<Way>,
+    /// What a laser did: its powers as places.
+    pub power: Option<Way>,
     pub pins: Option<ScopeRecord>,
 }
 
@@ -114,11 +124,12 @@ impl Run {
         motor: usize,
     ) -> PyResult<[Bound<'py, PyByteArray>; 2]> {
         let way = self.ways.get(motor).ok_or_else(|| PyValueError::new_err("no such motor"))?;
-        let doubles = |values: &[f64]| {
-            let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
-            PyByteArray::new(py, &bytes)
-        };
-        Ok([doubles(&way.times), doubles(&way.places)])
+        Ok(way.columns(py))
+    }
+
+    /// Of a laser: times and powers, as doubles.
+    fn power<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyByteArray>; 2]> {
+        self.power.as_ref().map(|power| power.columns(py))
     }
 
     /// The pins as a file: `vcd`, `csv`, `mcap`.

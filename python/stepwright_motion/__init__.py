@@ -25,7 +25,7 @@ from ._native import PHASES
 from ._native import VERSION as __version__
 from ._plan import Plan, plan
 from ._record import STATES, Recording, Track
-from ._run import Cycle, Run, Way, cycle, path
+from ._run import Cycle, Power, Run, Way, cycle, path
 from ._settings import Settings
 
 __all__ = [
@@ -44,6 +44,7 @@ __all__ = [
     "Outcome",
     "OutOfRange",
     "Plan",
+    "Power",
     "Recording",
     "Refused",
     "Run",

@@ -6,11 +6,11 @@ import html
 import json
 import os
 from dataclasses import dataclass
-from typing import Any, Union
+from typing import Any, Optional, Union
 
 from ._errors import Refused
 from ._native import Job
-from ._quantity import Quantity
+from ._quantity import Quantity, real
 from ._run import Run, checked
 from ._scales import Paced, paces
 
@@ -77,13 +77,17 @@ class Gcode:
         speed: Paced[Quantity] = "200mm/s",
         accel: Paced[Quantity] = "1000mm/s2",
         jump: Paced[Quantity] = "5mm/s",
+        jerk: Paced[Optional[Quantity]] = None,
+        laser: Optional[float] = None,
     ) -> JobPlan:
         """Plans the whole job for axes that can do this; ``{"x": …, "y": …, "z": …}`` says it of each.
 
-        Bare numbers are mm/s and mm/s². ``jump`` is by how much a speed may change at once, as at
-        a corner. Raises ``ValueError`` with the line of the first mistake.
+        Bare numbers are mm/s, mm/s² and mm/s³. ``jump`` is by how much a speed may change at once, as at
+        a corner; ``jerk`` by how much an acceleration may in a second, without a limit if it is ``None``.
+        ``laser`` is S of full power of a laser, which goes on and off along the path by M3, M4 and S;
+        ``None`` is a spindle, which rests for each. Raises ``ValueError`` with the line of the first mistake.
         """
-        return JobPlan(Job(self.path, paces(steps_per_mm, speed, accel, jump)))
+        return JobPlan(self._job(steps_per_mm, speed, accel, jump, jerk, laser))
 
     def run(
         self,
@@ -93,17 +97,35 @@ class Gcode:
         speed: Paced[Quantity] = "200mm/s",
         accel: Paced[Quantity] = "1000mm/s2",
         jump: Paced[Quantity] = "5mm/s",
+        jerk: Paced[Optional[Quantity]] = None,
+        laser: Optional[float] = None,
     ) -> Run:
-        """Runs it on a virtual Uno of its own, and says when each axis made each step.
+        """Runs it on a virtual Uno of its own, and says when each axis made each step, and what a laser
+        did.
 
         Its time passes as fast as it can, or as ours does if it is not ``fast``. Ctrl-C brakes along
-        the path. The axes are those of ``plan``. Raises ``Refused`` where an Uno could not follow. No
-        real board takes a job.
+        the path. The axes and the laser are those of ``plan``. Raises ``Refused`` where an Uno could not
+        follow. No real board takes a job.
         """
-        job = Job(self.path, paces(steps_per_mm, speed, accel, jump))
+        job = self._job(steps_per_mm, speed, accel, jump, jerk, laser)
         if job.refused is not None:
             raise Refused(job.refused, remedy="give a lower speed of this axis, or fewer steps_per_mm")
         return checked(job.run(fast))
+
+    def _job(
+        self,
+        steps_per_mm: Paced[float],
+        speed: Paced[Quantity],
+        accel: Paced[Quantity],
+        jump: Paced[Quantity],
+        jerk: Paced[Optional[Quantity]],
+        laser: Optional[float],
+    ) -> Job:
+        if laser is not None:
+            laser = real("laser", laser, "S of full power, or None")
+            if not 0.001 <= laser <= 1e6:
+                raise ValueError(f"laser is {laser!r}: S of full power may be 0.001 to 1000000")
+        return Job(self.path, paces(steps_per_mm, speed, accel, jump, jerk), laser)
 
     def __repr__(self) -> str:
         return f"<Gcode {self.path}>"

@@ -48,12 +48,14 @@ def png(draw: Callable[[], Any]) -> Optional[bytes]:
 
 
 def draw_run(run: Run) -> Any:
-    """Positions and speeds over time; of two motors and more the way of the first two."""
+    """Positions, speeds and the power of a laser over time; of two motors and more the way of the first
+    two."""
     pyplot = importlib.import_module("matplotlib.pyplot")
     figure = pyplot.figure(figsize=(10, 5), layout="constrained")
     moved = [number for number, way in enumerate(run) if len(way) > 1]
     columns = 2 if len(run.names) > 1 else 1
-    grid = figure.add_gridspec(2, columns)
+    rows = 2 if run.laser is None else 3
+    grid = figure.add_gridspec(rows, columns)
     places = _look(figure.add_subplot(grid[0, 0]))
     speeds = _look(figure.add_subplot(grid[1, 0], sharex=places))
     for number in moved:
@@ -62,7 +64,13 @@ def draw_run(run: Run) -> Any:
         speeds.plot(way.times, way.speeds, color=colour, linewidth=1.0)
     places.set_ylabel(f"position, {run.unit}")
     speeds.set_ylabel(f"speed, {run.unit}/s")
-    speeds.set_xlabel("time, s")
+    lowest = speeds
+    if run.laser is not None:
+        lowest = _look(figure.add_subplot(grid[2, 0], sharex=places))
+        powers = [100 * power for power in run.laser.powers]
+        lowest.step(run.laser.times, powers, where="post", color=_COLOURS[0], linewidth=1.0)
+        lowest.set_ylabel("laser, %")
+    lowest.set_xlabel("time, s")
     if moved:
         places.legend(frameon=False)
     if columns == 2:

@@ -36,6 +36,19 @@ class Way:
         return len(self.times)
 
 
+class Power:
+    """The power of a laser: off at first, then as it is from each time on."""
+
+    def __init__(self, columns: list[bytearray]):
+        self.times: Any = array(columns[0], "d")
+        """Seconds since the start, 0 the first."""
+        self.powers: Any = array(columns[1], "d")
+        """From 0, off, to 1."""
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
 class Run:
     """A job, a cycle file or a path, step by step: ``run.x.times``, ``run["motor"].positions``."""
 
@@ -85,6 +98,12 @@ class Run:
 
     def __iter__(self) -> Iterator[Way]:
         return (self[number] for number in range(1, len(self.names) + 1))
+
+    @cached_property
+    def laser(self) -> Optional[Power]:
+        """The power of the laser of a job, if it had one."""
+        columns = self._run.power()
+        return None if columns is None else Power(columns)
 
     @property
     def positions(self) -> tuple[float, ...]:
@@ -176,6 +195,7 @@ def path(
     speed: Paced[Quantity] = "200mm/s",
     accel: Paced[Quantity] = "1000mm/s2",
     jump: Paced[Quantity] = "5mm/s",
+    jerk: Paced[Optional[Quantity]] = None,
     tolerance: float = 0.0,
 ) -> Run:
     """A path along straight lines from place to place, on paper: each ``(x, y)`` or ``(x, y, z)`` in
@@ -196,7 +216,7 @@ def path(
         full += [0.0] * (3 - len(place))
         points.append((full, rate))
     near = real("tolerance", tolerance, "a number of mm")
-    return Run(walk(points, paces(steps_per_mm, speed, accel, jump), near))
+    return Run(walk(points, paces(steps_per_mm, speed, accel, jump, jerk), near))
 
 
-__all__ = ["Cycle", "Run", "Way", "cycle", "path"]
+__all__ = ["Cycle", "Power", "Run", "Way", "cycle", "path"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any, Mapping, Optional, TypeVar, Union
 
@@ -12,7 +13,7 @@ Value = TypeVar("Value")
 Paced = Union[Value, Mapping[str, Value]]
 """One value for all axes, or ``{"x": …, "y": …, "z": …}``."""
 
-Pace = tuple[float, float, float, float]
+Pace = tuple[float, float, float, float, float]
 
 
 def _of(value: Any, axis: str) -> Any:
@@ -87,8 +88,9 @@ def paces(
     speed: Paced[Quantity],
     accel: Paced[Quantity],
     jump: Paced[Quantity],
+    jerk: Paced[Optional[Quantity]],
 ) -> list[Pace]:
-    """Of each axis a step, a speed, an acceleration and a jump in speed."""
+    """Of each axis a step, a speed, an acceleration, a jump in speed and a jerk."""
     axes = []
     for name in ("x", "y", "z"):
         scale = MmScale(_of(steps_per_mm, name))
@@ -97,5 +99,7 @@ def paces(
         top, at_once = (
             speed_of(what, _of(value, name), steps) for what, value in (("speed", speed), ("jump", jump))
         )
-        axes.append((1.0 / steps, top, slope, at_once))
+        limit = _of(jerk, name)
+        bend = math.inf if limit is None else scale.jerk("jerk", text("jerk", limit, None, "mm/s3")) / steps
+        axes.append((1.0 / steps, top, slope, at_once, bend))
     return axes

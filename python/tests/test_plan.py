@@ -125,6 +125,22 @@ def test_a_job_is_planned_as_by_the_command(tmp_path: Path) -> None:
     assert "part.nc" in str(plan) and "part.nc" in plan._repr_html_()
     slow = sw.gcode(path).plan(speed={"x": 10, "y": "10mm/s", "z": 10})
     assert slow.duration > plan.duration
+    assert plan.facts().get("laser_on_s") is None
+    path.write_text("M4 S300\n" + JOB)
+    plan = sw.gcode(path).plan(jerk={"x": 10_000, "y": "10000mm/s3", "z": None}, laser=200)
+    asked = ["--jerk", "10000mm/s3,10000mm/s3,0", "--laser", "--laser-max", "200"]
+    said = subprocess.run(
+        [*words, *asked], capture_output=True, text=True, check=True, env={"STEPWRIGHT_MACHINE": "none"}
+    )
+    assert plan.facts() == json.loads(said.stdout)
+    assert plan.duration > sw.gcode(path).plan(laser=200).duration and plan.facts()["laser_on_s"] > 1
+    for wrong in (0, -1, 1e7, float("nan")):
+        with pytest.raises(ValueError, match="^laser is .*: S of full power may be 0.001 to 1000000"):
+            sw.gcode(path).plan(laser=wrong)
+    with pytest.raises(TypeError, match=r"^laser is \[\]: give S of full power, or None"):
+        sw.gcode(path).plan(laser=[])  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="jerk"):
+        sw.gcode(path).plan(jerk="5mm/s2")
     path.write_text("G0 X10\nG1 X\n")
     with pytest.raises(ValueError, match="part.nc:2:"):
         sw.gcode(path).plan()

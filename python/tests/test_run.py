@@ -51,6 +51,27 @@ def test_a_job_makes_each_step_when_the_command_does() -> None:
         assert [round(place * 80) for place in run[number].positions[1:]] == places
 
 
+def test_a_laser_and_its_jerk_are_those_of_the_command(tmp_path: Path) -> None:
+    job = str(EXAMPLES / "gcode" / "engrave.nc")
+    run = sw.gcode(job).run(laser=1000, jerk="10000mm/s3")
+    asked = ["gcode", job, "--fast", "--laser", "--jerk", "10000mm/s3"]
+    said: dict[str, Any] = json.loads(command(*asked, "--format", "json"))
+    assert run.duration == pytest.approx(said["seconds"], abs=1e-9)
+    assert run.positions == pytest.approx(said["position_mm"], abs=1e-9)
+    lead = said["lead_ticks"] / said["ticks_per_second"]
+    rows = list(csv.reader(command(*asked, "--format", "csv").splitlines()))
+    changes = [(float(row[0]) / 1e6 - lead, float(row[3])) for row in rows if row[1] == "laser"]
+    assert run.laser is not None and len(run.laser) == len(changes) + 1 > 100
+    assert (run.laser.times[0], run.laser.powers[0], run.laser.powers[-1]) == (0, 0, 0)
+    assert run.laser.times[1:].tolist() == pytest.approx([time for time, _ in changes], abs=2e-6)
+    assert run.laser.powers[1:].tolist() == pytest.approx([power for _, power in changes], abs=1e-4)
+    run.save(tmp_path / "engrave.vcd")
+    assert len(run.plot().axes) == 4
+    # A spindle is none, and takes its rests.
+    plain = sw.gcode(job).run()
+    assert plain.laser is None and len(plain.plot().axes) == 3
+
+
 @pytest.mark.parametrize("name", CYCLES)
 def test_cycles_make_each_step_when_the_command_does(name: str) -> None:
     file = str(EXAMPLES / "cycles" / f"{name}.toml")
@@ -96,13 +117,14 @@ def test_a_path_is_the_job_of_its_lines(tmp_path: Path) -> None:
     job = tmp_path / "path.nc"
     words = (" ".join(f"{axis}{at}" for axis, at in zip("XYZ", place)) for place in places[1:])
     job.write_text("G1 F2400\n" + "\n".join(words) + "\n")
-    limits: dict[str, Any] = {"accel": 500, "jump": {"x": 2, "y": 3, "z": "1mm/s"}}
+    limits: dict[str, Any] = {"accel": 500, "jump": {"x": 2, "y": 3, "z": "1mm/s"}, "jerk": 8000}
     path = sw.path(places, feed="40mm/s", **limits)
     run = sw.gcode(job).run(**limits)
     # The last place of the path has no Z, which is 0 there, and that of the job stays.
     assert path.positions == (0, 0, 0) and run.positions == (0, 0, 3)
     path = sw.path([*places[:-1], (0, 0, 3)], feed="40mm/s", **limits)
     assert path.duration == pytest.approx(run.duration, abs=1e-6)
+    assert path.duration > sw.path([*places[:-1], (0, 0, 3)], feed=40, **{**limits, "jerk": None}).duration
     for ours, theirs in zip(path, run):
         # A path is not rounded to ticks.
         assert ours.times.tolist() == pytest.approx(theirs.times.tolist(), abs=2e-7)

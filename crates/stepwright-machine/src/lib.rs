@@ -38,6 +38,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use stepwright_protocol::{AxisId, LeaseMillis};
 use stepwright_units::{AccelArg, DistanceArg, JerkArg, MmArg, SpeedArg};
 use toml::{Spanned, Value};
@@ -210,8 +211,12 @@ impl Machine {
         let raw: Raw = toml::from_str(text).map_err(|error| {
             at(error.span().map_or(0, |span| span.start), error.message().to_owned())
         })?;
-        // A flattened table has no places: a key of it is found by its name.
-        let place = |name: &str| text.find(name).unwrap_or(0);
+        // A flattened table has no places: they are read apart.
+        let names: BTreeMap<Spanned<String>, IgnoredAny> = toml::from_str(text).unwrap_or_default();
+        let place = |name: &str| {
+            let found = names.keys().find(|key| key.get_ref() == name);
+            found.map_or(0, |key| key.span().start)
+        };
         let board = raw
             .board
             .iter()
@@ -338,6 +343,10 @@ mod tests {
             ("baud = 10", 1, "50 to 12000000"),
             ("[axis.1\n", 1, ""),
             ("axis = 3", 1, ""),
+            // A name that stands somewhere else before.
+            ("# no lease here\nport = '/dev/x'\nlease = true", 3, "a number"),
+            ("port = '/dev/x'\nt = 3", 2, "there is no t here"),
+            ("port = '/dev/x'\n\"lea\\u0073e\" = true", 2, "a number"),
         ] {
             let why = parse(text).err().unwrap_or_else(|| panic!("{text:?} is taken"));
             assert!(why.starts_with(&format!("line {line}: ")), "{text:?}: {why}");

@@ -6,9 +6,9 @@ use crate::edges::{check_timing, steps_of};
 use proptest::prelude::*;
 use stepwright::profile::{Fit, Ramp};
 use stepwright::timer::Count;
-use stepwright::{Accel, Axis, Order, Rate, Speed, Travel};
+use stepwright::{Accel, Axis, AxisLimits, Order, Rate, Speed, Travel};
 
-use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
+use stepwright_sim::{Description, Edge, Queues, VirtualBoard, virtual_steppers};
 
 #[derive(Clone, Debug)]
 struct Job {
@@ -246,6 +246,33 @@ fn ramps_that_meet_at_the_top_have_no_level_step() {
     let job = Job { axis: 0, order, brake: None, pause: 0 };
     play::<u16>(exact(Description::uno()), std::slice::from_ref(&job), 1.0);
     play::<u16>(Description::uno(), &[job], 17.0);
+}
+
+/// An AVR has 24 bits for a wait, which may be 268 s: what falls off is made up for by the next one.
+#[test]
+fn a_step_behind_a_wait_of_minutes_lacks_a_part_of_it_at_most() {
+    for milli in [4, 11, 19, 100, 333, 2_000] {
+        let mut queues = Queues::default();
+        let mut motors = virtual_steppers(&mut queues, Description::uno(), Vec::<Edge>::new());
+        let (top, accel) = (Speed::from_millisteps(milli), Accel::from_steps(10_000));
+        let limits = AxisLimits::new(top.unwrap(), accel.unwrap()).start_speed(top.unwrap());
+        motors.set_limits(Axis::X, limits);
+        motors.move_by(Axis::X, 12).unwrap();
+        while motors.is_moving(Axis::X) {
+            let wait = motors.poll().unwrap_or(16_000_000);
+            motors.engine().pass(wait);
+        }
+        let steps = steps_of(motors.engine().recorder(), 0);
+        let times: Vec<f64> = steps.iter().map(|(time, _)| *time as f64).collect();
+        let interval = 16e9 / f64::from(milli);
+        // 1 µs, the rounding to a tick, and 2⁻²² of the wait.
+        let bound = 17.0 + interval / f64::from(1 << 22);
+        for (n, time) in (0u32..).zip(&times) {
+            let off = time - times[0] - f64::from(n) * interval;
+            assert!(off.abs() <= bound, "{milli} millisteps/s: step {n} is {off} ticks off");
+        }
+        assert_eq!(times.len(), 12);
+    }
 }
 
 proptest! {

@@ -5,8 +5,8 @@ use std::io::{Error, ErrorKind};
 
 use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyValueError};
 use pyo3::prelude::*;
-use stepwright_path::AxisPace;
-use stepwright_plan::gcode::{JobError, JobPlan};
+use stepwright_path::{AxisPace, length};
+use stepwright_plan::gcode::{JobError, JobPlan, JobTerms};
 use stepwright_plan::sheet::SheetFormat;
 use stepwright_sim::Description;
 
@@ -27,10 +27,17 @@ pub struct Job {
 
 #[pymethods]
 impl Job {
-    /// Plans a file for axes that can do this, with a laser if this is its S of full power.
+    /// Plans a file for axes that can do this, with a laser if this is its S of full power; the path may be
+    /// so many mm off its lines.
     #[new]
-    #[pyo3(signature = (path, axes, laser))]
-    fn new(py: Python<'_>, path: &str, axes: [Pace; 3], laser: Option<f64>) -> PyResult<Job> {
+    #[pyo3(signature = (path, axes, laser, tolerance))]
+    fn new(
+        py: Python<'_>,
+        path: &str,
+        axes: [Pace; 3],
+        laser: Option<f64>,
+        tolerance: f64,
+    ) -> PyResult<Job> {
         let unread = |error: Error| {
             let why = format!("can't read {path}: {error}");
             match error.kind() {
@@ -42,7 +49,12 @@ impl Job {
         let axes = axes.map(jobs::pace);
         let board = Description::uno().board;
         let read = || bytes.iter().copied();
-        let planned = py.detach(|| JobPlan::with_laser(read(), axes, laser, &board, |_, _| ()));
+        let given = length(tolerance).filter(|_| (0.0..=1e3).contains(&tolerance));
+        let tolerance = given.ok_or_else(|| {
+            PyValueError::new_err(format!("tolerance is {tolerance}: it may be 0 to 1000 mm"))
+        })?;
+        let terms = JobTerms { laser, tolerance };
+        let planned = py.detach(|| JobPlan::on(read(), axes, &terms, &board, |_, _| ()));
         let plan = planned.map_err(|error| {
             let place = match &error {
                 JobError::Code(code) => format!("{path}:{}:{}", code.line, code.column),

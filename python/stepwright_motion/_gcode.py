@@ -12,7 +12,7 @@ from ._errors import Refused
 from ._native import Job
 from ._quantity import Quantity, real
 from ._run import Run, checked
-from ._scales import Paced, paces
+from ._scales import Pace, Paced, paces
 
 
 @dataclass(frozen=True)
@@ -79,15 +79,17 @@ class Gcode:
         jump: Paced[Quantity] = "5mm/s",
         jerk: Paced[Optional[Quantity]] = None,
         laser: Optional[float] = None,
+        tolerance: float = 0.0,
     ) -> JobPlan:
         """Plans the whole job for axes that can do this; ``{"x": …, "y": …, "z": …}`` says it of each.
 
         Bare numbers are mm/s, mm/s² and mm/s³. ``jump`` is by how much a speed may change at once, as at
         a corner; ``jerk`` by how much an acceleration may in a second, without a limit if it is ``None``.
         ``laser`` is S of full power of a laser, which goes on and off along the path by M3, M4 and S;
-        ``None`` is a spindle, which rests for each. Raises ``ValueError`` with the line of the first mistake.
+        ``None`` is a spindle, which rests for each. The path may be off its lines by ``tolerance``, in mm,
+        until the job orders ``G61`` or ``G64``. Raises ``ValueError`` with the line of the first mistake.
         """
-        return JobPlan(self._job(steps_per_mm, speed, accel, jump, jerk, laser))
+        return JobPlan(self._job(paces(steps_per_mm, speed, accel, jump, jerk), laser, tolerance))
 
     def run(
         self,
@@ -99,33 +101,27 @@ class Gcode:
         jump: Paced[Quantity] = "5mm/s",
         jerk: Paced[Optional[Quantity]] = None,
         laser: Optional[float] = None,
+        tolerance: float = 0.0,
     ) -> Run:
         """Runs it on a virtual Uno of its own, and says when each axis made each step, and what a laser
         did.
 
         Its time passes as fast as it can, or as ours does if it is not ``fast``. Ctrl-C brakes along
-        the path. The axes and the laser are those of ``plan``. Raises ``Refused`` where an Uno could not
+        the path. All the rest is as for ``plan``. Raises ``Refused`` where an Uno could not
         follow. No real board takes a job.
         """
-        job = self._job(steps_per_mm, speed, accel, jump, jerk, laser)
+        job = self._job(paces(steps_per_mm, speed, accel, jump, jerk), laser, tolerance)
         if job.refused is not None:
             raise Refused(job.refused, remedy="give a lower speed of this axis, or fewer steps_per_mm")
         return checked(job.run(fast))
 
-    def _job(
-        self,
-        steps_per_mm: Paced[float],
-        speed: Paced[Quantity],
-        accel: Paced[Quantity],
-        jump: Paced[Quantity],
-        jerk: Paced[Optional[Quantity]],
-        laser: Optional[float],
-    ) -> Job:
+    def _job(self, axes: list[Pace], laser: Optional[float], tolerance: float) -> Job:
         if laser is not None:
             laser = real("laser", laser, "S of full power, or None")
             if not 0.001 <= laser <= 1e6:
                 raise ValueError(f"laser is {laser!r}: S of full power may be 0.001 to 1000000")
-        return Job(self.path, paces(steps_per_mm, speed, accel, jump, jerk), laser)
+        near = real("tolerance", tolerance, "a number of mm")
+        return Job(self.path, axes, laser, near)
 
     def __repr__(self) -> str:
         return f"<Gcode {self.path}>"

@@ -90,6 +90,7 @@ class Job:
         path: str,
         axes: list[tuple[float, float, float, float, float]],
         laser: Optional[float],
+        tolerance: float,
     ) -> Job: ...
     @property
     def duration(self) -> float: ...

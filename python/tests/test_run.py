@@ -149,6 +149,12 @@ def test_short_lines_within_a_tolerance_are_an_arc(tmp_path: Path) -> None:
     job.write_text("G64 P0.01 G1 F6000\n" + "".join(f"X{x} Y{y}\n" for x, y in circle))
     assert path.duration == pytest.approx(sw.gcode(job).plan().duration, abs=1e-6)
     assert path.positions == (0, 0, 0)
+    job.write_text("G1 F6000\n" + "".join(f"X{x} Y{y}\n" for x, y in circle))
+    asked = sw.gcode(job).run(tolerance=0.01)
+    assert path.duration == pytest.approx(asked.duration, abs=1e-6)
+    for wrong in (-1, math.nan, 2000):
+        with pytest.raises(ValueError, match="^tolerance is (-1|NaN|2000): it may be 0 to 1000 mm"):
+            sw.gcode(job).plan(tolerance=wrong)
     for wrong in (-1, math.nan):
         with pytest.raises(ValueError, match=r"^tolerance is (-1|NaN): the tolerance must be 0, or"):
             sw.path(circle, tolerance=wrong)

@@ -6,9 +6,13 @@ use crate::common::{self, Running, stepwright};
 
 const BADGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/gcode/badge.nc");
 
-/// The command with a job on its standard input.
+/// The command with a job on its standard input, planned.
 fn piped(job: &str, format: &str) -> common::Ended {
-    let mut running = Running::start(&["gcode", "-", "--plan", "--format", format]);
+    with_input(job, &["--plan", "--format", format])
+}
+
+fn with_input(job: &str, options: &[&str]) -> common::Ended {
+    let mut running = Running::start(&[&["gcode", "-"], options].concat());
     running.child.stdin.take().unwrap().write_all(job.as_bytes()).unwrap();
     running.end()
 }
@@ -108,6 +112,32 @@ fn a_line_that_never_ends_is_refused() {
 fn json(ended: &common::Ended) -> serde_json::Value {
     assert_eq!(ended.code(), Some(0), "{ended:#?}");
     serde_json::from_str(&ended.stdout).unwrap()
+}
+
+/// `--tolerance` is `G64 P` for the whole job, planned and run.
+#[test]
+fn a_tolerance_is_that_of_the_text() {
+    let chords = |n: u32| {
+        let (sin, cos) = (f64::from(n) * 0.005).sin_cos();
+        format!("X{:.2} Y{:.2}\n", 20.0 * sin, 20.0 - 20.0 * cos)
+    };
+    let plain = format!("G1 F6000\n{}", (1..400).map(chords).collect::<String>());
+    let said = |text: &str, options: &[&str]| {
+        json(&with_input(text, &[&["--format", "json"], options].concat()))
+    };
+    let modal = said(&format!("G64 P0.01\n{plain}"), &["--plan"]);
+    let exact = said(&plain, &["--plan"]);
+    let asked = said(&plain, &["--plan", "--tolerance", "0.01mm"]);
+    assert_eq!(asked["seconds"], modal["seconds"]);
+    assert!(asked["seconds"].as_f64().unwrap() < 0.5 * exact["seconds"].as_f64().unwrap());
+    assert_eq!((&asked["tolerance_mm"], &exact["tolerance_mm"]), (&0.01.into(), &().into()));
+    let run = said(&plain, &["--fast", "--tolerance", ".01"]);
+    assert_eq!(run["planned_seconds"], asked["seconds"]);
+    for wrong in ["-1", "1001", "0.01in", "nan", ""] {
+        let ended = stepwright(&["gcode", BADGE, "--plan", &format!("--tolerance={wrong}")]);
+        assert_eq!(ended.code(), Some(2), "{ended:#?}");
+        assert!(ended.stderr.contains("is no tolerance: 0 to 1000 mm"), "{ended:#?}");
+    }
 }
 
 /// The time before the start is that of the run on the virtual board, to the tick; and the edges

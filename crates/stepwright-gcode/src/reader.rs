@@ -3,7 +3,7 @@
 use crate::lexer::Lexer;
 use crate::state::State;
 use crate::words::{Refused, Words};
-use crate::{Block, Error, Modal, Parameter, Point};
+use crate::{Block, Error, Length, Modal, Parameter, Point};
 
 /// What a reader may be told of its input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,11 +12,13 @@ pub struct Options {
     pub block_delete: bool,
     /// The most bytes of a line, without blanks and comments; 80, grbl's, by default.
     pub line_limit: u16,
+    /// [`Modal::tolerance`] until G61 or G64 orders another one.
+    pub tolerance: Length,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { block_delete: false, line_limit: 80 }
+        Options { block_delete: false, line_limit: 80, tolerance: Length::ZERO }
     }
 }
 
@@ -44,7 +46,9 @@ pub struct Reader {
 impl Reader {
     /// A reader at the machine's zero, with no offsets, in millimetres.
     pub fn new(options: Options) -> Reader {
-        Reader { options, ..Reader::default() }
+        let mut reader = Reader { options, ..Reader::default() };
+        reader.state.modal.tolerance = options.tolerance;
+        reader
     }
 
     /// Takes a byte. At the end of a line, of an empty one too, the line's block or its error

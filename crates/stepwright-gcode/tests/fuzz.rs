@@ -161,7 +161,7 @@ fn noise_does_no_harm() {
     let set = |name: &str| std::env::var(name).ok().map(|n| n.parse::<u64>().expect(name));
     let count = set("STEPWRIGHT_FUZZ_LINES").unwrap_or(300_000);
     let mut random = Random(set("STEPWRIGHT_FUZZ_SEED").unwrap_or(1));
-    let options = Options { block_delete: false, line_limit: 60 };
+    let options = Options { line_limit: 60, ..Options::default() };
     let (mut reader, mut text) = (Reader::new(options), Vec::new());
     let (mut moves, mut arcs, mut refused) = (0, 0, [0_u32; 39]);
     for number in 1..=count {

@@ -26,6 +26,19 @@ pub fn mm(length: Length) -> f64 {
     length.picometres() as f64 / Length::PER_MM as f64
 }
 
+/// A length of so many millimetres, to a picometre; `None` beyond 1,000,000 mm, and of what is no number.
+///
+/// ```
+/// use stepwright_path::{length, mm};
+/// assert_eq!(length(-0.0125).map(mm), Some(-0.0125));
+/// assert_eq!([1e6 + 1.0, f64::NAN, f64::NEG_INFINITY].map(length), [None; 3]);
+/// ```
+pub fn length(mm: f64) -> Option<Length> {
+    let picometres = (mm * Length::PER_MM as f64).round();
+    // Not a number becomes 0, and too much the most.
+    if picometres.is_nan() { None } else { Length::from_picometres(picometres as i64) }
+}
+
 /// X, Y and Z of a place of G-code, in millimetres.
 pub fn millimetres(point: Point) -> [f64; 3] {
     point.0.map(mm)

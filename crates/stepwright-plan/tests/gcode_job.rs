@@ -1,8 +1,8 @@
 //! A G-code job: its time before it starts, by hand and by its steps.
 
 use stepwright::{Board, Rate};
-use stepwright_path::{AxisPace, RouteStep};
-use stepwright_plan::gcode::{GcodeJob, JobError, JobPlan};
+use stepwright_path::{AxisPace, RouteStep, Unplannable, length};
+use stepwright_plan::gcode::{GcodeJob, JobError, JobPlan, JobTerms};
 
 const AXIS: AxisPace =
     AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
@@ -258,6 +258,35 @@ fn chords_within_a_tolerance_are_passed_as_their_arc() {
         let radius = (f64::from(at[0]) + 1_600.0).hypot(f64::from(at[1])) * 0.0125;
         assert!((radius - 20.0).abs() < 0.01 + 0.0071 + 0.0089, "{at:?}");
     }
+}
+
+/// A tolerance beside the text is that of the text, until it orders another one.
+#[test]
+fn a_tolerance_that_is_asked_for_holds_until_the_job_orders_another() {
+    let chords = rounded_circle();
+    let terms = JobTerms { tolerance: length(0.01).unwrap(), ..JobTerms::default() };
+    let asked = |text: &str| {
+        let board = board();
+        let plan = JobPlan::on(text.bytes(), [AXIS; 3], &terms, &board, |_, _| ()).unwrap();
+        let mut job = GcodeJob::on(text.bytes(), [AXIS; 3], &terms).unwrap();
+        while job.step().unwrap().is_some() {}
+        near(job.time(), plan.time);
+        assert_eq!(plan.terms, terms);
+        plan
+    };
+    let plain = format!("G1 F6000\n{chords}");
+    near(asked(&plain).time, plan(&format!("G64 P0.01 G1 F6000\n{chords}")).time);
+    for exact in ["G61", "G64"] {
+        near(asked(&format!("{exact} {plain}")).time, plan(&plain).time);
+    }
+    let coarse = format!("G64 P0.05 {plain}");
+    near(asked(&coarse).time, plan(&coarse).time);
+    // The end of a program does not end it.
+    let twice = format!("{plain}M2\n{plain}");
+    near_by(asked(&twice).time, 2.0 * asked(&plain).time);
+    let terms = JobTerms { tolerance: length(-0.01).unwrap(), ..JobTerms::default() };
+    let job = GcodeJob::on(plain.bytes(), [AXIS; 3], &terms).unwrap().step();
+    assert_eq!(job.unwrap_err(), JobError::Move(1, Unplannable::Tolerance));
 }
 
 fn near_by(found: f64, expected: f64) {

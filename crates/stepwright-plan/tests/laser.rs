@@ -9,13 +9,14 @@ use crate::common::{AXES, Job, Tool, run};
 use proptest::prelude::*;
 use stepwright::{Board, Rate};
 use stepwright_path::AxisPace;
-use stepwright_plan::gcode::{GcodeJob, JobPlan, PowerChange};
+use stepwright_plan::gcode::{GcodeJob, JobPlan, JobTerms, PowerChange};
 
 const AXIS: AxisPace = AXES[0];
 
 fn plan(job: &str, laser: Option<f64>) -> JobPlan {
     let board: Board<3> = Board::unmeasured(Rate::MHZ);
-    JobPlan::with_laser(job.bytes(), [AXIS; 3], laser, &board, |_, _| ()).unwrap()
+    let terms = JobTerms { laser, ..JobTerms::default() };
+    JobPlan::on(job.bytes(), [AXIS; 3], &terms, &board, |_, _| ()).unwrap()
 }
 
 #[track_caller]

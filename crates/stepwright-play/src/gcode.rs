@@ -62,7 +62,7 @@ pub struct BegunJob<'a, 'b, R: Recorder> {
 }
 
 /// Has a job that has been planned, and is not refused, begin; `go` lets the board's time pass.
-/// `recorder` sees the edges of the pins. It has a laser if its plan has.
+/// `recorder` sees the edges of the pins. It runs on the terms of its plan.
 ///
 /// # Errors
 /// [`PlayError`] if the axes can't be planned for, or the board refuses them; what `recorder` and
@@ -77,11 +77,8 @@ pub fn begin<T, R: Recorder, E: From<PlayError>>(
     let refused = |why: &dyn Display| PlayError::new(why.to_string());
     let board = Description::uno().board;
     let rate = board.rate;
-    let mut job =
-        GcodeJob::new(job, axes).map_err(|why| refused(&format_args!("the axes: {why}")))?;
-    if let Some(laser) = plan.laser {
-        job = job.with_laser(laser.most);
-    }
+    let job = GcodeJob::on(job, axes, &plan.terms);
+    let job = job.map_err(|why| refused(&format_args!("the axes: {why}")))?;
     let lit = plan.laser.map(|_| Vec::new());
     let delays = plan.delays();
     let shortest = delays.map(|delay| rate.micros(delay.unwrap_or(0)));

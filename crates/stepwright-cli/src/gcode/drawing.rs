@@ -49,10 +49,7 @@ pub fn draw(
     let plan = planned(name, text, axes, laser)?;
     let kinds = kinds(text);
     let mut sketch = Sketch::new(&plan, &axes, &kinds);
-    let mut job = GcodeJob::new(text.bytes(), axes).map_err(wrong)?;
-    if let Some(most) = laser {
-        job = job.with_laser(most);
-    }
+    let mut job = GcodeJob::on(text.bytes(), axes, &plan.terms).map_err(wrong)?;
     let mut next = STRIDE;
     while let Some((line, stretch)) = job.stretch().map_err(|why| super::failure(name, &why))? {
         sketch.add(line, &stretch, job.laser_move());

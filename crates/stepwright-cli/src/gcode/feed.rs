@@ -138,7 +138,7 @@ pub fn feed(
     let wanted = FeedTerms { hz, times, stagger, ..FeedTerms::avr(brakes) };
     let terms = FeedTerms { axes: moving, ahead: AHEAD, ..wanted };
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
-    let job = GcodeJob::new(job, axes).map_err(|why| wrong(&why))?;
+    let job = GcodeJob::on(job, axes, &plan.terms).map_err(|why| wrong(&why))?;
     let mut run = JobRun {
         feeder: StreamFeeder::new(terms, 0),
         job: Lead::new(Job(job)),

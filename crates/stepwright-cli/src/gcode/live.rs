@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use stepwright_path::{AxisPace, Unplannable};
-use stepwright_plan::gcode::JobPlan;
+use stepwright_plan::gcode::{JobPlan, JobTerms};
 use stepwright_play::gcode::begin;
 use stepwright_sim::Description;
 
@@ -52,7 +52,8 @@ pub fn planned(
         }
         !late.get()
     });
-    let plan = JobPlan::with_laser(bytes, axes, laser, &Description::uno().board, |_, _| {});
+    let terms = JobTerms { laser, ..JobTerms::default() };
+    let plan = JobPlan::on(bytes, axes, &terms, &Description::uno().board, |_, _| {});
     // The end of what was read is not that of the job.
     if late.get() {
         return Err(long());

@@ -26,8 +26,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use stepwright_path::AxisPace;
-use stepwright_plan::gcode::{BoardRefusal, JobError, JobPlan};
+use stepwright_gcode::Length;
+use stepwright_path::{AxisPace, length};
+use stepwright_plan::gcode::{BoardRefusal, JobError, JobPlan, JobTerms};
 use stepwright_plan::sheet::SheetFormat;
 use stepwright_plot::PlotFile;
 use stepwright_sim::Description;
@@ -47,8 +48,8 @@ use play::{Played, Wanted};
 /// Run a G-code job on a board or a virtual one, or plan it: its exact time before it starts
 ///
 /// Lines and arcs follow one another at speed, each axis within what it can do. The dialect is
-/// that of grbl 1.1, and G64 P: with "G64 P0.01" as the first line of a job its path may be 0.01 mm off its lines,
-/// and short lines whose places have few digits are passed faster. A job that a controller would refuse is refused here before anything
+/// that of grbl 1.1, and G64 P: with --tolerance 0.01, or "G64 P0.01" as the first line of a job, its path may be
+/// 0.01 mm off its lines, and short lines whose places have few digits are passed faster. A job that a controller would refuse is refused here before anything
 /// moves, with grbl's error number, the line and the column.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -72,6 +73,7 @@ Examples:
   stepwright gcode examples/gcode/badge.nc --fast --xy badge.svg
   stepwright gcode job.nc --plan --accel 800mm/s2,800mm/s2,200mm/s2
   stepwright gcode job.nc --fast --format csv --vcd edges.vcd
+  stepwright gcode job.nc --plan --tolerance 0.01
   stepwright gcode examples/gcode/engrave.nc --laser --fast --xy engrave.svg
   stepwright gcode job.nc --port /dev/ttyACM0")]
 pub struct Args {
@@ -84,6 +86,10 @@ pub struct Args {
     /// Let the board's time pass as fast as the machine can, instead of in real time
     #[arg(long, conflicts_with = "port")]
     fast: bool,
+    /// The path may be so far off its lines, until the job orders G61 or G64: short lines are passed faster.
+    /// 0 is exact
+    #[arg(long, value_name = "MM", default_value = "0", value_parser = tolerance)]
+    tolerance: Length,
     #[command(flatten)]
     laser: LaserArgs,
     #[command(flatten)]
@@ -123,6 +129,13 @@ fn most(text: &str) -> Result<f64, String> {
     if (0.001..=1e6).contains(&most) { Ok(most) } else { Err(wrong()) }
 }
 
+fn tolerance(text: &str) -> Result<Length, String> {
+    let wrong = || format!("{text:?} is no tolerance: 0 to 1000 mm");
+    let number = text.strip_suffix("mm").unwrap_or(text).trim_end();
+    let mm: f64 = number.parse().map_err(|_| wrong())?;
+    length(mm).filter(|_| (0.0..=1e3).contains(&mm)).ok_or_else(wrong)
+}
+
 /// What the virtual board is.
 const BOARD: &str = "An Uno";
 
@@ -141,8 +154,9 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         .hint("--laser is for the virtual board, and for --plan"));
     }
     let axes = args.axes.paces(machine)?;
+    let terms = JobTerms { laser, tolerance: args.tolerance };
     if args.plan {
-        let plan = read(&args.file, |bytes| plan(bytes, axes, laser, &name))?;
+        let plan = read(&args.file, |bytes| plan(bytes, axes, &terms, &name))?;
         let mut out = io::stdout().lock();
         let sheet = plan.sheet(format!("G-code job {name}"), BOARD);
         return unless_closed(sheet.write(&mut out, args.format).and_then(|()| out.flush()));
@@ -150,7 +164,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     // Planned while it is read: what is no job ends the reading.
     let mut job = Vec::new();
     let plan = read(&args.file, |bytes| {
-        plan(&mut bytes.inspect(|byte| job.push(*byte)), axes, laser, &name)
+        plan(&mut bytes.inspect(|byte| job.push(*byte)), axes, &terms, &name)
     })?;
     if let Some(refused) = plan.refused {
         return Err(refusal(&name, &refused)
@@ -215,13 +229,13 @@ fn read<T>(
 fn plan(
     bytes: &mut dyn Iterator<Item = u8>,
     axes: [AxisPace; 3],
-    laser: Option<f64>,
+    terms: &JobTerms,
     name: &str,
 ) -> Result<JobPlan, Failure> {
     let begun = Instant::now();
     let mut line = Line::new();
     let board = Description::uno().board;
-    let planned = JobPlan::with_laser(bytes, axes, laser, &board, |lines, time| {
+    let planned = JobPlan::on(bytes, axes, terms, &board, |lines, time| {
         if begun.elapsed() > Duration::from_secs(1) {
             let said = format!("planned {lines} lines, {} of the job", seconds(time));
             line.show(&[&said], &said, false);

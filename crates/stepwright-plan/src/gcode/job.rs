@@ -16,7 +16,7 @@
 use std::collections::VecDeque;
 use std::fmt;
 
-use stepwright_gcode::{Effect, Error, Options, Reader, Spindle, Stop};
+use stepwright_gcode::{Effect, Error, Length, Options, Reader, Spindle, Stop};
 use stepwright_path::{
     ArcFit, AxisPace, LaserMove, Route, RouteStep, StepSource, Stretch, Unplannable, mm,
 };
@@ -43,6 +43,15 @@ impl fmt::Display for JobError {
 }
 
 impl std::error::Error for JobError {}
+
+/// What is asked of a job beside its text.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JobTerms {
+    /// A [laser](GcodeJob::with_laser) instead of a spindle, with its full power at this S.
+    pub laser: Option<f64>,
+    /// How far the path may be [off its lines](GcodeJob::with_tolerance).
+    pub tolerance: Length,
+}
 
 /// A move ahead.
 #[derive(Clone, Copy, Debug)]
@@ -138,6 +147,49 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         self.route = self.route.with_glides();
         self.laser = Some(LaserSignal::new(most));
         self
+    }
+
+    /// The same, whose path may be so far off its lines until it orders G61 or G64: one line or one arc
+    /// takes the place of as many short lines as it fits. Ordered by nothing, it is exact.
+    ///
+    /// A negative tolerance is refused with the first move, as [`Unplannable::Tolerance`].
+    ///
+    /// ```
+    /// use stepwright_gcode::Length;
+    /// use stepwright_path::AxisPace;
+    /// use stepwright_plan::gcode::GcodeJob;
+    /// let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
+    /// // A circle of 20 mm in chords of 0.1 mm, with places of two digits.
+    /// let text = (0..=1_257).fold("G1 F6000\n".to_owned(), |text, n| {
+    ///     let (sin, cos) = (f64::from(n) * 0.005).sin_cos();
+    ///     text + &format!("X{:.2} Y{:.2}\n", 20.0 * sin, 20.0 - 20.0 * cos)
+    /// });
+    /// let time = |tolerance| {
+    ///     let job = GcodeJob::new(text.bytes(), [axis; 3]).unwrap();
+    ///     let mut job = job.with_tolerance(tolerance);
+    ///     while job.step().unwrap().is_some() {}
+    ///     job.time()
+    /// };
+    /// // 10 µm.
+    /// let near = Length::from_picometres(10_000_000).unwrap();
+    /// assert!(time(near) < 0.5 * time(Length::ZERO));
+    /// ```
+    pub fn with_tolerance(mut self, tolerance: Length) -> GcodeJob<B> {
+        self.reader = Reader::new(Options { tolerance, ..Options::default() });
+        self
+    }
+
+    /// A job on these terms.
+    ///
+    /// # Errors
+    /// As for [`new`](GcodeJob::new).
+    pub fn on(
+        bytes: impl IntoIterator<Item = u8, IntoIter = B>,
+        axes: [AxisPace; 3],
+        terms: &JobTerms,
+    ) -> Result<GcodeJob<B>, Unplannable> {
+        let job = GcodeJob::new(bytes, axes)?.with_tolerance(terms.tolerance);
+        Ok(terms.laser.into_iter().fold(job, GcodeJob::with_laser))
     }
 
     /// The next step; `None` at the end of the job, and while it [is held](GcodeJob::is_held).

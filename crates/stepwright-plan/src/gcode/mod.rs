@@ -28,7 +28,7 @@ use stepwright_path::{millimetres, mm};
 
 use crate::sheet::{Cell, Sheet};
 
-pub use job::{GcodeJob, JobError};
+pub use job::{GcodeJob, JobError, JobTerms};
 pub use laser::{PowerChange, WITHIN as POWER_WITHIN};
 pub use plan::{BoardRefusal, Corner, JobPlan, LaserPlan, Peak};
 

@@ -14,9 +14,10 @@
 use std::collections::BinaryHeap;
 
 use stepwright::Board;
-use stepwright_path::{AxisPace, LaserMove, Stretch, Unplannable};
+use stepwright_gcode::Length;
+use stepwright_path::{AxisPace, LaserMove, Stretch, Unplannable, mm};
 
-use super::{GcodeJob, JobError, JobSurvey};
+use super::{GcodeJob, JobError, JobSurvey, JobTerms};
 use crate::sheet::{Cell, Sheet};
 use crate::tidy::unsigned_zero;
 
@@ -80,6 +81,8 @@ pub struct LaserPlan {
 /// A job on paper, with its time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JobPlan {
+    /// What was asked of it.
+    pub terms: JobTerms,
     /// Distances and extents.
     pub survey: JobSurvey,
     /// Seconds from the start to the end.
@@ -213,28 +216,26 @@ impl JobPlan {
         board: &Board<N>,
         watch: impl FnMut(u32, f64),
     ) -> Result<JobPlan, JobError> {
-        JobPlan::with_laser(bytes, axes, None, board, watch)
+        JobPlan::on(bytes, axes, &JobTerms::default(), board, watch)
     }
 
-    /// The same with a [laser](GcodeJob::with_laser) instead of a spindle, if this is its S of full
-    /// power.
+    /// The same on these terms.
     ///
     /// # Errors
     /// As for [`of`](JobPlan::of).
-    pub fn with_laser<const N: usize>(
+    pub fn on<const N: usize>(
         bytes: impl IntoIterator<Item = u8>,
         axes: [AxisPace; 3],
-        laser: Option<f64>,
+        terms: &JobTerms,
         board: &Board<N>,
         mut watch: impl FnMut(u32, f64),
     ) -> Result<JobPlan, JobError> {
         let wrong = |why: Unplannable| JobError::Move(0, why);
-        let mut job = GcodeJob::new(bytes, axes).map_err(wrong)?;
-        let (mut plan, mut corners) = (JobPlan::default(), Corners::default());
-        if let Some(most) = laser {
-            job = job.with_laser(most);
-            plan.laser = Some(LaserPlan { most, time: 0.0, way: 0.0, highest: 0.0 });
-        }
+        let mut job = GcodeJob::on(bytes, axes, terms).map_err(wrong)?;
+        let mut plan = JobPlan { terms: *terms, ..JobPlan::default() };
+        let mut corners = Corners::default();
+        let unlit = |most| LaserPlan { most, time: 0.0, way: 0.0, highest: 0.0 };
+        plan.laser = terms.laser.map(unlit);
         let mut before = 0;
         let mut next = STRIDE;
         while let Some((line, stretch)) = job.stretch()? {
@@ -332,6 +333,10 @@ impl JobPlan {
         sheet.fact("at_feed_s", "  at the ordered speed", seconds(self.at_feed), "s");
         sheet.fact("at_axes_s", "  at what the axes can do", seconds(self.at_axes), "s");
         sheet.fact("ramps_s", "  speeding up and braking", seconds(self.ramps), "s");
+        if self.terms.tolerance > Length::ZERO {
+            let tolerance = Cell::digits(mm(self.terms.tolerance), 9);
+            sheet.fact("tolerance_mm", "off its lines, at most", tolerance, "mm");
+        }
         if let Some(laser) = self.laser {
             sheet.fact("laser_on_s", "laser on", seconds(laser.time), "s");
             sheet.fact("laser_on_mm", "  its way", Cell::fixed(laser.way, 3), "mm");

@@ -3,8 +3,12 @@
 
 use proptest::prelude::*;
 use stepwright::profile::Unfit;
-use stepwright::{Accel, Axis, AxisLimits, AxisSet, Jerk, MoveError, OutOfRange, Refusal, Speed};
-use stepwright_sim::{Description, Edge, Pin, Queues, VirtualSteppers, virtual_steppers};
+use stepwright::{
+    Accel, Axis, AxisLimits, AxisSet, Board, Jerk, MoveError, OutOfRange, Rate, Refusal, Speed,
+};
+use stepwright_sim::{
+    Description, Edge, Pin, Queues, VirtualSteppers, virtual_steppers, virtual_steppers_of,
+};
 
 type Motors<'q> = VirtualSteppers<'q, Vec<Edge>>;
 
@@ -536,4 +540,56 @@ fn a_move_takes_another_speed_and_acceleration_on_the_way() {
             "above the acceleration of this axis: at most 20000 steps/s²; raise its limit"
         );
     });
+}
+
+/// A main loop that sleeps for as long as `poll` said makes no step late: on fast timers too, where a
+/// run of slow steps is more entries than a queue has room for.
+#[test]
+fn who_sleeps_for_as_long_as_poll_says_is_never_late() {
+    for hz in [16_000_000, 42_000_000, 84_000_000, 200_000_000] {
+        for speed in [300, 1_291, 2_000, 8_000] {
+            let rate = Rate::from_hz(hz).unwrap();
+            let plain = Description { assembly: false, ..Description::uno() };
+            let description = Description { board: Board::unmeasured(rate), grid: [1; 3], ..plain };
+            let mut queues = Queues::default();
+            let mut motors = virtual_steppers_of::<u32, _>(&mut queues, description, ());
+            motors.set_limits(Axis::X, limits(speed, 1_000));
+            motors.move_by(Axis::X, 6_000).unwrap();
+            while motors.is_moving(Axis::X) {
+                let wait = motors.poll().unwrap_or(hz / 1_000);
+                motors.engine().pass(wait);
+            }
+            assert_eq!(motors.late(), 0, "{speed} steps/s at {hz} Hz");
+        }
+    }
+}
+
+/// An axis that makes a single step of a line has its own limits, also where it is given another
+/// target on the way.
+#[test]
+fn the_single_step_of_a_line_keeps_the_limits_of_its_axis() {
+    for start in [0, 20] {
+        with_motors(|motors| {
+            let own = limits(40, 30).start_speed(Speed::from_steps(start).unwrap());
+            motors.set_limits(Axis::X, own);
+            motors.set_limits(Axis::Y, limits(4_000, 20_000));
+            motors.move_line_to([(Axis::X, 1), (Axis::Y, 2_000)]).unwrap();
+            motors.retarget(Axis::X, 60).unwrap();
+            rest(motors);
+            assert_eq!(motors.position(Axis::X), Some(60));
+            let edges = motors.engine().recorder();
+            let steps = edges.iter().filter(|edge| edge.is_step() && edge.axis == 0);
+            let times: Vec<f64> = steps.map(|edge| edge.time as f64 / HZ).collect();
+            let speeds: Vec<f64> = times.windows(2).map(|pair| 1.0 / (pair[1] - pair[0])).collect();
+            let fastest = speeds.iter().copied().fold(0.0, f64::max);
+            assert!((39.9..40.01).contains(&fastest), "{fastest} steps/s");
+            let gain = |three: &[f64]| {
+                let [first, second] = [three[1] - three[0], three[2] - three[1]];
+                (1.0 / second - 1.0 / first) / ((first + second) / 2.0)
+            };
+            // The first steps lie on a ramp from rest, whose own mean is less.
+            let steepest = times.windows(3).map(gain).fold(0.0, f64::max);
+            assert!(steepest < 30.1, "{steepest} steps/s²");
+        });
+    }
 }

@@ -390,7 +390,12 @@ impl<const Q: usize> Motor<Q> {
         if self.leg == Leg::Done {
             return None;
         }
-        let (least, _) = self.lasts(feed, horizon, playing);
+        let (mut least, _) = self.lasts(feed, horizon, playing);
+        // Steps that have no entries yet get them at the next call: they last for nothing till then.
+        let behind = feed.behind();
+        if behind != 0 {
+            least = least.saturating_sub(horizon.span(behind));
+        }
         Some(Ticks::from(least / 2).max(1) << horizon.unit)
     }
 

@@ -9,6 +9,7 @@ use crate::engine::WIRING;
 use crate::entry::{Entry, MOST, NEAR, Play, Sink, Wiring, Writer};
 use crate::format::Shared;
 use crate::run::Run;
+use crate::units::Ticks;
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
 use core::mem::offset_of;
@@ -229,6 +230,11 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
             let next = far.interval().wrapping_add_signed(far.add.into());
             *far = Run::new(next, far.add, far.count.wrapping_sub(1));
         }
+    }
+
+    /// How long the steps last that are appended and have no entries yet, for want of room: in ticks.
+    pub(crate) fn behind(&self) -> Ticks {
+        if self.far.count == 0 { 0 } else { (self.far.duration() >> 16) as Ticks }
     }
 
     /// Entries that have not been played to their end.

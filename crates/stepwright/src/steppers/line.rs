@@ -47,7 +47,15 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         let limits = ways.map(|(limits, pulses)| limits.stretched(pulses, furthest));
         let Some(limits) = limits.reduce(|all, one| all.stricter(&one)) else { return Ok(()) };
         let whole = limits.order(Travel::By(0));
-        let orders = whole.split_line(way)?;
-        self.begin(orders.filter_map(|(axis, order)| Some((Axis::new(axis.into()).ok()?, order))))
+        let mut orders = [None; N];
+        for (axis, order) in whole.split_line(way)? {
+            let axis = usize::from(axis);
+            if let (Some(place), Some(own)) = (orders.get_mut(axis), self.axes.get(axis)) {
+                // A single step has no share of the line: it is a move of its own.
+                let single = order.travel == Travel::By(1) || order.travel == Travel::By(-1);
+                *place = Some(if single { own.limits.order(order.travel) } else { order });
+            }
+        }
+        self.begin(Axis::all().zip(orders).filter_map(|(axis, order)| Some((axis, order?))))
     }
 }

@@ -84,8 +84,8 @@ pub enum Parameter {
 
 /// One move of all axes at once, in machine coordinates.
 ///
-/// A move along a line has a length above 0; an arc that ends in its plane where it starts is a
-/// full circle.
+/// A move along a line has a length above 0; an arc that ends in its plane where it starts, or in the
+/// same direction from its centre, is a full circle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Move {
     /// Where it starts.

@@ -62,7 +62,8 @@
 //! - N, T, L, P of G10 and M with fractions are refused, not cut.
 //! - G64 is taken, for which grbl has error 20: how fast a corner is passed is a planner's business. Its P, how far
 //!   the path may be off its lines, is a mode, [`Modal::tolerance`]; moves are as exact as with G61.
-//! - An arc is a full circle if it ends exactly where it starts.
+//! - An arc is a full circle if it ends exactly where it starts, or on the line from its centre through its start;
+//!   grbl has one also where it ends nearly there, by 5 · 10⁻⁷ radians.
 
 #![no_std]
 #![cfg_attr(not(feature = "prove"), forbid(unsafe_code))]

@@ -72,6 +72,7 @@ mod smooth;
 mod span;
 mod stream;
 mod stretch;
+mod sweep;
 mod trial;
 mod turning;
 mod watch;
@@ -95,6 +96,7 @@ use road::Road;
 pub use route::{AxisPace, Route, RouteStep, SOONEST};
 pub use stream::{AxisStream, StepSource, Stream};
 pub use stretch::Stretch;
+pub use sweep::ArcSweep;
 
 /// Seconds after which an axis looks again whether its next step is still due then.
 ///

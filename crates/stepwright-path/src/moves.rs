@@ -3,18 +3,24 @@
 //! An arc whose ends are not equally far from its centre, because their digits are rounded, is
 //! divided into quarters from one radius to the other, each around the centre that fits both of
 //! its ends: it leads to its exact end, and its direction changes by a part of the difference.
+//!
+//! An arc whose radius is not above a step of its two axes is made of chords.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 
 use stepwright_gcode::{Arc, Decimal, FeedRate, Length, Move, MoveKind, Point};
 
 use crate::arc_fit::ArcFit;
 use crate::pace::Unplannable;
 use crate::route::Route;
+use crate::sweep::ArcSweep;
 
 /// Radii that differ by less, in mm, are equal: what a centre that is given by a radius is
 /// rounded by.
 const EQUAL: f64 = 1e-8;
+
+/// Chords of an arc whose radius is not above a step. So many are off it by 5 millionths of that.
+const MOST_CHORDS: f64 = 1_000.0;
 
 /// Millimetres of a length of G-code, to the digits of an `f64`.
 ///
@@ -44,9 +50,8 @@ pub fn millimetres(point: Point) -> [f64; 3] {
     point.0.map(mm)
 }
 
-/// From the start of a move straight to its end.
-fn distance(part: &Move) -> f64 {
-    let (from, to) = (millimetres(part.from), millimetres(part.to));
+/// From a place straight to another.
+fn distance(from: [f64; 3], to: [f64; 3]) -> f64 {
     from.into_iter().zip(to).map(|(from, to)| to - from).fold(0.0, f64::hypot)
 }
 
@@ -70,8 +75,9 @@ impl<T> ArcFit<T, 3> {
         tag: impl FnOnce(f64) -> T,
     ) -> Result<(), Unplannable> {
         if let MoveKind::Feed(rate) = part.kind {
-            let feed = per_second(rate, distance(part));
-            return self.line_to(route, millimetres(part.to), feed, tag(feed));
+            let (from, to) = (millimetres(part.from), millimetres(part.to));
+            let feed = per_second(rate, distance(from, to));
+            return self.line_to(route, to, feed, tag(feed));
         }
         self.settle(route)?;
         let feed = route.travel(part)?;
@@ -85,8 +91,8 @@ impl Route<3> {
     /// end. Gives its ordered speed in mm/s.
     ///
     /// The route is to end where the move starts. An arc whose ends are not equally far from its
-    /// centre, as G-code tolerates, is made of quarters whose radius goes from one to the other. An
-    /// arc whose radius is not above a step is a line.
+    /// centre, as G-code tolerates, is made of quarters whose radius goes from one to the other. One
+    /// whose radius is not above a step of its axes is made of chords, a quarter of a step off it.
     ///
     /// # Errors
     /// As for [`line_to`](Route::line_to) and [`arc`](Route::arc).
@@ -95,53 +101,35 @@ impl Route<3> {
         match part.kind {
             MoveKind::Rapid => self.rapid_to(to),
             MoveKind::Feed(rate) | MoveKind::Probe(_, rate) => {
-                let feed = per_second(rate, distance(part));
+                let feed = per_second(rate, distance(from, to));
                 self.line_to(to, feed).map(|()| feed)
             }
-            MoveKind::Arc(arc, rate) => self.round(arc, from, to, rate),
+            MoveKind::Arc(arc, rate) => self.round(&ArcSweep::of(part, arc), arc, rate),
         }
     }
 
-    fn round(
-        &mut self,
-        arc: Arc,
-        from: [f64; 3],
-        to: [f64; 3],
-        rate: FeedRate,
-    ) -> Result<f64, Unplannable> {
+    fn round(&mut self, sweep: &ArcSweep, arc: Arc, rate: FeedRate) -> Result<f64, Unplannable> {
         let [first, second, third] = arc.plane.axes();
-        let centre = arc.centre.map(mm);
-        let spoke = |end: [f64; 3]| [end[first] - centre[0], end[second] - centre[1]];
-        let ends = [spoke(from), spoke(to)];
-        let radii = ends.map(|[x, y]| x.hypot(y));
-        let [begin, stop] = ends.map(|[x, y]| y.atan2(x));
-        let turn = if arc.clockwise { begin - stop } else { stop - begin }.rem_euclid(TAU);
-        let closed = from[first] == to[first] && from[second] == to[second];
-        let turn = if closed { TAU } else { turn };
-        let sign = if arc.clockwise { -1.0 } else { 1.0 };
-        let (rise, radius) = (to[third] - from[third], (radii[0] + radii[1]) / 2.0);
-        let feed = per_second(rate, (radius * turn).hypot(rise));
-        let least = self.axes.iter().map(|axis| axis.step).fold(0.0, f64::max);
-        if !(radii[0].min(radii[1]) > least && turn > 0.0) {
-            return self.line_to(to, feed).map(|()| feed);
+        let steps = [first, second].map(|axis| self.axes[axis].step);
+        let [start, end] = sweep.radii();
+        if start.min(end) <= steps[0].max(steps[1]) {
+            return self.chords(sweep, steps[0].min(steps[1]), rate);
         }
+        let feed = per_second(rate, sweep.length());
+        let (centre, sign) = (arc.centre.map(mm), if arc.clockwise { -1.0 } else { 1.0 });
+        let rise = sweep.place(1.0)[third] - sweep.place(0.0)[third];
         let mut climb = [0.0; 3];
-        if (radii[1] - radii[0]).abs() <= EQUAL {
+        if (end - start).abs() <= EQUAL {
             climb[third] = rise;
-            return self.arc([first, second], centre, sign * turn, climb, feed).map(|()| feed);
+            let turn = sign * sweep.turn();
+            return self.arc([first, second], centre, turn, climb, feed).map(|()| feed);
         }
-        let parts = (turn / FRAC_PI_2).ceil();
+        let parts = (sweep.turn() / FRAC_PI_2).ceil();
         climb[third] = rise / parts;
-        let mut a = [from[first], from[second]];
+        let mut from = sweep.place(0.0);
         for part in 1..=parts as u32 {
-            let share = f64::from(part) / parts;
-            let b = if share < 1.0 {
-                let angle = begin + sign * turn * share;
-                let radius = radii[0] + (radii[1] - radii[0]) * share;
-                [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()]
-            } else {
-                [to[first], to[second]]
-            };
+            let to = sweep.place(f64::from(part) / parts);
+            let [a, b] = [from, to].map(|end| [end[first], end[second]]);
             // The point that is as far from both, nearest to the centre.
             let way = [b[0] - a[0], b[1] - a[1]];
             let chord = way[0].hypot(way[1]);
@@ -149,9 +137,30 @@ impl Route<3> {
             let off = (ahead[0] * way[0] + ahead[1] * way[1]) / chord / chord;
             let fitted = [0, 1].map(|n| centre[n] - off * way[n]);
             let radius = (fitted[0] - a[0]).hypot(fitted[1] - a[1]);
-            let sweep = 2.0 * (chord / 2.0 / radius).min(1.0).asin();
-            self.arc([first, second], fitted, sign * sweep, climb, feed)?;
-            a = b;
+            if radius > steps[0].max(steps[1]) {
+                let turn = 2.0 * (chord / 2.0 / radius).min(1.0).asin();
+                self.arc([first, second], fitted, sign * turn, climb, feed)?;
+            } else {
+                // It leads outwards more than around, and is no longer than some steps.
+                self.line_to(to, feed)?;
+            }
+            from = to;
+        }
+        Ok(feed)
+    }
+
+    /// An arc of chords, a quarter of a step off it.
+    fn chords(&mut self, sweep: &ArcSweep, step: f64, rate: FeedRate) -> Result<f64, Unplannable> {
+        let [start, end] = sweep.radii();
+        // radius · (1 − cos(angle / 2)) is what a chord is off by.
+        let half = (1.0 - step / 4.0 / start.max(end)).max(0.0).acos();
+        let parts = (sweep.turn() / (2.0 * half).min(FRAC_PI_2)).min(MOST_CHORDS).ceil();
+        let places = (1..=parts as u32).map(|part| sweep.place(f64::from(part) / parts));
+        let mut from = sweep.place(0.0);
+        let lengths = places.clone().map(|to| distance(std::mem::replace(&mut from, to), to));
+        let feed = per_second(rate, lengths.sum());
+        for to in places {
+            self.line_to(to, feed)?;
         }
         Ok(feed)
     }

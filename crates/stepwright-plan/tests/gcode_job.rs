@@ -190,6 +190,84 @@ fn an_uneven_arc_stays_on_its_way() {
     }
 }
 
+/// A circle whose end lies on the spoke of its start, a micrometre farther or nearer, is whole, as in grbl and
+/// LinuxCNC: what was a line of a micrometre, and no circle, whatever the direction of the spoke.
+#[test]
+fn a_circle_that_ends_beside_its_start_is_whole() {
+    for word in ["G2", "G3"] {
+        for (a, b) in [(1, 0), (0, -1), (3, 4), (-1, 3), (7, -11), (-2, -5)] {
+            for um in [1, -1] {
+                let [x, y] =
+                    [a, b].map(|part| format!("{:.3}", f64::from(part * (10_000 + um)) * 1e-3));
+                let [x0, y0] = [a * 10, b * 10];
+                let job = format!("G0 X{x0} Y{y0}\n{word} F6000 X{x} Y{y} I{} J{}\n", -x0, -y0);
+                let round = f64::from(a).hypot(f64::from(b)) * 10.0 * std::f64::consts::TAU;
+                let (found, (steps, time)) = (plan(&job), steps(&job));
+                near_by(found.survey.arcs.distance, round);
+                assert!(found.time > round / 100.0 && found.time.to_bits() == time.to_bits());
+                // It is opposite once, and ends where it is to.
+                let (mut at, mut far) = ([0i32; 3], 0.0f64);
+                for step in &steps {
+                    at[step.axis] += if step.forward { 1 } else { -1 };
+                    let off = f64::from(at[0] - x0 * 80).hypot(f64::from(at[1] - y0 * 80));
+                    far = far.max(if step.time > time - round / 100.0 { off } else { 0.0 });
+                }
+                near_by(far * 0.0125, round / std::f64::consts::PI);
+                let end = [x, y].map(|at| (at.parse::<f64>().unwrap() / 0.0125).round() as i32);
+                assert_eq!(at[..2], end, "{job}");
+            }
+        }
+    }
+}
+
+/// An arc that is no larger than a step takes its time, and one that is so of another axis is made: both were
+/// nothing.
+#[test]
+fn an_arc_within_a_step_is_made() {
+    // A minute for a circle of 10 µm, and one for three quarters.
+    near_by(plan("G93 G1 X1 F60\nG2 X1 I-0.01 F1\nG4 P1").time, 62.0);
+    near_by(plan("G93 G1 X1 F60\nG2 X0.99 Y-0.01 I-0.01 F1\nG4 P1").time, 62.0);
+    for coarse in 0..3 {
+        let mut axes = [AXIS; 3];
+        axes[coarse].step = 1.0;
+        let text = "G2 X0 Y0 I-0.9 F600\n";
+        let time = JobPlan::of(text.bytes(), axes, &board(), |_, _| ()).unwrap().time;
+        assert!((time / (1.8 * std::f64::consts::PI / 10.0) - 1.0).abs() < 0.1, "{coarse} {time}");
+        let mut job = GcodeJob::new(text.bytes(), axes).unwrap();
+        let (mut at, mut most, mut least) = ([0i32; 3], [0; 3], [0; 3]);
+        while let Some(step) = job.step().unwrap() {
+            at[step.axis] += if step.forward { 1 } else { -1 };
+            for axis in 0..3 {
+                most[axis] = most[axis].max(at[axis]);
+                least[axis] = least[axis].min(at[axis]);
+            }
+        }
+        assert_eq!(at, [0; 3]);
+        let whole = ([0, 72, 0], [-144, -72, 0]);
+        let expected = match coarse {
+            0 => ([0, 72, 0], [-2, -72, 0]),
+            1 => ([0, 1, 0], [-144, -1, 0]),
+            _ => whole,
+        };
+        assert_eq!((most, least), expected, "axis {coarse} is coarse");
+    }
+}
+
+/// An arc that leads outwards by more than around, as far as grbl takes it, is no error.
+#[test]
+fn an_arc_that_leads_outwards_is_taken() {
+    for job in [
+        "G0 X10\nG3 X10.004 Y0.000004 I-10 F600",
+        "G0 X0.4504\nG2 X0.45 Y-0.000004 I-0.45 Z-9 F6000",
+        "G0 X10\nG2 X10.004 Y0.000004 I-10 F600",
+    ] {
+        let (found, (_, time)) = (plan(job), steps(job));
+        assert_eq!(found.time.to_bits(), time.to_bits(), "{job}");
+    }
+    // A minute for it, whatever its length.
+    near_by(plan("G0 X10\nG93 G3 X10.004 Y0.001 I-10 F1\nG4 P1").time, 61.12);
+}
+
 #[test]
 fn an_error_ends_it_with_its_line() {
     let of = |job: &str| JobPlan::of(job.bytes(), [AXIS; 3], &board(), |_, _| ()).unwrap_err();

@@ -19,12 +19,8 @@
 //! # Ok::<(), stepwright_gcode::Error>(())
 //! ```
 
-use std::f64::consts::{FRAC_PI_2, TAU};
-
-use stepwright_gcode::{
-    Arc, Block, Decimal, Effect, Error, FeedRate, Move, MoveKind, Options, Point, Reader,
-};
-use stepwright_path::{millimetres, mm};
+use stepwright_gcode::{Block, Decimal, Effect, Error, FeedRate, Move, MoveKind, Options, Reader};
+use stepwright_path::{ArcSweep, millimetres, mm};
 
 use crate::sheet::{Cell, Sheet};
 
@@ -112,9 +108,9 @@ impl JobSurvey {
             MoveKind::Feed(rate) => (&mut self.feeds, Some(rate)),
             MoveKind::Probe(_, rate) => (&mut self.probes, Some(rate)),
             MoveKind::Arc(arc, rate) => {
-                let sweep = Sweep::of(arc, part);
-                distance = sweep.distance;
-                for axis_end in sweep.sides.into_iter().flatten() {
+                let sweep = ArcSweep::of(part, arc);
+                distance = sweep.length();
+                for axis_end in sweep.sides() {
                     self.extents.cover_axis(axis_end);
                     self.cut.cover_axis(axis_end);
                 }
@@ -190,41 +186,6 @@ impl Extents {
     }
 }
 
-/// An arc's length, and where it bulges beyond its ends.
-struct Sweep {
-    distance: f64,
-    /// The axis and the coordinate, of the four sides of the circle that it passes.
-    sides: [Option<(usize, f64)>; 4],
-}
-
-impl Sweep {
-    fn of(arc: Arc, part: &Move) -> Sweep {
-        let [first, second, third] = arc.plane.axes();
-        let centre = arc.centre.map(mm);
-        let spoke = |end: Point| {
-            let end = millimetres(end);
-            [end[first] - centre[0], end[second] - centre[1]]
-        };
-        let (start, end) = (spoke(part.from), spoke(part.to));
-        let closed = [first, second].map(|axis| part.from.0[axis])
-            == [first, second].map(|axis| part.to.0[axis]);
-        let angle = |spoke: [f64; 2]| spoke[1].atan2(spoke[0]);
-        // As if it turned counter-clockwise.
-        let (begin, stop) = if arc.clockwise { (end, start) } else { (start, end) };
-        let begin = angle(begin);
-        let turn = if closed { TAU } else { (angle(stop) - begin).rem_euclid(TAU) };
-        let radius = (start[0].hypot(start[1]) + end[0].hypot(end[1])) / 2.0;
-        let rise = mm(part.to.0[third]) - mm(part.from.0[third]);
-        let sides = std::array::from_fn(|side| {
-            let ahead = (side as f64 * FRAC_PI_2 - begin).rem_euclid(TAU);
-            let (number, axis) = if side % 2 == 0 { (0, first) } else { (1, second) };
-            let reach = if side < 2 { radius } else { -radius };
-            (ahead < turn).then_some((axis, centre[number] + reach))
-        });
-        Sweep { distance: (radius * turn).hypot(rise), sides }
-    }
-}
-
 fn number(number: Decimal) -> f64 {
     number.scaled() as f64 / Decimal::SCALE as f64
 }
@@ -286,6 +247,9 @@ mod tests {
         covers(survey("G0 X1\nG2 F1 X0 Y1 I-1").extents, [[-1.0, 1.0], [-1.0, 1.0], [0.0, 0.0]]);
         covers(survey("G3 F1 X0 I-2").cut, [[-4.0, 0.0], [-2.0, 2.0], [0.0, 0.0]]);
         covers(survey("G18 G2 F1 Z2 K1").cut, [[0.0, 1.0], [0.0, 0.0], [0.0, 2.0]]);
+        // From a radius of 400 mm to one of 400.4: 400.1, .2 and .3 on its sides.
+        let uneven = survey("G0 X400\nG3 F1 X400.4 I-400").cut;
+        covers(uneven, [[-400.2, 400.4], [-400.3, 400.1], [0.0, 0.0]]);
         // A quarter stays within its ends.
         covers(survey("G3 F1 X1 Y1 J1").cut, [[0.0, 1.0], [0.0, 1.0], [0.0, 0.0]]);
     }

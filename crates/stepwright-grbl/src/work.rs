@@ -9,7 +9,7 @@ use crate::motion::Travel;
 use crate::overrides::Overrides;
 use crate::report::decimal;
 use crate::session::{After, Grbl, State};
-use stepwright_path::mm;
+use stepwright_path::{ArcSweep, mm};
 
 /// Effects that have yet to happen; then comes the answer.
 #[derive(Clone, Debug)]
@@ -220,11 +220,20 @@ impl<M: GrblMachine> Grbl<M> {
         Progress::Done
     }
 
-    /// Whether a move ends within the travel of the axes, or nobody asks.
+    /// Whether a move stays within the travel of the axes, or nobody asks. The sides of an arc may be beyond
+    /// by half a step, which no motor makes.
     fn is_within(&self, part: &Move) -> bool {
-        let travel = self.settings.axes(130);
-        let inside = |axis: usize| (-travel[axis]..=0.0).contains(&mm(part.to.0[axis]));
-        !self.settings.is_on(20) || [0, 1, 2].into_iter().all(inside)
+        if !self.settings.is_on(20) {
+            return true;
+        }
+        let (travel, steps) = (self.settings.axes(130), self.settings.axes(100));
+        let beyond = |axis: usize, at: f64| (-travel[axis] - at).max(at);
+        let ends = (0..3).all(|axis| beyond(axis, mm(part.to.0[axis])) <= 0.0);
+        let bulges = |(axis, at)| beyond(axis, at) > 0.5 / steps[axis];
+        match part.kind {
+            MoveKind::Arc(arc, _) => ends && !ArcSweep::of(part, arc).sides().any(bulges),
+            _ => ends,
+        }
     }
 
     fn travel(&mut self, part: &Move, line: Option<u32>, jog: bool) -> Progress {

@@ -181,6 +181,33 @@ fn soft_limits_end_a_job_and_refuse_a_jog() {
     assert_eq!(sender.grbl.position(), sender.at());
 }
 
+/// An arc whose ends are within the travel may leave it in between: that is refused as its end would be, and
+/// one that touches the limit is made.
+#[test]
+fn soft_limits_hold_for_the_bulge_of_an_arc() {
+    for (start, arc, good) in [
+        ("X-10Y-10", "G3X-20R-30", false),
+        ("X-10Y-190", "G2X-20R-30", false),
+        ("X-3.5Y-3.5", "G3X-10.5I-3.5", true),
+        ("X-3.5Y-3.4", "G3X-10.5I-3.5", false),
+        ("X-3.5Y-3.4", "G2X-10.5I-3.5", true),
+        // Half a step is 5 µm: by 0, 2.4 and 6 µm.
+        ("X-8Y-9", "G2X-8I3J4", true),
+        ("X-8.004Y-9", "G2X-8.004I3.004J4", true),
+        ("X-8.01Y-9", "G2X-8.01I3.01J4", false),
+        ("X-3Z-4", "G18G2X-3I3K4", false),
+    ] {
+        let mut sender = Sender::new();
+        sender.says("$22=1", "ok");
+        sender.says("$20=1", "ok");
+        assert_eq!(sender.does(&format!("G1{start}F3000")), "ok");
+        let at = sender.at();
+        let expected = if good { "ok" } else { "ALARM:2\r\n[MSG:Reset to continue]" };
+        assert_eq!(sender.does(arc), expected, "{start} {arc}");
+        assert!(good || sender.at() == at, "{start} {arc}");
+    }
+}
+
 #[test]
 fn hard_limits_brake() {
     let mut sender = Sender::new();

@@ -19,7 +19,7 @@ use crate::sweep::ArcSweep;
 /// rounded by.
 const EQUAL: f64 = 1e-8;
 
-/// Chords of an arc whose radius is not above a step. So many are off it by 5 millionths of that.
+/// Chords of an arc whose radius is not above a step, at most: they are off it by 5 millionths of that.
 const MOST_CHORDS: f64 = 1_000.0;
 
 /// Millimetres of a length of G-code, to the digits of an `f64`.

@@ -65,6 +65,20 @@ fn zero_is_where_the_switch_closes() {
     machine.ready(&["home", "--within", "9000", "--back-off", "20"], "position 20 ready");
 }
 
+/// A run whose time is over brakes; a switch that comes before the end of its ramp is told of.
+#[test]
+fn a_run_that_a_switch_halts_as_it_brakes_is_not_ready() {
+    let mut board = Running::start(&["board", "--pty", "--switch", "1:-300"]);
+    let port = board.wait_out("").strip_prefix("pty ").unwrap().to_owned();
+    let machine = Machine { _board: board, port };
+    machine.send("$switches=1");
+    let ended =
+        machine.order(&["run", "-400", "--for", "300ms", "--accel", "2000", "--decel", "100"]);
+    let last = ended.stdout.lines().last();
+    assert_eq!(last, Some("position -300 stopped by its limit switch"), "{ended:?}");
+    assert!(ended.code() == Some(1) && ended.stderr.contains("stopped by its limit switch"));
+}
+
 /// No switch is found where there is none; nothing is called 0 then.
 #[test]
 fn a_switch_that_is_not_there() {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use stepwright::Speed;
 use stepwright_protocol::{
     AxisId, Command, Direction, Distance, MilliSpeed, Order, Refusal, Reply, Script, Selection,
-    Travel,
+    Stop, Travel,
 };
 
 use crate::conversation::{Conversation, LinkError};
@@ -162,7 +162,10 @@ impl AxisCalls<'_> {
         let over = matches!(watched, Ok(Sight { braking: true, .. }));
         let outcome = self.conclude(watched, None).await?;
         Ok(match outcome {
-            Outcome::Stopped { at, .. } if over => Outcome::Reached { at },
+            // A switch may have come before the end of the ramp.
+            Outcome::Stopped { at, reason: None | Some(Stop::Soft) } if over => {
+                Outcome::Reached { at }
+            }
             outcome => outcome,
         })
     }

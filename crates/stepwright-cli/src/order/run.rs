@@ -142,8 +142,14 @@ fn run_on(
     if ended.failure.is_none() {
         args.lease.give_back(session);
     }
+    // A switch may have come before the end of the ramp.
+    let halted = match ended.end {
+        RestPlace::At(_) if ended.braked => session.stop_of(args.on.axis),
+        _ => None,
+    };
+    let braked = ended.braked && halted.is_none_or(|why| why == Stop::Soft);
     let (state, position) = match ended.end {
-        RestPlace::At(at) if ended.braked || session.new_target(args.on.axis) == Some(at) => {
+        RestPlace::At(at) if braked || session.new_target(args.on.axis) == Some(at) => {
             ("ready", Some(at))
         }
         RestPlace::At(at) => ("stopped", Some(at)),

@@ -28,7 +28,7 @@ pub struct Job {
 #[pymethods]
 impl Job {
     /// Plans a file for axes that can do this, with a laser if this is its S of full power; the path may be
-    /// so many mm off its lines.
+    /// off its lines by the tolerance, in mm.
     #[new]
     #[pyo3(signature = (path, axes, laser, tolerance))]
     fn new(

@@ -49,6 +49,10 @@ fn programs_read_json_from_standard_input() {
     let found: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
     assert_eq!((&found["rapid_mm"], &found["feed_mm"]), (&25.4.into(), &50.8.into()));
     assert_eq!(found["rows"][1]["cut_from"], -50.8);
+    // Without a corner, and without a move, there are lists all the same.
+    let empty = |found: serde_json::Value| found["corners"]["rows"] == serde_json::json!([]);
+    assert!(empty(json(&piped("G1 F600 X10", "json"))) && empty(json(&piped("", "json"))));
+    assert!(!piped("G1 F600 X10", "table").stdout.contains("Corners"));
 }
 
 /// A place on a circle is a sine, and where that should be 0 it is 3e-16.

@@ -32,7 +32,7 @@ pub fn mm(length: Length) -> f64 {
     length.picometres() as f64 / Length::PER_MM as f64
 }
 
-/// A length of so many millimetres, to a picometre; `None` beyond 1,000,000 mm, and of what is no number.
+/// The length of a number of millimetres, to a picometre; `None` beyond 1,000,000 mm, and of what is no number.
 ///
 /// ```
 /// use stepwright_path::{length, mm};

@@ -202,7 +202,7 @@ impl Sheet {
             writeln!(out)?;
             self.table(out)?;
         }
-        for (_, part) in &self.parts {
+        for (_, part) in self.parts.iter().filter(|(_, part)| !part.is_empty()) {
             writeln!(out)?;
             part.text(out)?;
         }
@@ -210,6 +210,11 @@ impl Sheet {
             writeln!(out)?;
         }
         self.notes.iter().try_for_each(|note| writeln!(out, "  {note}"))
+    }
+
+    /// Whether it has a title alone.
+    fn is_empty(&self) -> bool {
+        self.facts.is_empty() && self.rows.is_empty() && self.parts.is_empty()
     }
 
     /// Columns as wide as what stands in them, numbers to the right.

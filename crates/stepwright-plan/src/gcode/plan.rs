@@ -373,9 +373,7 @@ impl JobPlan {
             [Cell::from(corner.line)].into_iter().chain(place).chain([speed, cost]).collect()
         };
         corners.rows = self.corners.iter().map(row).collect();
-        if !corners.rows.is_empty() {
-            sheet.parts.push(("corners", corners));
-        }
+        sheet.parts.push(("corners", corners));
         sheet
     }
 }

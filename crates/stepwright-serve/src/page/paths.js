@@ -386,11 +386,9 @@ export class PathsView {
       pen.fillStyle = paint(x / (bar.width - 1));
       pen.fillRect(x, 0, 1, bar.height);
     }
-    const speeds = ["at rest", `${digits(sheet.peak, 4)} ${sheet.unit}/s`, "Speed over time"];
-    const [least, most, strip] = sheet.powers ? ["laser off", "full power", "Power over time"] : speeds;
+    const [least, most] = sheet.powers ? ["laser off", "full power"] : ["at rest", `${digits(sheet.peak, 4)} ${sheet.unit}/s`];
     by("paths-least").textContent = least;
     by("paths-most").textContent = most;
-    by("paths-strip").ariaLabel = strip;
   }
 
   /** Puts the playhead to a time of the drawing. */

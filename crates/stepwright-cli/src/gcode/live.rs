@@ -86,8 +86,8 @@ fn admitted(
     }
 }
 
-/// Runs a job in real time, of a laser if this is its S of full power. `tell` hears how far it is, in s without the time that it was held, where
-/// the axes are, in nm, and what it obeys, also at the end.
+/// Runs a job in real time, of a laser if this is its S of full power. `tell` hears how far it is, in s
+/// without the time that it was held, where the axes are, in nm, and what it obeys, also at the end.
 ///
 /// # Errors
 /// An error of the job, or what the board refuses.

@@ -48,9 +48,10 @@ use play::{Played, Wanted};
 /// Run a G-code job on a board or a virtual one, or plan it: its exact time before it starts
 ///
 /// Lines and arcs follow one another at speed, each axis within what it can do. The dialect is
-/// that of grbl 1.1, and G64 P: with --tolerance 0.01, or "G64 P0.01" as the first line of a job, its path may be
-/// 0.01 mm off its lines, and short lines whose places have few digits are passed faster. A job that a controller would refuse is refused here before anything
-/// moves, with grbl's error number, the line and the column.
+/// that of grbl 1.1, and G64 P: with --tolerance 0.01, or "G64 P0.01" as the first line of a job, its path
+/// may be 0.01 mm off its lines, and short lines whose places have few digits are passed faster. A job that
+/// a controller would refuse is refused here before anything moves, with grbl's error number, the line and
+/// the column.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Positions are the machine's, from its zero and without offsets. Each option of the axes takes

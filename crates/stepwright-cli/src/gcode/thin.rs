@@ -72,7 +72,8 @@ impl Thin {
         let Some(from) = self.points.last().copied() else { return self.points.push(point) };
         let before = self.last.unwrap_or(from);
         if point.time <= before.time {
-            if point.power != before.power {
+            // By less it is the same power but for rounding, or none that is seen.
+            if (point.power - before.power).abs() > self.tolerance.power {
                 self.end();
                 self.points.push(Point { time: before.time, ..point });
             }
@@ -191,6 +192,14 @@ mod tests {
         thin.end();
         let jumps = [(0.0, 0.0), (10.0, 0.0), (10.0, 0.5), (20.0, 0.5), (20.0, 1.0), (30.0, 1.0)];
         let kept = |thin: &Thin| thin.points.iter().map(|p| (p.time, p.power)).collect::<Vec<_>>();
+        assert_eq!(kept(&thin), jumps);
+        // Another power by its last digit is none.
+        thin.put(Point {
+            time: 30.0,
+            speed: 5.0,
+            place: [30.0, 0.0, 0.0],
+            power: 1.0 - f64::EPSILON,
+        });
         assert_eq!(kept(&thin), jumps);
         thin.again(NEAR.wider());
         assert_eq!(kept(&thin), jumps);

@@ -118,6 +118,21 @@ fn json(ended: &common::Ended) -> serde_json::Value {
     serde_json::from_str(&ended.stdout).unwrap()
 }
 
+/// A step may take longer than a timer counts: 268 s at 16 MHz.
+#[test]
+fn a_feed_may_be_as_slow_as_it_likes() {
+    let said = |options: &[&str]| {
+        json(&with_input(
+            "G1 X0.05 F0.002\nG4 P400\nX0\n",
+            &[&["--format", "json"], options].concat(),
+        ))
+    };
+    let (plan, run) = (said(&["--plan"]), said(&["--fast"]));
+    assert!((plan["seconds"].as_f64().unwrap() - 3_400.0).abs() < 1e-3, "{plan}");
+    assert_eq!((&run["state"], &run["position"][0]), (&"ready".into(), &0.into()));
+    assert!((run["seconds"].as_f64().unwrap() - 3_400.0).abs() < 1e-3, "{run}");
+}
+
 /// `--tolerance` is `G64 P` for the whole job, planned and run.
 #[test]
 fn a_tolerance_is_that_of_the_text() {

@@ -294,10 +294,11 @@ impl JobPlan {
     /// one that makes no step.
     ///
     /// A little less than at the peak: within a part of an arc an axis may be 0.13 % faster than at
-    /// both of its ends, and a step is rounded to a tick.
+    /// both of its ends, and a step is rounded to a tick. Of an axis that makes less than ten steps a second
+    /// 0.1 s is said: a job begins so much later, and a timer can count it.
     pub fn delays(&self) -> [Option<u32>; 3] {
         self.peaks.map(|peak| {
-            let delay = (1e6 / (peak.rate * 1.002) - 0.1).clamp(1.0, 1e9);
+            let delay = (1e6 / (peak.rate * 1.002) - 0.1).clamp(1.0, 1e5);
             (peak.rate > 0.0).then_some(delay as u32)
         })
     }

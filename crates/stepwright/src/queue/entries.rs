@@ -233,6 +233,8 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
     }
 
     /// How long the steps last that are appended and have no entries yet, for want of room: in ticks.
+    // Apart, so that a program that does not ask for how long it may sleep is compiled without the call.
+    #[inline(never)]
     pub(crate) fn behind(&self) -> Ticks {
         if self.far.count == 0 { 0 } else { (self.far.duration() >> 16) as Ticks }
     }

@@ -16,7 +16,7 @@ use stepwright_serve::path::{PathDrawing, PathLeg, PathMotor};
 
 use super::axes::NAMES;
 use super::facts;
-use super::live::{NM, WITHIN, long, planned, wrong};
+use super::live::{NM, PageJob, WITHIN, long, wrong};
 use super::thin::{Point, Thin, Tolerance};
 use crate::failure::Failure;
 
@@ -35,23 +35,19 @@ const APART: f64 = 1e-9;
 /// Stretches from one look at the clock to the next.
 const STRIDE: u32 = 1_000;
 
-/// Reads a job, and draws what its axes do, and its laser, if it has one with full power at this S.
+/// Reads a job, and draws what its axes do, and its laser, if it has one.
 ///
 /// # Errors
 /// The first error of the job; one that takes too long to be drawn.
-pub fn draw(
-    name: &str,
-    text: &str,
-    axes: [AxisPace; 3],
-    laser: Option<f64>,
-) -> Result<PathDrawing, Failure> {
+pub fn draw(file: &PageJob) -> Result<PathDrawing, Failure> {
     let begun = Instant::now();
-    let plan = planned(name, text, axes, laser)?;
-    let kinds = kinds(text);
-    let mut sketch = Sketch::new(&plan, &axes, &kinds);
-    let mut job = GcodeJob::on(text.bytes(), axes, &plan.terms).map_err(wrong)?;
+    let (plan, kinds) = (file.planned()?, kinds(file.text));
+    let mut sketch = Sketch::new(&plan, &file.axes, &kinds);
+    let mut job = GcodeJob::on(file.text.bytes(), file.axes, &plan.terms).map_err(wrong)?;
     let mut next = STRIDE;
-    while let Some((line, stretch)) = job.stretch().map_err(|why| super::failure(name, &why))? {
+    while let Some((line, stretch)) =
+        job.stretch().map_err(|why| super::failure(file.name, &why))?
+    {
         sketch.add(line, &stretch, job.laser_move());
         next -= 1;
         if next == 0 {
@@ -62,7 +58,7 @@ pub fn draw(
         }
     }
     sketch.rest(u32::MAX, plan.time);
-    Ok(sketch.drawing(&plan, &axes))
+    Ok(sketch.drawing(&plan, &file.axes))
 }
 
 /// What each line does, by its number; of several moves of a line the last one counts.

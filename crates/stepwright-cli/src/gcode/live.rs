@@ -33,32 +33,48 @@ const LOOK: Duration = Duration::from_millis(2);
 /// Between two reports.
 const REPORT: Duration = Duration::from_millis(20);
 
-/// Plans a job, of a laser if this is its S of full power.
-///
-/// # Errors
-/// The first error of the job, with its line and column; one that takes too long.
-pub fn planned(
-    name: &str,
-    text: &str,
-    axes: [AxisPace; 3],
-    laser: Option<f64>,
-) -> Result<JobPlan, Failure> {
-    let (begun, late, mut next) = (Instant::now(), Cell::new(false), BYTES);
-    let bytes = text.bytes().take_while(|_| {
-        next -= 1;
-        if next == 0 {
-            next = BYTES;
-            late.set(late.get() || begun.elapsed() > WITHIN);
+/// A job that a page has.
+#[derive(Clone, Copy)]
+pub struct PageJob<'a> {
+    pub name: &'a str,
+    pub text: &'a str,
+    pub axes: [AxisPace; 3],
+    /// S of full power, of one with a laser.
+    pub laser: Option<f64>,
+}
+
+impl PageJob<'_> {
+    /// Plans it.
+    ///
+    /// # Errors
+    /// Its first error, with line and column; it takes too long.
+    pub fn planned(&self) -> Result<JobPlan, Failure> {
+        let (begun, late, mut next) = (Instant::now(), Cell::new(false), BYTES);
+        let bytes = self.text.bytes().take_while(|_| {
+            next -= 1;
+            if next == 0 {
+                next = BYTES;
+                late.set(late.get() || begun.elapsed() > WITHIN);
+            }
+            !late.get()
+        });
+        let terms = JobTerms { laser: self.laser, ..JobTerms::default() };
+        let plan = JobPlan::on(bytes, self.axes, &terms, &Description::uno().board, |_, _| {});
+        // The end of what was read is not that of the job.
+        if late.get() {
+            return Err(long());
         }
-        !late.get()
-    });
-    let terms = JobTerms { laser, ..JobTerms::default() };
-    let plan = JobPlan::on(bytes, axes, &terms, &Description::uno().board, |_, _| {});
-    // The end of what was read is not that of the job.
-    if late.get() {
-        return Err(long());
+        plan.map_err(|error| super::failure(self.name, &error))
     }
-    plan.map_err(|error| super::failure(name, &error))
+
+    /// Plans it, and it is not refused.
+    fn admitted(&self) -> Result<JobPlan, Failure> {
+        let plan = self.planned()?;
+        match &plan.refused {
+            Some(refused) => Err(super::refusal(self.name, refused)),
+            None => Ok(plan),
+        }
+    }
 }
 
 /// It takes too long.
@@ -72,37 +88,20 @@ pub fn wrong(why: Unplannable) -> Failure {
     Failure::new(format!("the axes of the machine file: {why}"))
 }
 
-/// Plans a job that is not refused.
-fn admitted(
-    name: &str,
-    text: &str,
-    axes: [AxisPace; 3],
-    laser: Option<f64>,
-) -> Result<JobPlan, Failure> {
-    let plan = planned(name, text, axes, laser)?;
-    match &plan.refused {
-        Some(refused) => Err(super::refusal(name, refused)),
-        None => Ok(plan),
-    }
-}
-
-/// Runs a job in real time, of a laser if this is its S of full power. `tell` hears how far it is, in s
-/// without the time that it was held, where the axes are, in nm, and what it obeys, also at the end.
+/// Runs a job in real time. `tell` hears how far it is, in s without the time that it was held, where the
+/// axes are, in nm, and what it obeys, also at the end.
 ///
 /// # Errors
 /// An error of the job, or what the board refuses.
 pub fn play(
-    name: &str,
-    text: &str,
-    axes: [AxisPace; 3],
-    laser: Option<f64>,
+    file: &PageJob,
     order: &PlayOrder,
     tell: &mut dyn FnMut(f64, &[i64], Wish),
 ) -> Result<Played, Failure> {
-    let plan = admitted(name, text, axes, laser)?;
+    let (plan, axes) = (file.admitted()?, file.axes);
     let nothing = taken::Wanted::default();
     let taken = |rate| Taken::begin(rate, 3, &nothing);
-    begin(text.as_bytes().to_vec(), axes, &plan, taken, |mut job| {
+    begin(file.text.as_bytes().to_vec(), axes, &plan, taken, |mut job| {
         let hz = f64::from(job.rate.hz());
         let begun = Instant::now();
         let (mut obeyed, mut told) = (Obeyed::default(), None::<Instant>);
@@ -142,23 +141,21 @@ pub fn play(
     })
 }
 
-/// Runs a job on the board at this port, which plays streams: `tell` hears as above.
+/// Runs a job without a laser on the board at this port, which plays streams: `tell` hears as above.
 ///
 /// # Errors
 /// An error of the job; no such board is there, or it has left the path.
 pub fn play_on(
     port: &PortArgs,
-    name: &str,
-    text: &str,
-    axes: [AxisPace; 3],
+    file: &PageJob,
     order: &PlayOrder,
     tell: &mut dyn FnMut(f64, &[i64], Wish),
 ) -> Result<Played, Failure> {
-    let plan = admitted(name, text, axes, None)?;
+    let (plan, axes) = (file.admitted()?, file.axes);
     let met = Met::at(port, "serve")?;
     let (from, board) = (met.places, met.name.clone());
     let mut watch = Page { order, axes, tell, steps: [0; 3], killed: false };
-    let fed = feed::feed(met, port.baud, text.as_bytes().to_vec(), axes, &plan, &mut watch);
+    let fed = feed::feed(met, port.baud, file.text.as_bytes().to_vec(), axes, &plan, &mut watch);
     let steps = watch.steps;
     let elsewhere = |to: [Option<i64>; 3]| {
         (0..3).any(|n| matches!((from[n], to[n]), (Some(a), Some(b)) if b - a != steps[n]))

@@ -18,6 +18,7 @@ use crate::cycle::live;
 use crate::failure::Failure;
 use crate::gcode;
 use crate::gcode::axes::AxesArgs;
+use crate::gcode::live::PageJob;
 use crate::machine::{MachineArgs, MachineAxes};
 use crate::order::target::PortArgs;
 use crate::wish::{PlayOrder, Played, Wish};
@@ -178,7 +179,7 @@ impl PathReader for PathFiles {
 
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined> {
         let drawn = match Kind::of(file) {
-            Kind::Job => gcode::drawing::draw(&file.name, &file.text, self.axes()?, file.laser),
+            Kind::Job => gcode::drawing::draw(&job(file, self.axes()?)),
             Kind::Cycles if file.laser.is_some() => {
                 return Err(Declined::range(format!("{} is no job: it has no laser", file.name)));
             }
@@ -232,9 +233,7 @@ impl PathReader for PathFiles {
         let thread = thread::spawn({
             let (file, order, over) = (file.clone(), order.clone(), over.clone());
             let player = match (kind, &self.boards) {
-                (Kind::Job, PathBoards { stream: None, .. }) => {
-                    Player::Job(self.axes()?, file.laser)
-                }
+                (Kind::Job, PathBoards { stream: None, .. }) => Player::Job(self.axes()?),
                 (Kind::Job, PathBoards { stream: Some(port), .. }) => {
                     Player::Stream(self.axes()?, port.clone())
                 }
@@ -277,12 +276,16 @@ impl PathReader for PathFiles {
     }
 }
 
+/// A file that is a job.
+fn job(file: &PathFile, axes: [AxisPace; 3]) -> PageJob<'_> {
+    PageJob { name: &file.name, text: &file.text, axes, laser: file.laser }
+}
+
 /// Who plays a file.
 enum Player {
     Virtual,
     Board(BoardPlayer),
-    /// With a laser, if this is its S of full power.
-    Job([AxisPace; 3], Option<f64>),
+    Job([AxisPace; 3]),
     Stream([AxisPace; 3], PathBuf),
 }
 
@@ -306,12 +309,9 @@ fn play(
     let played = match player {
         Player::Virtual => live::play(&file.name, &file.text, order, &mut hear),
         Player::Board(board) => board.play(file, order, &mut hear),
-        Player::Job(axes, laser) => {
-            gcode::live::play(&file.name, &file.text, axes, laser, order, &mut hear)
-        }
+        Player::Job(axes) => gcode::live::play(&job(file, axes), order, &mut hear),
         Player::Stream(axes, port) => {
-            let port = PortArgs::at(port);
-            gcode::live::play_on(&port, &file.name, &file.text, axes, order, &mut hear)
+            gcode::live::play_on(&PortArgs::at(port), &job(file, axes), order, &mut hear)
         }
     };
     let (state, trouble) = match &played {

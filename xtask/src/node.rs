@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Result, ensure};
 
-use crate::workspace::{Workspace, run, succeeds};
+use crate::workspace::{Workspace, alone_in, run, succeeds};
 
 /// Packages that are installed together, pinned: `npm ci` takes exactly those.
 pub struct Packages {
@@ -64,7 +64,11 @@ impl Packages {
             return Ok(());
         }
         let folder = ws.target.join(self.name);
-        fs::create_dir_all(&folder)?;
+        // Steps of two lanes take the same ones.
+        let _alone = alone_in(&folder)?;
+        if self.ready(ws) {
+            return Ok(());
+        }
         for file in FILES {
             fs::copy(ws.root.join(self.folder).join(file), folder.join(file))?;
         }

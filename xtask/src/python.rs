@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::workspace::{Workspace, run, succeeds};
+use crate::workspace::{Workspace, alone_in, run, succeeds};
 
 /// A virtual environment.
 pub struct Environment {
@@ -81,6 +81,11 @@ impl Environment {
 
     /// Makes it, unless it is ready.
     pub fn prepare(&self, ws: &Workspace) -> Result<()> {
+        if self.ready(ws) {
+            return Ok(());
+        }
+        // Steps of two lanes take the same ones. `clean` would remove a lock within.
+        let _alone = alone_in(&ws.target.join("xtask").join(self.name))?;
         if self.ready(ws) {
             return Ok(());
         }

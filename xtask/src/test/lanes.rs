@@ -1,19 +1,22 @@
 //! Steps in two lanes, side by side.
 //!
 //! ```text
-//! lane 1   fmt  words  ..  clippy | unit ............ | firmware | rig ......... | bench | fuzz
-//! lane 2   python | wasm | page ....... | api | senders | pico .... | ports | page-chip         | uno | flash
+//! lane 1   fmt  words  ..  clippy | unit ............... | firmware | rig ....... | chips |
+//! lane 2   python ...... | wasm | page .. | api | senders | pico .. | ports | fuzz | bench | uno | flash
 //! ```
 //!
 //! The first computes, and keeps all processors busy most of the time. The second drives boards,
 //! browsers and other programs, and waits for them most of the time. One after the other they left a
-//! quarter of two processors idle; side by side a tenth. Two short steps can't stand a busy machine: they
-//! run behind both lanes.
+//! quarter of two processors idle; side by side a tenth. The lane that is through first takes steps from
+//! the end of the other. Two short steps can't stand a busy machine: they run behind both lanes.
 //!
 //! On a busy machine a wait may be too short: such steps run once more if they fail, when all others
 //! have ended.
 
+use std::collections::VecDeque;
+use std::iter;
 use std::panic::resume_unwind;
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -24,8 +27,7 @@ use super::apart::{self, Said};
 use crate::workspace::Workspace;
 
 /// The second lane, in this order: first those that take no firmware, as the first lane builds it
-/// meanwhile. None of them may install what one of the other lane installs, apart from Debian's packages,
-/// which are there before.
+/// meanwhile. What steps of both lanes install is installed by one at a time.
 const SECOND: &[&str] = &[
     "python",
     "wasm",
@@ -137,16 +139,24 @@ fn lanes(names: &[&'static str], processors: usize) -> Vec<Vec<&'static str>> {
     [first, second].into_iter().filter(|lane| !lane.is_empty()).collect()
 }
 
+/// The next step of a lane: its own, or the last one of another.
+fn next(left: &mut [VecDeque<&'static str>], lane: usize) -> Option<&'static str> {
+    left[lane].pop_front().or_else(|| left.iter_mut().find_map(VecDeque::pop_back))
+}
+
 /// Runs all lanes, then the others, then once more what is worth it; in the order of `names`.
 fn side_by_side(
     lanes: &[Vec<&'static str>],
     names: &[&'static str],
     run: &(impl Fn(&str) -> Result<Said> + Sync),
 ) -> Vec<Ended> {
-    let one_after_another =
-        |names: &[&'static str]| names.iter().map(|name| Ended::of(name, run)).collect::<Vec<_>>();
+    let left = Mutex::new(lanes.iter().cloned().map(VecDeque::from).collect::<Vec<_>>());
+    let one_after_another = |lane| {
+        let next = || next(&mut left.lock().unwrap_or_else(PoisonError::into_inner), lane);
+        iter::from_fn(next).map(|name| Ended::of(name, run)).collect::<Vec<_>>()
+    };
     let all = thread::scope(|scope| {
-        let lanes = lanes.iter().map(|names| scope.spawn(|| one_after_another(names)));
+        let lanes = (0..lanes.len()).map(|lane| scope.spawn(move || one_after_another(lane)));
         let lanes: Vec<_> = lanes.collect();
         let ended = lanes.into_iter().map(|lane| lane.join().unwrap_or_else(|p| resume_unwind(p)));
         ended.flatten().collect::<Vec<_>>()
@@ -160,7 +170,6 @@ fn side_by_side(
 #[cfg(test)]
 mod tests {
     use std::collections::HashMap;
-    use std::sync::Mutex;
 
     use super::super::STEPS;
     use super::*;
@@ -203,6 +212,16 @@ mod tests {
         };
         side_by_side(&lanes(&names, 2), &names, &run);
         assert_eq!(order.into_inner().unwrap()[2..], ["uno", "flash"]);
+    }
+
+    #[test]
+    fn a_lane_that_is_through_takes_the_last_step_of_the_other() {
+        let mut left = [VecDeque::from(["fmt", "unit", "fuzz"]), VecDeque::from(["page"])];
+        let mut taken = |lane| next(&mut left, lane);
+        assert_eq!(
+            [1, 1, 0, 1, 0, 1].map(&mut taken),
+            [Some("page"), Some("fuzz"), Some("fmt"), Some("unit"), None, None]
+        );
     }
 
     #[test]

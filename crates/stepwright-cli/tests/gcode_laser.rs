@@ -119,6 +119,26 @@ fn the_rows_burn_what_the_job_orders() {
     }
 }
 
+/// The path may end a part of a tick behind the board's last event: its laser ends with it all the same.
+#[test]
+fn a_job_that_ends_burning_ends_dark() {
+    let dir = tempfile::tempdir().unwrap();
+    let vcd = dir.path().join("edges.vcd");
+    for tenth in 1..10 {
+        for mode in ["M3", "M4"] {
+            let job = format!("{mode} S500 G1 X3.{tenth} Y1.0{tenth} F1000\n");
+            let recorded = ["--vcd", vcd.to_str().unwrap()];
+            let options = [&["--laser", "--fast", "--format", "csv"], &recorded[..]].concat();
+            let rows = rows(&piped(&job, &options));
+            let last = rows.iter().rfind(|row| row[1] == "laser").unwrap();
+            assert_eq!(last[3], "0.0000", "{job}");
+            assert_eq!(last[0], rows.last().unwrap()[0], "{job}");
+            let dump = std::fs::read_to_string(&vcd).unwrap();
+            assert_eq!(dump.lines().rfind(|line| line.starts_with('r')), Some("r0 !"), "{job}");
+        }
+    }
+}
+
 /// Seconds from the step before to this one of X.
 fn time_of(rows: &[Vec<String>], step: usize) -> f64 {
     let steps = rows.iter().filter(|row| row[1] == "X" && row[2] == "step" && row[3] == "1");

@@ -145,12 +145,15 @@ impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
     /// What its power did up to now.
     fn look_at_laser(&mut self) {
         let (hz, from, passed) = (f64::from(self.rate.hz()), self.path, self.passed());
+        let (now, over) = (self.board.now(), !self.is_running());
         let Some(lit) = &mut self.lit else { return };
         lit.clear();
-        let until = passed as f64 / hz;
         self.stream.look(|job| {
+            // The path may end a part of a tick behind the board: it is off from there on.
+            let end = if over { job.time() + 1.0 / hz } else { 0.0 };
+            let until = end.max(passed as f64 / hz);
             while let Some(change) = job.power(until) {
-                let time = from + (change.time * hz).round() as u64;
+                let time = (from + (change.time * hz).round() as u64).min(now);
                 lit.push(Lit { time, power: change.power });
             }
         });

@@ -291,6 +291,31 @@ mod unix {
         drop(board);
     }
 
+    /// As in a reset, or with an adapter that has power of its own: the port stays there.
+    #[test]
+    fn a_board_that_was_silent_is_met_again_at_the_same_port() {
+        let name = Scratch::new("silent");
+        let board = plug(&name);
+        let served = Served::start(&["--port", name.path()]);
+        served.order("/api/run", json!({"axis": 1, "speed": 500}));
+        served.wait(1, |axis| axis["position"].as_i64() > Some(50));
+        board.signal(Signal::STOP);
+        served.wait(1, |axis| axis["state"] == "lost");
+        board.signal(Signal::CONT);
+        // What ran is braked: nobody has held it meanwhile.
+        let back = served.wait(1, |axis| axis["state"] == "ready" && axis["moving"] == false);
+        served.order("/api/move", json!({"axis": 1, "by": 70, "top_speed": 2000}));
+        let at = served.rest(1)["position"].as_i64().unwrap();
+        assert_eq!(at, back["position"].as_i64().unwrap() + 70);
+        // Guests find it, too.
+        let asked = stepwright(&["position", "--port", name.path()]);
+        assert_eq!(
+            (asked.code(), asked.last_line()),
+            (Some(0), format!("position {at} ready").as_str())
+        );
+        drop(board);
+    }
+
     #[test]
     fn a_second_terminal_stops_what_a_page_has_started() {
         let name = Scratch::new("stopped");
@@ -313,6 +338,22 @@ mod unix {
         begin();
         let killed = stepwright(&["kill", "--port", name.path()]);
         assert!(killed.stdout.starts_with("axis 1 position uncertain\n"), "{killed:?}");
+        drop(board);
+    }
+
+    /// The plan of another axis still holds.
+    #[test]
+    fn a_change_from_elsewhere_ends_the_plan_of_its_axis() {
+        let name = Scratch::new("changed");
+        let board = plug(&name);
+        let served = Served::start(&["--port", name.path()]);
+        let mut live = served.live();
+        for axis in [1, 2] {
+            served.order("/api/move", json!({"axis": axis, "by": 10_000}));
+        }
+        let changed = stepwright(&["retarget", "5000", "--axis", "2", "--port", name.path()]);
+        assert_eq!(changed.code(), Some(0), "{changed:?}");
+        assert_eq!(next(&mut live, "unplanned")["axis"], 2);
         drop(board);
     }
 

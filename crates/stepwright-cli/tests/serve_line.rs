@@ -236,6 +236,19 @@ fn what_is_declined_is_answered_at_once() {
     served.declined("/api/move?wait=true", json!({"axis": 1, "by": 5}), 409);
 }
 
+/// Who moved it is told where it came to by the positions of then.
+#[test]
+fn an_axis_that_is_zeroed_as_it_comes_to_rest_has_reached_its_target() {
+    let served = Served::board();
+    for _ in 0..10 {
+        let moves = served.waiting("/api/move", &json!({"axis": 1, "by": 40, "top_speed": 2000}));
+        served.wait(1, |axis| axis["position"].as_i64() > Some(0));
+        while served.post("/api/zero", json!({"axis": 1})).0 != 200 {}
+        let ended = concluded(moves);
+        assert_eq!(ended["outcome"], "reached", "{ended}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn who_waits_hears_that_the_board_is_lost_or_the_server_ends() {

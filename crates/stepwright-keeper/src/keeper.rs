@@ -88,6 +88,8 @@ pub struct Keeper<D> {
     /// The pulses that were planned.
     pub(crate) pulses: Arc<PlannedPins>,
     pub(crate) axes: Vec<Watched>,
+    /// Axes that ran for a hand when the board was lost, and were not braked yet.
+    ran: Vec<AxisId>,
     /// The requests whose answer waits for the end of their order.
     pub(crate) waiting: Vec<WaitingJob>,
     /// Whether the board brakes by itself when we fall silent.
@@ -102,10 +104,12 @@ pub struct Keeper<D> {
 impl<D: KeeperDesk> Keeper<D> {
     /// Keeps a board that was not met yet.
     pub fn new(desk: Arc<D>, board: KeptBoard) -> Keeper<D> {
-        let (axes, waiting, told) = (Vec::new(), Vec::new(), LiveState::default());
+        let (axes, ran, waiting) = (Vec::new(), Vec::new(), Vec::new());
+        let told = LiveState::default();
         let pulses = Arc::new(PlannedPins::default());
         let (looked, looked_at_all) = (0.0, 0.0);
-        Keeper { board, desk, pulses, axes, waiting, leased: false, told, looked, looked_at_all }
+        let leased = false;
+        Keeper { board, desk, pulses, axes, ran, waiting, leased, told, looked, looked_at_all }
     }
 
     /// The pulses that were planned: all that is known of the pins where only a line leads to a
@@ -120,13 +124,14 @@ impl<D: KeeperDesk> Keeper<D> {
     /// # Errors
     /// The board is silent, or its line is gone.
     pub async fn begin(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
-        let ran: Vec<_> = self.axes.iter().filter(|axis| axis.hand.is_some()).collect();
-        let ran: Vec<_> = ran.into_iter().map(|axis| axis.id).collect();
+        let ran = self.axes.drain(..).filter(|axis| axis.hand.is_some());
+        self.ran.extend(ran.map(|axis| axis.id));
         let again = self.told.trouble.is_some();
-        self.axes.clear();
         self.learn(talk).await?;
-        for axis in ran {
+        // It may be lost again meanwhile.
+        while let Some(&axis) = self.ran.last() {
             talk.stop(Selection::One(axis)).await?;
+            self.ran.pop();
         }
         self.look_at_all(talk).await?;
         if again {
@@ -141,6 +146,7 @@ impl<D: KeeperDesk> Keeper<D> {
     /// Another board is kept from now on.
     pub fn keep(&mut self, name: String) {
         self.axes.clear();
+        self.ran.clear();
         (self.board.name, self.leased) = (name, false);
         (self.told.connected, self.told.trouble) = (false, None);
     }
@@ -195,8 +201,8 @@ impl<D: KeeperDesk> Keeper<D> {
             }
             for axis in self.axes.iter_mut().filter(|axis| change.axes.contains(axis.id)) {
                 axis.target = change.target.or(axis.target);
+                self.desk.unplan(axis.id.number());
             }
-            self.desk.unplan(AxisId::FIRST.number());
         }
         Ok(())
     }

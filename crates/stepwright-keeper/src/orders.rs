@@ -377,7 +377,8 @@ impl<D: KeeperDesk> Keeper<D> {
     }
 
     async fn zero(&mut self, talk: &mut Conversation, axis: AxisId) -> SaidLines {
-        self.not_homed(axis)?;
+        // How its order ended is told by the positions that it was given in.
+        self.rests(talk, axis, "wait, or stop it").await?;
         let lines = self.say(talk, Command::Zero(axis)).await?;
         let watched = self.axis(axis)?;
         watched.shift_origin();

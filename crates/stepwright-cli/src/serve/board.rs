@@ -55,11 +55,10 @@ pub struct ServedBoard {
     pub machine: Option<MachineSheet>,
 }
 
-/// The board's thread.
+/// The board's thread, but for its way to the board: that ends when the board is lost.
 pub struct BoardThread {
     board: ServedBoard,
     desk: Arc<ServeDesk>,
-    session: Session,
     keeper: Keeper<ServeDesk>,
 }
 
@@ -87,7 +86,10 @@ fn open(board: &ServedBoard, desk: &Arc<ServeDesk>) -> Result<Session, Failure> 
 
 impl BoardThread {
     /// Meets the board.
-    pub fn begin(board: ServedBoard, desk: Arc<ServeDesk>) -> Result<BoardThread, Failure> {
+    pub fn begin(
+        board: ServedBoard,
+        desk: Arc<ServeDesk>,
+    ) -> Result<(BoardThread, Session), Failure> {
         let mut session = open(&board, &desk)?;
         let kept = KeptBoard {
             name: session.name(),
@@ -103,78 +105,76 @@ impl BoardThread {
         }
         let begun = session.wait(async |talk| keeper.begin(talk).await).and_then(|begun| begun);
         begun.map_err(|trouble| target::lost(&session.name(), &trouble))?;
-        Ok(BoardThread { board, desk, session, keeper })
+        Ok((BoardThread { board, desk, keeper }, session))
     }
 
     /// Keeps the board until Ctrl-C, or another signal.
-    pub fn keep(mut self) -> Result<(), Failure> {
+    pub fn keep(mut self, mut session: Session) -> Result<(), Failure> {
         loop {
-            let trouble = match self.attend() {
-                Ok(()) => return target::finish(&mut self.session),
+            let trouble = match self.attend(&mut session) {
+                Ok(()) => return target::finish(&mut session),
                 Err(trouble) => trouble,
             };
             if matches!(trouble, LinkError::Killed) {
-                return self.kill();
+                return kill(&mut session);
             }
             let moving = self.keeper.is_moving();
             self.desk.close(self.keeper.lose(&trouble));
-            if !self.meet_again() {
-                let failure = target::lost(&self.session.name(), &trouble);
-                return Err(match moving {
+            let name = session.name();
+            // While it is open its port is not to be had, where the board is silent and its port still there.
+            drop(session);
+            session = self.meet_again().ok_or_else(|| {
+                let failure = target::lost(&name, &trouble);
+                match moving {
                     true => failure.hint("a motor may still be moving: look at it"),
                     false => failure,
-                });
-            }
+                }
+            })?;
         }
     }
 
     /// Does what there is to do until the end is asked for.
-    fn attend(&mut self) -> Result<(), LinkError> {
+    fn attend(&mut self, session: &mut Session) -> Result<(), LinkError> {
         let mut pause = Duration::ZERO;
         while !interrupt::asked() {
             let job = self.desk.next(pause);
             let keeper = &mut self.keeper;
-            pause = self.session.wait(async |talk| keeper.turn(talk, job).await)??;
+            pause = session.wait(async |talk| keeper.turn(talk, job).await)??;
         }
         self.desk.close(Declined::away("the server is ending"));
         let keeper = &mut self.keeper;
-        if self.session.wait(async |talk| keeper.let_go(talk).await)?? {
+        if session.wait(async |talk| keeper.let_go(talk).await)?? {
             crate::say::note(interrupt::braking());
         }
-        self.session.wait(async |talk| keeper.rest(talk).await)?
+        session.wait(async |talk| keeper.rest(talk).await)?
     }
 
-    fn kill(&mut self) -> Result<(), Failure> {
-        match self.session.kill() {
-            Ok(true) => Err(Failure::interrupted("killed: a motor that moved may have lost steps")),
-            _ => Err(Failure::interrupted("the board did not confirm K")
-                .hint("a motor may still be moving: switch off its power")),
-        }
-    }
-
-    /// Waits until the board is back; false if the end is asked for before.
-    fn meet_again(&mut self) -> bool {
+    /// Waits until the board is back; `None` if the end is asked for before.
+    fn meet_again(&mut self) -> Option<Session> {
         loop {
             let tried = Instant::now();
             while tried.elapsed() < AGAIN {
                 if interrupt::asked() {
-                    return false;
+                    return None;
                 }
                 self.keeper.publish();
                 std::thread::sleep(IDLE);
             }
-            if let Ok(session) = open(&self.board, &self.desk) {
-                self.session = session;
-                let keeper = &mut self.keeper;
-                let begun = self
-                    .session
-                    .wait(async |talk| keeper.begin(talk).await)
-                    .and_then(|begun| begun);
-                if begun.is_ok() {
-                    self.desk.open();
-                    return true;
-                }
+            let Ok(mut session) = open(&self.board, &self.desk) else { continue };
+            let keeper = &mut self.keeper;
+            let begun = session.wait(async |talk| keeper.begin(talk).await);
+            if begun.and_then(|begun| begun).is_ok() {
+                self.desk.open();
+                return Some(session);
             }
         }
+    }
+}
+
+fn kill(session: &mut Session) -> Result<(), Failure> {
+    match session.kill() {
+        Ok(true) => Err(Failure::interrupted("killed: a motor that moved may have lost steps")),
+        _ => Err(Failure::interrupted("the board did not confirm K")
+            .hint("a motor may still be moving: switch off its power")),
     }
 }

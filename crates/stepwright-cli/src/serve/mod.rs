@@ -166,10 +166,10 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let board = thread::spawn({
         let desk = desk.clone();
         move || {
-            let kept = BoardThread::begin(served, desk.clone()).and_then(|board| {
+            let kept = BoardThread::begin(served, desk.clone()).and_then(|(board, session)| {
                 // The other thread waits for nothing else.
                 let _ = tell.send(());
-                board.keep()
+                board.keep(session)
             });
             desk.end();
             kept

@@ -66,6 +66,43 @@ fn settings_and_offsets_stay_in_a_file() {
     assert_eq!(fs::read_to_string(file).unwrap(), "$100=80\nrubbish\n");
 }
 
+/// The power may go off behind any `ok`, also on the way to the next place.
+#[test]
+fn what_is_answered_is_kept() {
+    let scratch = Scratch::new("grbl-answered");
+    let file = scratch.path();
+    let orders = ["$100=80\n", "$N0=G55\n", "G10L2P2X5\nG1X500F100\n"];
+    let kept = ["$100=80\n", "$N0=G55\n", "G55=5000000000,"];
+    for (order, kept) in orders.iter().zip(kept) {
+        let mut running = Running::start(&["grbl", "--stdio", "--keep", file]);
+        running.child.stdin.as_mut().unwrap().write_all(order.as_bytes()).unwrap();
+        running.wait_out("ok");
+        running.child.kill().unwrap();
+        running.child.wait().unwrap();
+        let found = fs::read_to_string(file).unwrap();
+        assert!(found.contains(kept), "{order}{found}");
+    }
+}
+
+/// A file that could not be written when something changed is written at the end.
+#[test]
+fn a_file_that_comes_back_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let [here, away] = ["here", "away"].map(|name| folder.path().join(name));
+    fs::create_dir(&here).unwrap();
+    let file = here.join("mill.txt");
+    let mut running = Running::start(&["grbl", "--stdio", "--keep", file.to_str().unwrap()]);
+    running.wait_out("Grbl");
+    fs::rename(&here, &away).unwrap();
+    running.child.stdin.as_mut().unwrap().write_all(b"$100=80\n").unwrap();
+    running.wait_err("warning: can't write");
+    fs::rename(&away, &here).unwrap();
+    running.child.stdin = None;
+    let ended = running.end();
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    assert!(fs::read_to_string(&file).unwrap().contains("$100=80\n"));
+}
+
 #[test]
 fn switches_and_a_probe_are_where_they_are_put() {
     let ended = says(

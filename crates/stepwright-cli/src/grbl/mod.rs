@@ -250,6 +250,10 @@ impl Served {
         if asked {
             self.brake()?;
         }
+        if self.kept.failed {
+            // Once more.
+            self.kept.last.clear();
+        }
         self.kept.write(self.grbl.kept());
         let [x, y, z] = self.grbl.position();
         say::note(format_args!("position {x} {y} {z} steps"));
@@ -312,6 +316,10 @@ impl Served {
     /// Says what the line takes of the answers.
     fn answer(&mut self, nobody: bool) -> Result<(), Failure> {
         let new = self.grbl.take_answers();
+        // What is answered is kept. A board that is fed does not wait for a disk: at rest, then.
+        if !new.is_empty() && !(self.fed.is_some() && self.is_moving()) {
+            self.kept.write(self.grbl.kept());
+        }
         // Whole lines are lost where nobody reads them.
         if self.unheard.len() + new.len() <= UNHEARD {
             self.unheard.extend(new);

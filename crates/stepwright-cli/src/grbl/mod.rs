@@ -317,7 +317,7 @@ impl Served {
     fn answer(&mut self, nobody: bool) -> Result<(), Failure> {
         let new = self.grbl.take_answers();
         // What is answered is kept. A board that is fed does not wait for a disk: at rest, then.
-        if !new.is_empty() && !(self.fed.is_some() && self.is_moving()) {
+        if !new.is_empty() && (self.fed.is_none() || !self.is_moving()) {
             self.kept.write(self.grbl.kept());
         }
         // Whole lines are lost where nobody reads them.

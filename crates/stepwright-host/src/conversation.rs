@@ -26,7 +26,7 @@ use stepwright_protocol::{
 };
 
 use crate::change::{Change, Travels};
-use crate::guests::{GuestLine, Guests};
+use crate::guests::Guests;
 use crate::pipe::Pipe;
 
 /// A slave answers within milliseconds.
@@ -110,21 +110,13 @@ pub struct Conversation {
     /// Which axis F and Z speak of; `None` if we can't be sure.
     selected: Option<Selection>,
     /// Other programs that ask the board through us.
-    guests: Option<Box<dyn Guests>>,
+    pub(crate) guests: Option<Box<dyn Guests>>,
     /// What others have changed through us, since it was last asked.
-    changes: Vec<Change>,
+    pub(crate) changes: Vec<Change>,
     /// Whether they have changed anything.
-    changed: bool,
+    pub(crate) changed: bool,
     /// The travels that were begun here.
-    travels: Travels,
-}
-
-/// What a guest asks the program that holds the port: where did the travel of my axis begin?
-const BEGAN: &[u8] = b"@";
-
-/// A line of a guest, its checksum left out.
-fn parsed(line: &[u8]) -> Option<Command> {
-    Command::parse(line.split(|byte| *byte == b'*').next()?).ok()
+    pub(crate) travels: Travels,
 }
 
 impl Conversation {
@@ -189,47 +181,6 @@ impl Conversation {
     /// The time of the line's clock.
     pub fn now(&self) -> Duration {
         self.pipe.now()
-    }
-
-    /// Where the travel of an axis began, if the program knows that whose guest we are.
-    pub async fn began(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
-        self.select(Selection::One(axis)).await?;
-        let answer = self.say(BEGAN).await?;
-        Ok(answer.and_then(|answer| answer.parse().ok()))
-    }
-
-    /// Says what another program wants to be said: one line, then it is our turn again. Our
-    /// lease is held by what we say ourselves, not by a crowd that keeps us from saying it.
-    async fn serve_guest(&mut self) -> Result<(), LinkError> {
-        let Some(asked) = self.guests.as_mut().and_then(|guests| guests.next()) else {
-            return Ok(());
-        };
-        let GuestLine { line, selection, answer: to } = asked;
-        // An axis line is its own selection.
-        if let Some(selection) = selection.as_ref().filter(|said| **said != line) {
-            self.say(selection).await?;
-        }
-        let axes = match selection.as_deref().map(parsed) {
-            Some(Some(Command::Select(axes))) => axes,
-            _ => Selection::FIRST,
-        };
-        if let (BEGAN, Selection::One(axis)) = (line.as_slice(), axes) {
-            let from = self.travels.from(axis).map(|from| from.to_string());
-            let _ = to.send(from.or(Some("E".to_owned())));
-            return Ok(());
-        }
-        let answer = self.say(&line).await?;
-        let accepted = answer.as_ref().is_some_and(|answer| answer.starts_with('Y'));
-        if accepted
-            && line.first().is_some_and(|letter| b"tmadj@ZK".contains(letter))
-            && let Some(command) = parsed(&line)
-        {
-            self.changes.push(self.travels.change(axes, command));
-            self.changed = true;
-        }
-        // A guest that is gone needs none.
-        let _ = to.send(answer);
-        Ok(())
     }
 
     /// Gets in step with the board, and asks what it is.

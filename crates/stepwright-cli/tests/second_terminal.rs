@@ -70,11 +70,16 @@ fn it_looks_retargets_and_watches() {
     bench.order(&["position", "--axis", "2"]).assert(0, "position 0 ready");
     bench.order(&["retarget", "5", "--axis", "2"]).assert_error("axis 2 is at rest");
     assert!(bench.order(&["position"]).last_line().ends_with(" busy"));
+    // A speed that is no whole number of steps/s has a line of its own.
+    let ended = bench.order(&["retarget", "--top-speed", "2500.5"]);
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
     let ended = bench.order(&["retarget", "-100"]);
     assert_eq!(ended.code(), Some(0), "{ended:#?}");
     let moved = mover.end();
     moved.assert(0, "position -100 ready");
-    assert!(moved.stderr.contains("another terminal: target -100"), "{moved:#?}");
+    for words in ["top speed 2500.5 steps/s", "target -100"] {
+        assert!(moved.stderr.contains(&format!("another terminal: {words}")), "{moved:#?}");
+    }
     // Whom it had asked through is gone: it goes on by itself.
     watcher.end().assert(0, "position -100 ready");
     bench.end();

@@ -10,8 +10,8 @@ use crate::conversation::{Conversation, LinkError};
 pub struct GuestLine {
     /// Without its CR.
     pub line: Vec<u8>,
-    /// The axis line that the guest has said last, to be said before.
-    pub selection: Option<Vec<u8>>,
+    /// What the guest has selected, to be selected before.
+    pub selection: Selection,
     /// Where the answer goes: as it came, or nothing.
     pub answer: Sender<Option<String>>,
 }
@@ -31,9 +31,41 @@ pub trait Guests: Send {
 /// What a guest asks the program that holds the port: where did the travel of my axis begin?
 const BEGAN: &[u8] = b"@";
 
+/// What a line is to a guest.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Matter {
+    /// It asks, selects or clears.
+    Asks,
+    /// It changes a travel, or ends it.
+    Changes,
+    /// It is the holder's alone. An order has several lines, which would mingle with its own.
+    Orders,
+}
+
+impl Matter {
+    fn of(command: Command) -> Matter {
+        use Command::*;
+        match command {
+            Status | Position(_) | Select(_) | Info | Clear | Settings | Setting(_) => Matter::Asks,
+            Top(_) | Milli(_) | Accel(_) | Decel(_) | Jerk(_) | Retarget(_) => Matter::Changes,
+            Stop | Kill => Matter::Changes,
+            Program | StartTens(_) | TopTens(_) | Ramp(_) | Start(_) | Go(_) | Run(_) => {
+                Matter::Orders
+            }
+            Execute | Zero(_) | Lease(_) | Set(_) | Reset => Matter::Orders,
+        }
+    }
+}
+
 /// A line of a guest, its checksum left out.
-fn parsed(line: &[u8]) -> Option<Command> {
+pub(crate) fn parsed(line: &[u8]) -> Option<Command> {
     Command::parse(line.split(|byte| *byte == b'*').next()?).ok()
+}
+
+/// Whether a guest may say this.
+#[cfg(all(unix, feature = "serial"))]
+pub(crate) fn is_allowed(line: &[u8]) -> bool {
+    line == BEGAN || parsed(line).is_some_and(|command| Matter::of(command) != Matter::Orders)
 }
 
 impl Conversation {
@@ -51,13 +83,16 @@ impl Conversation {
             return Ok(());
         };
         let GuestLine { line, selection, answer: to } = asked;
-        let axes = match selection.as_deref().map(parsed) {
-            Some(Some(Command::Select(axes))) => axes,
-            _ => Selection::FIRST,
-        };
-        // An axis line is its own selection, and K is of all axes.
-        let of_axis = parsed(&line) != Some(Command::Kill);
-        if of_axis && selection.is_some_and(|said| said != line) {
+        if let (BEGAN, Selection::One(axis)) = (line.as_slice(), selection) {
+            let from = self.travels.from(axis).map(|from| from.to_string());
+            let _ = to.send(from.or(Some("E".to_owned())));
+            return Ok(());
+        }
+        let command = parsed(&line);
+        let change = command.filter(|command| Matter::of(*command) == Matter::Changes);
+        // K is of all axes, and waits for no selection.
+        let axes = if command == Some(Command::Kill) { Selection::All } else { selection };
+        if command == Some(Command::Status) || change.is_some_and(|line| line != Command::Kill) {
             match self.select(axes).await {
                 // Whatever is selected, it may be another axis than the guest's.
                 Err(LinkError::Silent) => {
@@ -67,18 +102,11 @@ impl Conversation {
                 selected => selected?,
             }
         }
-        if let (BEGAN, Selection::One(axis)) = (line.as_slice(), axes) {
-            let from = self.travels.from(axis).map(|from| from.to_string());
-            let _ = to.send(from.or(Some("E".to_owned())));
-            return Ok(());
-        }
         let answer = self.say(&line).await?;
-        let accepted = answer.as_ref().is_some_and(|answer| answer.starts_with('Y'));
-        if accepted
-            && line.first().is_some_and(|letter| b"tmadj@ZK".contains(letter))
-            && let Some(command) = parsed(&line)
+        if let Some(change) = change
+            && answer.as_ref().is_some_and(|answer| answer.starts_with('Y'))
         {
-            self.changes.push(self.travels.change(axes, command));
+            self.changes.push(self.travels.change(axes, change));
             self.changed = true;
         }
         // A guest that is gone needs none.

@@ -10,7 +10,9 @@ use stepwright_host::link::lossy::{Harm, Lossy};
 use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 use stepwright_host::motion::Action;
 use stepwright_host::{Board, Error, LinkError, MotionLimits, Outcome};
-use stepwright_protocol::{Command, Direction, Distance, Refusal, Reply, Setting, Stop, Value};
+use stepwright_protocol::{
+    Command, Direction, Distance, Refusal, Reply, Selection, Setting, Stop, Value,
+};
 
 fn motion(top: u32, accel: u32) -> MotionLimits {
     MotionLimits::new(Speed::from_steps(top).unwrap(), Accel::from_steps(accel).unwrap())
@@ -97,7 +99,7 @@ fn our_target_counts_after_that_of_another_program() {
     let mut board = uno();
     board.axis(1).unwrap().travel(5_000, &motion(1_000, 2_000)).unwrap();
     let (answer, answered) = channel();
-    let line = GuestLine { line: b"@+3000".to_vec(), selection: None, answer };
+    let line = GuestLine { line: b"@+3000".to_vec(), selection: Selection::FIRST, answer };
     board.session().serve(Box::new(Guest(Some(line))));
     board.session().pause(Duration::from_millis(100)).unwrap();
     assert_eq!(answered.recv().unwrap().as_deref(), Some("Y"));

@@ -12,7 +12,7 @@ use stepwright_host::link::Link;
 use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 use stepwright_host::motion::Action;
 use stepwright_host::{Board, MotionLimits, Outcome};
-use stepwright_protocol::{Command, Reply, crc};
+use stepwright_protocol::{AxisId, Command, Reply, Selection, crc};
 
 /// A line that flips a bit to the board, counted from when that is asked for.
 struct Flips {
@@ -62,18 +62,22 @@ fn summed(line: &str) -> Vec<u8> {
     format!("{line}*{sum:02X}").into_bytes()
 }
 
-/// Axes 1 and 2 on a travel of 480 steps, and a guest who says a line of the axis that `select`
-/// selects while this bit is flipped: what it is answered, and where both rest.
-fn goes(bit: Option<usize>, select: &str, line: &str) -> (Option<String>, [Option<i64>; 2]) {
+fn axis(number: u8) -> Selection {
+    Selection::One(AxisId::numbered(number).unwrap())
+}
+
+/// Axes 1 and 2 on a travel of 480 steps, and a guest who says a line of this axis while this bit
+/// is flipped: what it is answered, and where both rest.
+fn goes(bit: Option<usize>, number: u8, line: &str) -> (Option<String>, [Option<i64>; 2]) {
     let flip = Rc::new(Cell::new(None));
     let line_of = VirtualLink::new(VirtualUno::new(), true);
     let mut board = Board::on(Box::new(Flips { line: line_of, bit: flip.clone() })).unwrap();
     let way = MotionLimits::new(Speed::from_steps(800).unwrap(), Accel::from_steps(8_000).unwrap());
-    for axis in [2, 1] {
-        board.axis(axis).unwrap().travel(480, &way).unwrap();
+    for number in [2, 1] {
+        board.axis(number).unwrap().travel(480, &way).unwrap();
     }
     let (answer, answered) = channel();
-    let asked = GuestLine { line: summed(line), selection: Some(summed(select)), answer };
+    let asked = GuestLine { line: summed(line), selection: axis(number), answer };
     board.session().serve(Box::new(Guest(Some(asked))));
     flip.set(bit);
     board.session().pause(Duration::from_millis(20)).unwrap();
@@ -91,13 +95,13 @@ fn goes(bit: Option<usize>, select: &str, line: &str) -> (Option<String>, [Optio
 fn a_guests_line_is_taken_by_its_axis_or_by_none() {
     let taken = |answer: &Option<String>| answer.as_ref().is_some_and(|said| said.starts_with('Y'));
     for bit in 0..8 * 15 {
-        let (answer, rest) = goes(Some(bit), "A2", "@+900");
+        let (answer, rest) = goes(Some(bit), 2, "@+900");
         let second = if taken(&answer) { 900 } else { 480 };
         assert_eq!(rest, [Some(480), Some(second)], "{bit}: {answer:?}");
     }
-    assert_eq!(goes(None, "A2", "@+900"), (Some("Y*88".to_owned()), [Some(480), Some(900)]));
+    assert_eq!(goes(None, 2, "@+900"), (Some("Y*88".to_owned()), [Some(480), Some(900)]));
     for bit in 0..8 * 6 {
-        let (answer, [first, second]) = goes(Some(bit), "A2", "Z");
+        let (answer, [first, second]) = goes(Some(bit), 2, "Z");
         assert!(taken(&answer), "{bit}: {answer:?}");
         assert!(first == Some(480) && second < first, "{bit}: {first:?} {second:?}");
     }
@@ -106,7 +110,33 @@ fn a_guests_line_is_taken_by_its_axis_or_by_none() {
 /// Its line is not said at all: it would be of whatever was selected before.
 #[test]
 fn a_guests_line_is_not_said_where_its_axis_is_not_selected() {
-    assert_eq!(goes(None, "A8", "@+900"), (None, [Some(480); 2]));
+    assert_eq!(goes(None, 8, "@+900"), (None, [Some(480); 2]));
     // But for one that is of all axes.
-    assert_eq!(goes(None, "A8", "K"), (Some("Y*88".to_owned()), [None; 2]));
+    assert_eq!(goes(None, 8, "K"), (Some("Y*88".to_owned()), [None; 2]));
+}
+
+/// Whatever changes the travel of an axis, or all: the holder hears of it.
+#[test]
+fn the_holder_hears_of_every_change() {
+    for (line, words) in [
+        ("t500", "top speed 500 steps/s"),
+        ("m500500", "top speed 500.5 steps/s"),
+        ("a900", "acceleration 900 steps/s²"),
+        ("d900", "deceleration 900 steps/s²"),
+        ("@+900", "target 900"),
+        ("Z", "stop"),
+        ("K", "kill"),
+    ] {
+        let mut board = Board::virtual_uno(true).unwrap();
+        board.axis(2).unwrap().travel(5_000, &MotionLimits::default()).unwrap();
+        let (answer, answered) = channel();
+        let asked = GuestLine { line: summed(line), selection: axis(2), answer };
+        board.session().serve(Box::new(Guest(Some(asked))));
+        board.session().pause(Duration::from_millis(20)).unwrap();
+        assert_eq!(answered.recv().unwrap().as_deref(), Some("Y*88"), "{line}");
+        let change = board.session().next_change().unwrap();
+        assert_eq!(change.to_string(), words);
+        let all = if line == "K" { Selection::All } else { axis(2) };
+        assert_eq!(change.axes, all, "{line}");
+    }
 }

@@ -13,11 +13,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 
-use stepwright_protocol::{Command, Reply, crc};
+use stepwright_protocol::{Command, Reply, Selection, crc};
 
 use super::door::Door;
 use super::lease::LeaseNote;
-use crate::guests::{GuestLine, Guests};
+use crate::guests::{GuestLine, Guests, is_allowed, parsed};
 
 /// A line has this many bytes at most, its checksum and CR included.
 const LONGEST: u64 = 64;
@@ -83,30 +83,21 @@ impl Drop for Host {
 /// Reads the lines of a guest, and gives it its answers, until either is gone.
 fn serve(mut guest: UnixStream, ask: &Sender<GuestLine>) -> Option<()> {
     let mut lines = BufReader::new(guest.try_clone().ok()?);
-    let mut selection = None;
+    let mut selection = Selection::FIRST;
     loop {
         let mut line = Vec::new();
         lines.by_ref().take(LONGEST).read_until(b'\r', &mut line).ok()?;
         // The end, or no line of ours.
         line.pop().filter(|last| *last == b'\r')?;
-        if line.first() == Some(&b'A') {
-            selection = Some(line.clone());
-        }
         let (answer, answered) = mpsc::channel();
+        let command = parsed(&line);
         let line = if is_allowed(&line) { line } else { refused(&line) };
-        ask.send(GuestLine { line, selection: selection.clone(), answer }).ok()?;
+        ask.send(GuestLine { line, selection, answer }).ok()?;
         let answer = answered.recv().ok()?.unwrap_or_default();
+        if let (Some(Command::Select(axes)), true) = (command, answer.starts_with('Y')) {
+            selection = axes;
+        }
         guest.write_all(format!("{answer}\r").as_bytes()).ok()?;
-    }
-}
-
-/// Whether a guest may say this: what asks, what changes a travel, what stops. An order has
-/// several lines, which would mingle with the holder's.
-fn is_allowed(line: &[u8]) -> bool {
-    match line {
-        [b'$', rest @ ..] => !rest.contains(&b'=') && !rest.starts_with(b"reset"),
-        [first, ..] => b"FV?AtadjZK!@".contains(first),
-        [] => false,
     }
 }
 
@@ -131,12 +122,14 @@ mod tests {
 
     #[test]
     fn a_guest_gives_no_orders() {
-        for line in ["F", "V1", "?", "A2*3F", "t400", "a10", "d10", "j0", "Z", "K", "!", "@-5", "$"]
-        {
+        let asks = ["F", "V1", "?", "A2*3F", "!", "$", "$pulse-us", "@"];
+        let changes = ["t400", "m500500", "a10", "d10", "j0", "Z", "K", "@-5", "m500500*3F"];
+        for line in asks.into_iter().chain(changes) {
             assert!(is_allowed(line.as_bytes()), "{line}");
         }
         let none = ["PO", "P0", "S5", "T100", "R9", "G+4", "g+", "E", "I1", "L500", "s5", "#", ""];
-        for line in none.into_iter().chain(["$pulse-us=3", "$reset", "$reset*00"]) {
+        let none = none.into_iter().chain(["$pulse-us=3", "$reset", "$reset*00", "A9", "@*00"]);
+        for line in none {
             assert!(!is_allowed(line.as_bytes()), "{line}");
         }
     }

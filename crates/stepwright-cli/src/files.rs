@@ -58,10 +58,10 @@ fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     fs::metadata(folder)?;
-    // Its own error names the file beside it, which nobody has asked for.
+    // Its own errors name the file beside it, which nobody has asked for.
     let new = builder.tempfile_in(folder);
     let mut new = new.map_err(|error| io::Error::from(error.kind()))?;
-    new.write_all(bytes)?;
+    new.as_file_mut().write_all(bytes)?;
     if let Some(before) = before {
         if before.permissions().readonly() {
             return Err(io::ErrorKind::PermissionDenied.into());
@@ -69,7 +69,7 @@ fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
         new.as_file().set_permissions(before.permissions())?;
     }
     new.as_file().sync_all()?;
-    new.persist(&target)?;
+    new.persist(&target).map_err(|failed| failed.error)?;
     // The name is in the folder.
     #[cfg(unix)]
     File::open(folder)?.sync_all()?;

@@ -103,6 +103,23 @@ fn a_file_that_comes_back_is_written() {
     assert!(fs::read_to_string(&file).unwrap().contains("$100=80\n"));
 }
 
+/// A full disk: its error is of the file that was asked for, and the old one stays.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_told_of_the_file_itself() {
+    let scratch = Scratch::new("grbl-full");
+    let file = scratch.path();
+    fs::write(file, "$100=80\n").unwrap();
+    // No file may grow, and the shell's children do not die of it.
+    let script = "trap '' XFSZ; ulimit -f 0; exec \"$0\" grbl --stdio --fast --keep \"$1\"";
+    let mut shell = std::process::Command::new("sh");
+    let ended = Running::of(shell.args(["-c", script]).arg(common::program()).arg(file)).end();
+    assert_eq!((ended.stdout.as_str(), ended.code()), ("", Some(1)), "{ended:#?}");
+    assert!(ended.stderr.starts_with(&format!("error: can't write {file}: File too large")));
+    assert!(!ended.stderr.contains(".stepwright-"), "{ended:#?}");
+    assert_eq!(fs::read_to_string(file).unwrap(), "$100=80\n");
+}
+
 #[test]
 fn switches_and_a_probe_are_where_they_are_put() {
     let ended = says(

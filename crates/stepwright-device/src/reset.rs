@@ -16,6 +16,7 @@
 //! alone decides. RAM keeps its contents for some seconds without power, so a board
 //! of that kind that is unplugged for a moment doubts as well. After a longer loss of
 //! power no mark is left, in motion or not: 0 is where the axes stand at power-up.
+//! A chip that does not tell a brown-out from power-up (RP2040, nRF51) says power-up.
 
 /// Why a board has begun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! Clocks, resets, the time, and what pins are for. By the RP2040's datasheet.
 
 use stepwright_controller::Register;
+use stepwright_device::Reset;
 
 /// A register.
 const fn register(address: usize) -> Register {
@@ -20,6 +21,7 @@ const PLL: usize = 0x4002_8000;
 const PLL_USB: usize = 0x4002_C000;
 const WATCHDOG: usize = 0x4005_8000;
 const TIMER: usize = 0x4005_4000;
+const VOLTAGE: usize = 0x4006_4000;
 const PINS: usize = 0x4001_4000;
 const PADS: usize = 0x4001_C000;
 
@@ -189,7 +191,13 @@ pub fn feed() {
     register(WATCHDOG + 4).write(500_000);
 }
 
-/// Whether the watchdog was what reset it.
-pub fn was_watchdog() -> bool {
-    register(WATCHDOG + 8).read() & 1 != 0
+/// Why the program has begun. The chip does not tell a brown-out from power-up.
+pub fn reset() -> Reset {
+    // REASON: the watchdog's timer, or a program by way of it. A reset of the whole chip clears both,
+    // and CHIP_RESET says which that was: HAD_POR, or RUN's (the button), or the debugger's.
+    match register(WATCHDOG + 8).read() & 3 {
+        0 if register(VOLTAGE + 8).read() >> 8 & 1 != 0 => Reset::Power,
+        0 | 2 => Reset::Other,
+        _ => Reset::Watchdog,
+    }
 }

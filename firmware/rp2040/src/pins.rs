@@ -67,7 +67,7 @@ impl Panel for BoardPins {
     }
 
     fn reset(&mut self) -> Reset {
-        if chip::was_watchdog() { Reset::Watchdog } else { Reset::Power }
+        chip::reset()
     }
 
     fn set_reverse(&mut self, axes: Axes) {

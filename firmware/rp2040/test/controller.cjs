@@ -7,9 +7,17 @@ const { Machine } = require('./machine.cjs');
 
 const BYTE = Math.round(125e6 / 11_520);
 
+// Bits of CHIP_RESET: what the last reset was.
+const POWER = 1 << 8;
+const RUN = 1 << 16;
+
 class Controller extends Machine {
-  constructor(folder, overUsb) {
+  /// `reset` and `ram`: what the chip says of its reset, and what was in its RAM before it.
+  constructor(folder, overUsb, reset = POWER, ram = undefined) {
     super(path.join(folder, 'rp2040-controller.elf'));
+    // rp2040js has no such peripheral: it reads as ones.
+    this.chip.peripherals[0x40064].readUint32 = (offset) => offset === 8 ? reset : 0;
+    if (ram) this.chip.sram.set(ram);
     this.heard = '';
     if (overUsb) {
       // A host that finds the device, and opens its port.
@@ -219,5 +227,23 @@ try {
 } catch (error) {
   failed++;
   console.log(`FAILED the line is that of the port while it is open: ${error.message}`);
+}
+// docs/safety.md, "After a reset".
+for (const [name, reset, moved, known] of [
+  ['power-up', POWER, true, true],
+  ['the button', RUN, true, false],
+  ['the button before anything has moved', RUN, false, true],
+]) {
+  try {
+    const board = new Controller(process.argv[2], false);
+    if (moved) board.talk(conversations['the travel order of the document'][0]);
+    const again = new Controller(process.argv[2], false, reset, board.chip.sram);
+    assert.equal(again.say('V1'), known ? '0' : 'E');
+    assert.match(again.say('?'), known ? / uncertain=0/ : / uncertain=[^0]/);
+    console.log(`ok the position after a reset: ${name}`);
+  } catch (error) {
+    failed++;
+    console.log(`FAILED the position after a reset: ${name}: ${error.message}`);
+  }
 }
 process.exit(failed ? 1 : 0);

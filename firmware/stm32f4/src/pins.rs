@@ -136,10 +136,10 @@ impl Panel for BoardPins {
     }
 
     fn reset(&mut self) -> Reset {
-        // IWDGRSTF; PORRSTF and BORRSTF.
+        // IWDGRSTF; PORRSTF. Power-up sets BORRSTF too, a brown-out that alone.
         match self.reasons {
             reasons if reasons >> 29 & 1 != 0 => Reset::Watchdog,
-            reasons if reasons >> 27 & 1 != 0 || reasons >> 25 & 1 != 0 => Reset::Power,
+            reasons if reasons >> 27 & 1 != 0 => Reset::Power,
             _ => Reset::Other,
         }
     }

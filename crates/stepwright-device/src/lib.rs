@@ -5,20 +5,21 @@
 //! [`Device`] joins the serial line's slave to the motors and has the supervisor
 //! that goes with them: it switches the drivers on and off, obeys the limit
 //! switches, brakes when the host falls silent, refuses what its settings
-//! forbid, and keeps the settings when the power goes off.
+//! forbid, and keeps the settings when the power goes off, where the board has an
+//! EEPROM for them.
 //!
 //! ```text
-//!   bytes ─► Slave ─► switches ► Group ─► queues ─► Engine (step interrupt)
+//!   bytes ─► Slave ─► switches ► OrderedMotors ─► queues ─► Engine (step interrupt)
 //!                       ▲             ▲
 //!            Settings ──┴─ Supervisor ┤
 //!               ▲            ▲        └ stop, kill
 //!             Store        BoardIo: millis, switches, enable, EEPROM
 //! ```
 //!
-//! It does no I/O. A board lends it a [`BoardIo`]: four methods for pins and
-//! time, three for the bytes of its EEPROM, and three for what it knows of its
-//! last reset. So the virtual board and a
-//! chip have the same supervision, from the same code.
+//! It does no I/O. A board lends it a [`BoardIo`]: eight methods for pins and
+//! time, three for what it knows of its last reset, and, as a [`Memory`], three for
+//! the bytes of its EEPROM. So the virtual board and a chip have the same
+//! supervision, from the same code.
 
 mod contacts;
 mod device;

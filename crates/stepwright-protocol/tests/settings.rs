@@ -64,6 +64,9 @@ Sets of axes are sums: 1 for X, 2 for Y, 4 for Z.
 On the serial line `$` lists the settings, `$idle-ms` asks for one, `$idle-ms=60000` sets it, and
 `$reset` brings the defaults back. No setting is changed while a motor moves.
 
+An Uno, a Nano and a Mega keep their settings when the power goes off. Any other board keeps them over
+a reset alone, and has the defaults after each power-up: [safety.md](safety.md#stored-settings).
+
 A closed switch stops its axis at once. The position stays what the steps so far make it. A motor
 that was faster than its start speed may have slipped some steps beyond: approach a switch slowly,
 or zero the axis afterwards. An order towards the switch is then refused (`fault`); an order away

@@ -40,7 +40,8 @@ impl Credit {
     /// A start was obeyed since the last setup.
     pub const STARTED: u8 = 16;
 
-    /// An input that is watched has closed.
+    /// An input that is watched has stopped the axes: it has closed, or opened where it is one that
+    /// stops then.
     pub const TRIPPED: u8 = 32;
 
     /// Whether a flag is there.

@@ -18,7 +18,7 @@ use crate::profile::{Ramp, Unfit};
 use crate::units::{Accel, Jerk, Speed};
 
 impl Order {
-    /// Orders for the axes of a group that lead them split_line a straight line: axis 0 by
+    /// Orders for the axes of a group that lead them along a straight line: axis 0 by
     /// `way[0]` steps, axis 1 by `way[1]` … The speeds and ramps of this order are those
     /// of the axis that goes furthest; its own travel does not count. An axis that has
     /// nowhere to go gets no order.

@@ -95,10 +95,10 @@ impl<R: Runs> ExactSizeIterator for Delays<R> {}
 /// Why a law can't be held by this timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unfit {
-    /// An interval would not fit 31 bits of ticks, 32 on a board: the speed or the
-    /// acceleration is too low for this timer.
+    /// Two steps would lie more than 2³¹ ticks apart, the most of a law in closed form, or more
+    /// than 2³², the most of an axis: the speed or the acceleration is too low for this timer.
     TooSlow,
-    /// More than 2³¹ pulses.
+    /// More than 2³¹ − 1 steps in a travel, either way; a law in closed form has one pulse more.
     TooLong,
     /// The top speed is 0.
     Standstill,

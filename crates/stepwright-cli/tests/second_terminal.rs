@@ -258,3 +258,26 @@ fn a_crowd_of_guests_does_not_hold_up_the_first_terminal() {
     crowd.into_iter().for_each(|guest| guest.join().unwrap());
     bench.end();
 }
+
+/// A stop of one axis is none of another, whoever has the port.
+#[test]
+fn the_stop_of_an_axis_leaves_the_others_on_their_way() {
+    let bench = Bench::new();
+    let mut mover = bench.mover();
+    bench.order(&["stop", "--axis", "3"]).assert(0, "position 0 ready");
+    mover.wait_err("position ");
+    assert!(bench.order(&["position"]).last_line().ends_with(" busy"));
+    mover.signal(Signal::KILL);
+    mover.end();
+    // Nobody has it, and two axes run.
+    let moved = bench.order(&["run", "300", "--axis", "2", "--detach"]);
+    assert_eq!(moved.code(), Some(0), "{moved:#?}");
+    let stopped = bench.order(&["stop", "--axis", "1"]);
+    assert_eq!(stopped.code(), Some(0), "{stopped:#?}");
+    assert!(bench.order(&["position", "--axis", "2"]).last_line().ends_with(" busy"));
+    bench.order(&["position"]).assert(0, stopped.last_line());
+    let stopped = bench.order(&["stop"]);
+    assert_eq!(stopped.code(), Some(0), "{stopped:#?}");
+    bench.order(&["stop", "--axis", "4"]).assert_error("the board has no axis 4");
+    bench.end();
+}

@@ -1,6 +1,6 @@
 //! `stepwright stop` and `stepwright kill`: the orders that must get through.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::json;
 use stepwright_protocol::{AxisId, Command, MAX_AXES, Selection};
@@ -22,15 +22,19 @@ Brakes every axis, or the one of --axis, waits until it rests, and says where:
 `axis 1 position 4000 ready`, a line for each; `position 4000 ready` with --axis.
 Ctrl-C while it waits kills. Works also while another program talks to the board.
 
-Example:
-  stepwright stop --port /dev/ttyUSB0")]
+With --axis the others go on, if the board answers, or the stepwright that has the port.
+Where neither does, other axes may be braked, too.
+
+Examples:
+  stepwright stop --port /dev/ttyUSB0
+  stepwright stop --axis 2 --port /dev/ttyUSB0")]
 pub struct StopArgs {
     /// How to write the result
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
     #[command(flatten)]
     port: PortArgs,
-    /// Only this axis of the board, 1 to 8; all of them otherwise
+    /// This axis of the board, 1 to 8; all of them otherwise
     #[arg(long, value_name = "N", value_parser = target::axis, help_heading = "Board")]
     axis: Option<AxisId>,
 }
@@ -58,6 +62,9 @@ const LEAVES: Duration = Duration::from_secs(1);
 /// The most that another program may take to notice that its motor was stopped.
 const CONFIRM: Duration = Duration::from_secs(5);
 
+/// So long at most a program has the port that lets nobody in and only asks a question.
+const TURN: Duration = Duration::from_millis(500);
+
 /// What there is to do where it is not known that the motor rests.
 const LOOK: &str = "the motor may still be moving: look at it, and switch off its power if it is";
 
@@ -66,14 +73,16 @@ pub fn stop(args: StopArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
     let mut session = args.port.open("stop", Share::Anyhow)?;
     session.set_guard(interrupt::guard(Ends::ByKilling));
+    if args.axis.is_some()
+        && let Some(ended) = stop_one(&mut session, &args)
+    {
+        return ended;
+    }
     let mut urged = session.urge(Command::Stop, LEAVES);
     if urged.is_ok() && !session.link().is_alone() {
-        if let Some(mut guest) = host(&args.port) {
-            guest.set_guard(interrupt::guard(Ends::ByKilling));
-            let stopped = brake_all(&mut guest, args.axis)?;
-            // Else it has left meanwhile.
-            if matches!(stopped, Ok(_) | Err(LinkError::Killed | LinkError::Ended)) {
-                return end(&mut guest, &args, stopped);
+        if let Some(guest) = host(&args.port) {
+            if let Some(ended) = stop_through(guest, &args) {
+                return ended;
             }
         } else {
             urged = session.urge(Command::Stop, CONFIRM);
@@ -87,6 +96,42 @@ pub fn stop(args: StopArgs) -> Result<(), Failure> {
         settle(&mut session, &args.port, states);
     }
     end(&mut session, &args, stopped)
+}
+
+/// Brakes one axis, and no other: a bare Z would be of whichever is selected. `None` if neither
+/// the board answers, on a port that nobody has, nor the stepwright that has it.
+fn stop_one(session: &mut Session, args: &StopArgs) -> Option<Result<(), Failure>> {
+    let begin = Instant::now();
+    loop {
+        if session.link().is_alone() {
+            return match answers(session).then(|| session.meet())? {
+                Err(LinkError::Silent | LinkError::Program(_)) => None,
+                Err(trouble) => Some(end(session, args, Err(trouble))),
+                Ok(()) => Some(
+                    brake_all(session, args.axis).and_then(|stopped| end(session, args, stopped)),
+                ),
+            };
+        }
+        if let Some(ended) = host(&args.port).and_then(|guest| stop_through(guest, args)) {
+            return Some(ended);
+        }
+        if begin.elapsed() >= TURN {
+            return None;
+        }
+        session.link().rest(POLL);
+    }
+}
+
+/// Brakes through the stepwright that has the port; `None` if it has left meanwhile.
+fn stop_through(mut guest: Session, args: &StopArgs) -> Option<Result<(), Failure>> {
+    guest.set_guard(interrupt::guard(Ends::ByKilling));
+    match brake_all(&mut guest, args.axis) {
+        Ok(stopped @ (Ok(_) | Err(LinkError::Killed | LinkError::Ended))) => {
+            Some(end(&mut guest, args, stopped))
+        }
+        Ok(Err(_)) => None,
+        Err(failure) => Some(Err(failure)),
+    }
 }
 
 /// Takes a lease off the board that a dead holder of the port has left, once everything rests:
@@ -131,8 +176,12 @@ fn end(
 /// it may be suspended.
 fn host(port: &PortArgs) -> Option<Session> {
     let mut guest = port.guest()?;
-    let answers = (0..2).any(|_| matches!(guest.once(Command::Status), Ok(Some(_))));
-    answers.then_some(guest)
+    answers(&mut guest).then_some(guest)
+}
+
+/// Whether a board answers there.
+fn answers(session: &mut Session) -> bool {
+    (0..2).any(|_| matches!(session.once(Command::Status), Ok(Some(_))))
 }
 
 /// Meets the board, and brakes.

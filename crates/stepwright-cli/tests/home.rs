@@ -79,15 +79,67 @@ fn a_run_that_a_switch_halts_as_it_brakes_is_not_ready() {
     assert!(ended.code() == Some(1) && ended.stderr.contains("stopped by its limit switch"));
 }
 
-/// No switch is found where there is none; nothing is called 0 then.
+/// No switch is found where there is none; nothing is called 0 then, and nothing goes further than
+/// was said, however gently it brakes.
 #[test]
 fn a_switch_that_is_not_there() {
     let machine = Machine::start(&[]);
     machine.send("$switches=1");
     machine.fails(&["home", "--within", "300"], "no switch of axis 1 within 300 steps");
-    let at = machine.order(&["position"]).stdout;
-    assert!(!at.starts_with("position 0 ") && !at.starts_with("position 50 "), "{at}");
+    machine.ready(&["position"], "position -300 ready");
+    let gentle = ["home", "--within", "500", "--accel", "2000", "--decel", "100"];
+    machine.fails(&gentle, "no switch of axis 1 within 500 steps");
+    machine.ready(&["position"], "position -800 ready");
     machine.fails(&["home", "--within", "9000", "--back-off", "0"], "a distance of 1 step or more");
+}
+
+/// An axis goes as far as it was told to, also one whose ramps are all of its way.
+#[test]
+fn a_switch_just_within_is_found() {
+    for way in [
+        "home --within 1100 --accel 100 --speed 500",
+        "home --within 1001 --accel 100 --speed 500",
+        "home --within 1050 --accel 200 --speed 1000 --start-speed 0",
+        "home --within 1050 --accel 200 --speed 1000 --decel 2000",
+        "home --within 1050 --accel 200 --speed 1000 --jerk 300",
+        "home --within 1050 --accel 2000 --speed 1000 --jerk 3000",
+    ] {
+        let words: Vec<_> = way.split(' ').chain(["--fast"]).collect();
+        stepwright(&words).assert(0, "position 50 ready");
+    }
+    stepwright(&["home", "--within", "999", "--fast"])
+        .assert_error("no switch of axis 1 within 999 steps");
+}
+
+/// A board that refuses travels by a distance takes a run, which is braked in time.
+#[test]
+fn homing_a_lost_axis_and_one_with_soft_limits() {
+    // The time of the brake is that of the computer.
+    let mut board = Running::start(&["board", "--pty", "--switch", "1:-400"]);
+    let port = board.wait_out("").strip_prefix("pty ").unwrap().to_owned();
+    let machine = Machine { _board: board, port };
+    for line in ["$switches=1", "$home-first=1", "$behind-x=0", "$ahead-x=400"] {
+        machine.send(line);
+    }
+    let steep = ["--accel", "2000", "--decel", "1000", "--speed", "1000"];
+    let curved = ["--accel", "2000", "--jerk", "20000", "--speed", "600"];
+    for ramps in [steep, curved] {
+        let home = ["home", "--slow", "500", "--back-off", "20", "--within"];
+        let within = |steps| [&home[..], &[steps], &ramps].concat();
+        machine.order(&["run", "50", "--detach"]);
+        machine.send("K");
+        assert!(machine.order(&["position"]).stdout.contains("uncertain"));
+        machine.ready(&within("450"), "position 20 ready");
+        machine.send("$soft-limits=1");
+        machine.ready(&["move", "--to", "400", "--accel", "2000"], "position 400 ready");
+        machine.fails(&within("100"), "no switch of axis 1 within 100 steps");
+        let at = machine.order(&["position"]).stdout;
+        let steps = at.split(' ').nth(1).and_then(|at| at.parse().ok());
+        assert!(steps.is_some_and(|at: i32| (20..=303).contains(&at)), "{at}");
+        machine.ready(&["move", "--to", "400", "--accel", "2000"], "position 400 ready");
+        machine.ready(&within("410"), "position 20 ready");
+        machine.send("$soft-limits=0");
+    }
 }
 
 /// Stops by the switch are acknowledged with `safe-start`; errors from before are not.

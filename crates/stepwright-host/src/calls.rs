@@ -10,8 +10,7 @@ use stepwright_protocol::{
 };
 
 use crate::conversation::{Conversation, LinkError};
-use crate::home::HomeOrder;
-use crate::homing::SwitchSide;
+use crate::homing::{HomeOrder, SwitchSide};
 use crate::motion::{Action, Adrift, Ended, POLL, RestPlace, Sight};
 use crate::outcome::{Error, MotionLimits, Outcome};
 

@@ -1,6 +1,6 @@
 //! When the pulses of an ordered travel come: under a trapezoid, or an S-curve.
 
-use stepwright::profile::{Curve, Path};
+use stepwright::profile::{Curve, Path, Phase};
 use stepwright::{Rate, Travel};
 
 /// The timer that durations are computed with: the board's own may differ, by
@@ -56,4 +56,30 @@ impl Course {
     pub fn duration(&self) -> f64 {
         self.seconds(self.pulses().saturating_sub(1))
     }
+
+    /// Seconds from the first pulse to where a stop would end it in the same place.
+    pub fn brakes(&self) -> f64 {
+        let braking = match self {
+            Course::Trapezoid(path) => path.braking_steps(),
+            Course::Curve(curve) => match cut_short(curve) {
+                Some(pulses) => return self.seconds(pulses),
+                None => curve.braking_steps(),
+            },
+        };
+        self.seconds(self.pulses().saturating_sub(1).saturating_sub(braking))
+    }
+}
+
+/// After how many pulses a curve that is never even eases its acceleration.
+fn cut_short(curve: &Curve) -> Option<u32> {
+    let mut phases = curve.phases();
+    if curve.phases().any(|(phase, _)| phase == Phase::Cruise) {
+        return None;
+    }
+    let mut gone = 0;
+    phases.find_map(|(phase, pulses)| {
+        let eases = phase == Phase::JerkDown;
+        gone += if eases { 0 } else { pulses };
+        eases.then_some(gone)
+    })
 }

@@ -7,12 +7,19 @@
 //!
 //! It says no line and waits for nothing: whoever has the conversation does. The kill from the speed of the seek may lose steps, so the place that
 //! counts is that of the slow approach.
+//!
+//! A leg to the switch is a travel that ends where the switch has to have closed. A board that may
+//! refuse it, for a soft limit or a position that is lost, takes an endless one, which is braked in
+//! time.
 
 use std::fmt;
 use std::time::Duration;
 
-use stepwright::Speed;
-use stepwright_protocol::{AxisId, Command, Direction, Listed, Setting, Stop};
+use stepwright_protocol::{
+    AxisId, Command, Direction, Distance, Listed, Order, Setting, Stop, Travel,
+};
+
+use crate::course::Course;
 
 /// The board takes no order towards a switch until it has stopped bouncing: 250 ms at most.
 const OPENS: Duration = Duration::from_millis(300);
@@ -78,6 +85,10 @@ pub struct SwitchSide {
     pub towards: Direction,
     /// Whether a stop has to be acknowledged before the next order.
     pub safe_start: bool,
+    /// Whether the axis has soft limits: a travel by a distance may be refused.
+    pub soft_limits: bool,
+    /// Whether a travel by a distance is refused while the position is lost.
+    pub home_first: bool,
 }
 
 impl SwitchSide {
@@ -93,7 +104,13 @@ impl SwitchSide {
         }
         let forward = number(Setting::SwitchForward) & bit != 0;
         let towards = if forward { Direction::Forward } else { Direction::Backward };
-        Ok(SwitchSide { axis, towards, safe_start: number(Setting::SafeStart) != 0 })
+        Ok(SwitchSide {
+            axis,
+            towards,
+            safe_start: number(Setting::SafeStart) != 0,
+            soft_limits: number(Setting::SoftLimits) & bit != 0,
+            home_first: number(Setting::HomeFirst) != 0,
+        })
     }
 
     /// Steps away from the switch, signed as positions are.
@@ -103,6 +120,21 @@ impl SwitchSide {
             Direction::Backward => steps,
         }
     }
+}
+
+/// How an axis is homed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HomeOrder {
+    /// Its switch.
+    pub side: SwitchSide,
+    /// How the switch is sought and backed off from. Its travel does not count.
+    pub fast: Order,
+    /// How the switch is approached, the second time. Its travel does not count.
+    pub slow: Order,
+    /// How far to back off, in steps.
+    pub back_off: u32,
+    /// How far the switch may be, in steps.
+    pub within: u32,
 }
 
 /// A travel of a homing.
@@ -145,9 +177,9 @@ pub enum HomingEvent {
     Rests {
         /// In steps.
         position: Option<i64>,
-        /// What has stopped it before its end.
+        /// What has stopped it before its end: a soft stop also where one was wished for too late.
         stop: Option<Stop>,
-        /// Whether it was braked because it has gone far enough.
+        /// Whether it was braked because [`BegunLeg::brakes`] was over.
         braked: bool,
     },
     /// The travel was refused: the switch is closed.
@@ -170,15 +202,22 @@ enum State {
     Waiting,
 }
 
+/// A leg as it is ordered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BegunLeg {
+    /// The order.
+    pub order: Order,
+    /// It is braked after this time, if it does not end by itself.
+    pub brakes: Option<Duration>,
+}
+
 /// The homing of an axis.
 #[derive(Clone, Debug)]
 pub struct SwitchHoming {
-    side: SwitchSide,
-    /// How far to go from the closed switch, in steps, signed.
-    back_off: i32,
-    /// How far the switch may be, in steps.
-    within: u32,
+    order: HomeOrder,
     state: State,
+    /// Where the leg ends if nothing stops it, where that is known.
+    end: Option<i64>,
     /// The switch has to be open then.
     open_by: Option<Duration>,
     note: Option<String>,
@@ -186,10 +225,9 @@ pub struct SwitchHoming {
 
 impl SwitchHoming {
     /// A homing that begins with the leg [`HomeLeg::Seek`].
-    pub fn new(side: SwitchSide, back_off: u32, within: u32) -> SwitchHoming {
-        let back_off = side.away(i32::try_from(back_off).unwrap_or(i32::MAX));
+    pub fn new(order: HomeOrder) -> SwitchHoming {
         let state = State::Going(HomeLeg::Seek);
-        SwitchHoming { side, back_off, within, state, open_by: None, note: None }
+        SwitchHoming { order, state, end: None, open_by: None, note: None }
     }
 
     /// The travel that it is on, or that comes next.
@@ -201,14 +239,26 @@ impl SwitchHoming {
     }
 
     /// The way back from the switch, in steps, signed.
-    pub fn back_off(&self) -> i32 {
-        self.back_off
+    fn back_off(&self) -> i32 {
+        self.order.side.away(i32::try_from(self.order.back_off).unwrap_or(i32::MAX))
     }
 
-    /// A travel to the switch at this speed is braked after this time.
-    pub fn longest(&self, speed: Speed) -> Duration {
-        let speed = f64::from(speed.millisteps()) / 1000.0;
-        Duration::try_from_secs_f64(f64::from(self.within) / speed).unwrap_or(Duration::MAX)
+    /// The leg that it is on, from where the axis stands, if that is known.
+    pub fn begin(&mut self, from: Option<i64>) -> BegunLeg {
+        let HomeOrder { side, fast, slow, within, .. } = self.order;
+        let leg = self.leg();
+        let within = i32::try_from(within).unwrap_or(i32::MAX);
+        let steps = if leg.is_towards() { side.away(-within) } else { self.back_off() };
+        let order = Order {
+            travel: Travel::By(Distance::new(steps)),
+            ..if leg == HomeLeg::Approach { slow } else { fast }
+        };
+        self.end = from.map(|from| from.saturating_add(steps.into()));
+        if leg.is_towards() && (side.soft_limits || side.home_first && from.is_none()) {
+            let endless = Order { travel: Travel::Endless(side.towards), ..order };
+            return BegunLeg { order: endless, brakes: Some(until_braked(&order)) };
+        }
+        BegunLeg { order, brakes: None }
     }
 
     /// Something that a user would like to know, once.
@@ -227,7 +277,6 @@ impl SwitchHoming {
                 if leg.is_towards() {
                     self.at_switch(leg, position, stop, braked)
                 } else {
-                    let stop = stop.or(braked.then_some(Stop::Soft));
                     self.away(leg, position, stop)
                 }
             }
@@ -246,7 +295,7 @@ impl SwitchHoming {
 
     fn zero(&mut self, before: HomeLeg) -> HomingAct {
         self.state = State::Zeroing(before);
-        HomingAct::Say(Command::Zero(self.side.axis))
+        HomingAct::Say(Command::Zero(self.order.side.axis))
     }
 
     /// The switch was closed before the leg to it.
@@ -260,7 +309,7 @@ impl SwitchHoming {
             self.state = State::Waiting;
             return Ok(HomingAct::Wait);
         }
-        let (axis, steps) = (self.side.axis, self.back_off.unsigned_abs());
+        let (axis, steps) = (self.order.side.axis, self.order.back_off);
         Err(HomingFailure::StillClosed { axis, steps })
     }
 
@@ -272,12 +321,12 @@ impl SwitchHoming {
         stop: Option<Stop>,
         braked: bool,
     ) -> Result<HomingAct, HomingFailure> {
-        if braked {
-            return Err(HomingFailure::NotFound { axis: self.side.axis, within: self.within });
-        }
+        let HomeOrder { side: SwitchSide { axis, .. }, within, .. } = self.order;
         match stop {
             Some(Stop::Switch) => {}
+            _ if braked => return Err(HomingFailure::NotFound { axis, within }),
             Some(stop) => return Err(HomingFailure::Stopped(stop)),
+            None if position == self.end => return Err(HomingFailure::NotFound { axis, within }),
             None => return Err(HomingFailure::Unstopped),
         }
         let (note, next) = match (leg, position) {
@@ -288,7 +337,7 @@ impl SwitchHoming {
             (_, None) => ("switch closed".to_owned(), HomeLeg::BackOff),
         };
         self.note = Some(note);
-        if self.side.safe_start {
+        if self.order.side.safe_start {
             self.state = State::Clearing(next);
             return Ok(HomingAct::Say(Command::Clear));
         }
@@ -303,7 +352,7 @@ impl SwitchHoming {
         position: Option<i64>,
         stop: Option<Stop>,
     ) -> Result<HomingAct, HomingFailure> {
-        match (position.filter(|at| *at == i64::from(self.back_off)), stop) {
+        match (position.filter(|at| *at == i64::from(self.back_off())), stop) {
             (None, _) => Err(HomingFailure::NotAway),
             (Some(at), _) if leg == HomeLeg::Leave => Ok(HomingAct::Done(at)),
             (Some(_), Some(stop)) => Err(HomingFailure::Stopped(stop)),
@@ -312,17 +361,49 @@ impl SwitchHoming {
     }
 }
 
+/// When an endless run under the limits of this travel has to be braked to end where it does.
+fn until_braked(order: &Order) -> Duration {
+    // The board refuses what no timer can hold.
+    let brakes = Course::of(&(*order).into()).map_or(0.0, |course| course.brakes());
+    Duration::try_from_secs_f64(brakes).unwrap_or(Duration::MAX)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stepwright::{Accel, Speed};
+    use stepwright_protocol::Ramp;
 
-    const SIDE: SwitchSide =
-        SwitchSide { axis: AxisId::FIRST, towards: Direction::Forward, safe_start: false };
+    const SIDE: SwitchSide = SwitchSide {
+        axis: AxisId::FIRST,
+        towards: Direction::Forward,
+        safe_start: false,
+        soft_limits: false,
+        home_first: false,
+    };
     const ZERO: HomingAct = HomingAct::Say(Command::Zero(AxisId::FIRST));
     const YES: HomingEvent = HomingEvent::Said(true);
 
+    /// From rest, at 100 steps/s² up and half of it down.
+    fn motion(top: u32) -> Order {
+        let ramp = |accel| Ramp::Accel(Accel::from_steps(accel).unwrap());
+        Order {
+            start: Speed::ZERO,
+            top: Speed::from_steps(top).unwrap(),
+            up: ramp(100),
+            down: ramp(50),
+            jerk: None,
+            travel: Travel::By(Distance::new(0)),
+        }
+    }
+
+    fn on(side: SwitchSide, top: u32) -> SwitchHoming {
+        let (fast, slow) = (motion(top), motion(10));
+        SwitchHoming::new(HomeOrder { side, fast, slow, back_off: 50, within: 300 })
+    }
+
     fn homing(safe_start: bool) -> SwitchHoming {
-        SwitchHoming::new(SwitchSide { safe_start, ..SIDE }, 50, 300)
+        on(SwitchSide { safe_start, ..SIDE }, 100)
     }
 
     fn rests(position: i64, stop: Option<Stop>) -> HomingEvent {
@@ -382,40 +463,79 @@ mod tests {
 
     #[test]
     fn nothing_else_is_called_0() {
-        let braked = HomingEvent::Rests { position: Some(-300), stop: None, braked: true };
+        let ends = |position, stop, braked| HomingEvent::Rests { position, stop, braked };
         for (events, why) in [
-            (vec![(0, braked)], "no switch of axis 1 within 300 steps"),
+            (vec![(0, rests(307, None))], "no switch of axis 1 within 300 steps"),
+            (vec![(0, ends(Some(290), Some(Stop::Soft), true))], "within 300 steps"),
             (vec![(0, rests(4, Some(Stop::Soft)))], "stopped by"),
             (vec![(0, rests(4, None))], "its switch has not stopped it"),
             (vec![(0, HomingEvent::Closed), (0, HomingEvent::Said(false))], "refused to zero"),
             (vec![(0, HomingEvent::Closed), (0, YES), (0, rests(-49, None))], "did not get away"),
             (vec![(0, YES)], "can't go on"),
         ] {
-            let said = after(&mut homing(false), &events).unwrap_err();
+            let mut homing = homing(false);
+            homing.begin(Some(7));
+            let said = after(&mut homing, &events).unwrap_err();
             assert!(said.contains(why), "{said}");
         }
+        // Where it began, and where it ends, is not known.
+        let mut homing = homing(false);
+        homing.begin(None);
+        let said = after(&mut homing, &[(0, ends(None, None, false))]).unwrap_err();
+        assert!(said.contains("within 300 steps"), "{said}");
+    }
+
+    /// A switch that closes as the axis is braked is found.
+    #[test]
+    fn a_switch_counts_more_than_the_brake() {
+        let stop = Some(Stop::Switch);
+        let found = HomingEvent::Rests { position: Some(299), stop, braked: true };
+        assert_eq!(after(&mut homing(false), &[(0, found)]), Ok(ZERO));
     }
 
     /// A stop that comes with the last steps is not seen in the position.
     #[test]
     fn no_leg_follows_a_stop() {
-        let ends = |stop, braked| HomingEvent::Rests { position: Some(-50), stop, braked };
+        let ends = |stop| (0, rests(-50, stop));
         let soft = Some(Stop::Soft);
-        for end in [ends(soft, false), ends(None, true), ends(soft, true)] {
-            let said = after(&mut homing(false), &[(0, HomingEvent::Closed), (0, YES), (0, end)]);
-            assert_eq!(said, Err("stopped by a soft stop (Z)".to_owned()));
-        }
+        let said = after(&mut homing(false), &[(0, HomingEvent::Closed), (0, YES), ends(soft)]);
+        assert_eq!(said, Err("stopped by a soft stop (Z)".to_owned()));
         // None would follow the last leg: 0 is found.
-        let found = [(0, HomingEvent::Closed), (0, YES), (0, ends(None, false))];
-        let last = [(0, rests(-2, Some(Stop::Switch))), (0, YES), (0, ends(soft, true))];
+        let found = [(0, HomingEvent::Closed), (0, YES), ends(None)];
+        let last = [(0, rests(-2, Some(Stop::Switch))), (0, YES), ends(soft)];
         let done = after(&mut homing(false), &[found, last].concat());
         assert_eq!(done, Ok(HomingAct::Done(-50)));
     }
 
     #[test]
-    fn far_enough_is_a_time() {
-        let longest = |speed| homing(false).longest(Speed::from_steps(speed).unwrap());
-        assert_eq!(longest(100), Duration::from_secs(3));
-        assert_eq!(homing(false).longest(Speed::ZERO), Duration::MAX);
+    fn a_leg_to_the_switch_ends_where_the_switch_has_to_be() {
+        let mut homing = homing(false);
+        let by = |steps| Travel::By(Distance::new(steps));
+        let seek = homing.begin(Some(7));
+        assert_eq!((seek.order.travel, seek.brakes), (by(300), None));
+        after(&mut homing, &[(0, HomingEvent::Closed), (0, YES)]).unwrap();
+        assert_eq!(homing.begin(Some(0)).order.travel, by(-50));
+        after(&mut homing, &[(0, rests(-50, None))]).unwrap();
+        let approach = BegunLeg { order: Order { travel: by(300), ..motion(10) }, brakes: None };
+        assert_eq!(homing.begin(Some(-50)), approach);
+    }
+
+    /// 300 steps take 2 s to 2·100 steps/s and 4 s from there: the peak is above the top speed,
+    /// or it is not.
+    #[test]
+    fn an_endless_leg_is_braked_to_end_there() {
+        let endless = Travel::Endless(Direction::Forward);
+        let lost = SwitchSide { home_first: true, ..SIDE };
+        let limited = SwitchSide { soft_limits: true, ..SIDE };
+        for (side, from) in [(lost, None), (limited, Some(7)), (limited, None)] {
+            // 1 s up over 50 steps, 2 s down over 100, and 1.5 s between.
+            for (top, seconds) in [(100, 2.5), (1000, 1.414)] {
+                let BegunLeg { order, brakes } = on(side, top).begin(from);
+                assert_eq!(order.travel, endless);
+                let brakes = brakes.unwrap().as_secs_f64();
+                assert!((seconds - 0.15..=seconds).contains(&brakes), "{top}: {brakes}");
+            }
+        }
+        assert_eq!(on(lost, 100).begin(Some(7)).brakes, None);
     }
 }

@@ -4,12 +4,12 @@
 use std::time::Duration;
 
 use stepwright_host::homing::{
-    HomeLeg, HomingAct, HomingEvent, HomingFailure, SwitchHoming, SwitchSide,
+    BegunLeg, HomeLeg, HomeOrder, HomingAct, HomingEvent, HomingFailure, SwitchHoming, SwitchSide,
 };
 use stepwright_host::motion::{NotBegun, POLL};
 use stepwright_host::{Conversation, LinkError};
 use stepwright_protocol::{
-    AxisId, BoardError, Command, Distance, Info, Order, Refusal, Reply, Selection, Stop, Travel,
+    AxisId, BoardError, Command, Distance, Info, Refusal, Reply, Selection, Stop, Travel,
 };
 
 use crate::keeper::{Keeper, KeeperDesk};
@@ -20,8 +20,6 @@ use crate::{Declined, Hand};
 /// The homing that an axis is on.
 pub struct AxisHoming {
     course: SwitchHoming,
-    side: SwitchSide,
-    limits: HomeLimits,
     /// Who has asked for it, and must be heard of.
     pub hand: Hand,
     /// The leg is braked then, by the clock of the line.
@@ -34,15 +32,6 @@ pub struct AxisHoming {
 }
 
 impl AxisHoming {
-    fn order(&self, leg: HomeLeg) -> Result<Order, Declined> {
-        let travel = match leg.is_towards() {
-            true => Travel::Endless(self.side.towards),
-            false => Travel::By(Distance::new(self.course.back_off())),
-        };
-        let limits = if leg == HomeLeg::Approach { self.limits.approach } else { self.limits.seek };
-        limits.order(travel)
-    }
-
     fn report(&self) -> HomeReport {
         let (stage, words) = match self.course.leg() {
             HomeLeg::Seek => ("seek", "seeks its switch"),
@@ -86,19 +75,13 @@ impl<D: KeeperDesk> Keeper<D> {
                  added up)"
             ))
         })?;
-        let course = SwitchHoming::new(side, limits.back_off, within);
+        let any = Travel::By(Distance::new(0));
+        let (fast, slow) = (limits.seek.order(any)?, limits.approach.order(any)?);
+        let back_off = limits.back_off;
+        let course = SwitchHoming::new(HomeOrder { side, fast, slow, back_off, within });
         let info = talk.ask_info().await?;
         let clean = info.is_none_or(|info| info.late == 0 && errors(&info).next().is_none());
-        let homing = AxisHoming {
-            course,
-            side,
-            limits,
-            hand,
-            until: None,
-            braked: false,
-            again: None,
-            clean,
-        };
+        let homing = AxisHoming { course, hand, until: None, braked: false, again: None, clean };
         self.axis(axis)?.homing = Some(homing);
         let begun = self.act(talk, axis, HomingAct::Travel(HomeLeg::Seek)).await;
         if begun.is_err() {
@@ -249,21 +232,22 @@ impl<D: KeeperDesk> Keeper<D> {
     ) -> Result<Option<Vec<Command>>, Undone> {
         let watched = self.axis(axis)?;
         let Some(homing) = &mut watched.homing else { return Ok(Some(Vec::new())) };
-        let (order, hand) = (homing.order(leg)?, homing.hand);
-        let longest = homing.course.longest(order.top);
+        let hand = homing.hand;
         watched.home = Some(homing.report());
         // Its page may have gone since the last leg.
         if !self.desk.is_there(hand) {
             return Err(gone().into());
         }
         let from = talk.rest_position(axis).await?;
+        let Some(homing) = &mut self.axis(axis)?.homing else { return Ok(Some(Vec::new())) };
+        let BegunLeg { order, brakes } = homing.course.begin(from);
         let begins = [Begins { axis, from, order }];
         let lines = match self.set_off(talk, &begins, Some(hand)).await? {
             Ok(lines) => lines,
             Err(NotBegun::Refused(_, Some(Refusal::Fault))) if leg.is_towards() => return Ok(None),
             Err(not) => return Err(self.not_begun(talk, not).await),
         };
-        let until = leg.is_towards().then(|| talk.now().saturating_add(longest));
+        let until = brakes.map(|brakes| talk.now().saturating_add(brakes));
         if let Some(homing) = &mut self.axis(axis)?.homing {
             (homing.until, homing.braked) = (until, false);
         }

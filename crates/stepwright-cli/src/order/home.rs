@@ -13,8 +13,8 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::{DistanceArg, SpeedArg};
 use crate::say;
-use stepwright_host::home::{HomeOrder, HomeSight, NotHomed};
-use stepwright_host::homing::{HomeLeg, SwitchSide};
+use stepwright_host::home::{HomeSight, NotHomed};
+use stepwright_host::homing::{HomeLeg, HomeOrder, SwitchSide};
 use stepwright_host::link::serial::Share;
 use stepwright_host::motion::{Action, NotBegun};
 use stepwright_host::{LinkError, Session};
@@ -40,7 +40,9 @@ up). By default the switch ends the travel backward; `switch-forward` says other
 Without --port a virtual machine is homed, whose switch stands 1000 steps behind.
 
 A real axis needs --within, a little more than it can travel: one that finds no switch
-there brakes, and does not push at its end for ever. Ctrl-C brakes, and a second Ctrl-C
+there ends, and does not push at its end for ever. Where soft limits or `home-first` keep
+the board from taking that as a distance, it runs, and is braked to end there, or by as much
+further as a line to the board takes. Ctrl-C brakes, and a second Ctrl-C
 kills. With the setting `safe-start` the stops by the switch are acknowledged here.
 
 Examples:
@@ -58,7 +60,7 @@ pub struct Args {
     /// How far to go from the closed switch: steps, or like 2mm
     #[arg(long, value_name = "DISTANCE", default_value = "50", help_heading = MOTION)]
     back_off: DistanceArg,
-    /// Greatest distance to the switch: the axis brakes there if no switch has halted it [on a
+    /// Greatest distance to the switch: the axis ends there if no switch has halted it [on a
     /// virtual machine: 2000]
     #[arg(long, value_name = "DISTANCE", help_heading = MOTION)]
     within: Option<DistanceArg>,

@@ -26,8 +26,8 @@ pub struct HomeRequest {
     /// How far to go from the closed switch, in steps [default: 50].
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 2147483647))]
     back_off: Option<i64>,
-    /// How far the switch may be, in steps: the axis brakes about there [default: `home-within`
-    /// of the machine file; needed where that has none].
+    /// How far the switch may be, in steps: the axis ends there [default: `home-within` of the
+    /// machine file; needed where that has none].
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 2147483647))]
     within: Option<i64>,
     /// Speed that the motor jumps to from rest, and stops from, in steps/s [default: 50].

@@ -48,6 +48,17 @@ impl NotBegun {
     }
 }
 
+/// An axis that is to begin a travel.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// Which.
+    pub axis: AxisId,
+    /// Where it stands, in steps, if that is known.
+    pub from: Option<i64>,
+    /// What it is ordered.
+    pub order: Order,
+}
+
 /// What a look at the motor shows.
 #[derive(Clone, Debug)]
 pub struct Sight {
@@ -108,11 +119,8 @@ pub enum Adrift {
 }
 
 impl Conversation {
-    /// Starts an axis that stands at `from`, by the lines of this order.
-    ///
-    /// An order that was lost on its way is said again, but only once the board
-    /// has shown that nothing came of it: it is ready, the axis has not moved, and
-    /// getting in step has spoiled what may stand in it.
+    /// Starts an axis that stands at `from`, by the lines of this order: as
+    /// [`begin_together`](Conversation::begin_together) does.
     pub async fn begin(
         &mut self,
         axis: AxisId,
@@ -120,11 +128,25 @@ impl Conversation {
         lines: &[Command],
         from: Option<i64>,
     ) -> Result<(), NotBegun> {
-        self.begins(axis, from);
+        self.begin_together(&[Start { axis, from, order: *order }], lines).await
+    }
+
+    /// Starts axes that stand still, by the lines of their orders: all of them, or none.
+    ///
+    /// Orders that were lost on their way are said again, but only once the board
+    /// has shown that nothing came of them: it is ready, no axis has moved, and
+    /// getting in step has spoiled what may stand in it.
+    pub async fn begin_together(
+        &mut self,
+        starts: &[Start],
+        lines: &[Command],
+    ) -> Result<(), NotBegun> {
+        starts.iter().for_each(|start| self.begins(start.axis, start.from));
+        let first = starts.first().map_or(AxisId::FIRST, |start| start.axis);
         let mut not = NotBegun::Noise;
         for _ in 0..TRIES {
             // PO is refused while the axis that is selected is busy, whichever.
-            self.select(Selection::One(axis)).await.map_err(NotBegun::safe)?;
+            self.select(Selection::One(first)).await.map_err(NotBegun::safe)?;
             // An E with a checksum is of this line, and needs no count to tell.
             let before = match self.has_sums() {
                 true => None,
@@ -142,7 +164,7 @@ impl Conversation {
                     let last = line == Command::Execute;
                     let trouble = |trouble| NotBegun::Trouble { trouble, moving: last };
                     self.resync().await.map_err(trouble)?;
-                    if last && self.has_begun(axis, order, from).await.map_err(trouble)? {
+                    if last && self.have_begun(starts).await.map_err(trouble)? {
                         return Ok(());
                     }
                 }
@@ -152,45 +174,17 @@ impl Conversation {
         Err(not)
     }
 
-    /// Starts the axes of these lines together, or none. They stand still, and
-    /// [`begins`](Conversation::begins) has said where: what sends one elsewhere on its way counts
-    /// from there.
-    pub async fn begin_together(&mut self, lines: &[Command]) -> Result<(), NotBegun> {
-        let mut not = NotBegun::Noise;
-        for _ in 0..TRIES {
-            // The lines name every axis but the first, which PO selects unless A has named others.
-            self.select(Selection::FIRST).await.map_err(NotBegun::safe)?;
-            match self.play(lines).await {
-                Ok(Played::Accepted) => return Ok(()),
-                Ok(Played::Refused(line)) => match self.why().await {
-                    // Nothing has moved: the whole order again.
-                    Ok(Some(Refusal::Sum)) => not = NotBegun::Noise,
-                    Ok(why) => return Err(NotBegun::Refused(line, why)),
-                    Err(trouble) => return Err(NotBegun::safe(trouble)),
-                },
-                Ok(Played::Unanswered(line)) => {
-                    let moving = line == Command::Execute;
-                    return Err(NotBegun::Trouble { trouble: LinkError::Silent, moving });
-                }
-                Err(trouble) => return Err(NotBegun::unsure(trouble)),
+    /// After an E without an answer: has it started the axes? It starts all, or none.
+    async fn have_begun(&mut self, starts: &[Start]) -> Result<bool, LinkError> {
+        for Start { axis, from, .. } in starts {
+            let moves = self.is_busy(Selection::One(*axis)).await?;
+            if moves || self.rest_position(*axis).await? != *from {
+                return Ok(true);
             }
         }
-        Err(not)
-    }
-
-    /// After an E without an answer: has it started the axis?
-    async fn has_begun(
-        &mut self,
-        axis: AxisId,
-        order: &Order,
-        from: Option<i64>,
-    ) -> Result<bool, LinkError> {
-        let moves = self.is_busy(Selection::One(axis)).await?;
-        if moves || self.rest_position(axis).await? != from {
-            return Ok(true);
-        }
         // A travel of no steps leaves no trace, nor does it need any.
-        Ok(matches!(order.travel, Travel::By(distance) if distance.get() == 0))
+        let none = |travel| matches!(travel, Travel::By(distance) if distance.get() == 0);
+        Ok(starts.iter().all(|start| none(start.order.travel)))
     }
 
     /// Watches an axis until it rests. `see` is told of every look, and says what is wished for.

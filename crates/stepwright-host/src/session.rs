@@ -11,7 +11,7 @@ use crate::change::Change;
 use crate::conversation::{Conversation, LinkError, Played};
 use crate::guests::Guests;
 use crate::link::Link;
-use crate::motion::{Action, Ended, NotBegun, Sight};
+use crate::motion::{Action, Ended, NotBegun, Sight, Start};
 use crate::pipe::Pipe;
 use crate::settings::{ChangedSettings, NoCurves};
 
@@ -197,8 +197,9 @@ impl Session {
     }
 
     /// [`Conversation::begin_together`]
-    pub fn begin_together(&mut self, lines: &[Command]) -> Result<(), NotBegun> {
-        let begun = self.wait(async |talk| talk.begin_together(lines).await);
+    pub fn begin_together(&mut self, starts: &[Start], lines: &[Command]) -> Result<(), NotBegun> {
+        let begun = self.wait(async |talk| talk.begin_together(starts, lines).await);
+        // What may have begun by then is not known.
         begun.map_err(NotBegun::unsure)?
     }
 

@@ -10,9 +10,9 @@ use stepwright_host::Session;
 use stepwright_host::link::Link;
 use stepwright_host::link::lossy::{Harm, Lossy};
 use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
-use stepwright_host::motion::{Action, Ended, RestPlace};
+use stepwright_host::motion::{Action, Ended, RestPlace, Start};
 use stepwright_protocol::{
-    AxisId, Command, Distance, Order, Ramp, RampSteps, Reply, Script, Travel,
+    AxisId, Command, Distance, Order, Ramp, RampSteps, Reply, Script, Selection, Travel,
 };
 
 /// The line to a board that the test looks at too.
@@ -176,4 +176,38 @@ fn in_lasting_noise_nothing_false_is_said() {
     }
     // Nearly every order is given in spite of it.
     assert!(arrived > 300, "{arrived}");
+}
+
+/// What a program does that moves two motors together: where it says that they rest.
+fn say_together(session: &mut Session) -> Result<Vec<Option<i64>>, String> {
+    let axes = [2, 3].map(|number| AxisId::numbered(number).unwrap());
+    let orders = axes.map(|axis| (axis, order()));
+    let lines: Vec<_> = Script::new(&orders).unwrap().collect();
+    let text = |trouble: stepwright_host::LinkError| trouble.to_string();
+    session.meet().map_err(text)?;
+    let starts = orders.map(|(axis, order)| Start { axis, from: Some(0), order });
+    session.begin_together(&starts, &lines).map_err(|not| format!("{not:?}"))?;
+    while session.is_busy(Selection::All).map_err(text)? {}
+    axes.iter().map(|axis| session.rest_position(*axis).map_err(text)).collect()
+}
+
+/// Every byte of the orders of two axes, and of the answers to them.
+#[test]
+fn axes_begin_together_in_spite_of_noise() {
+    let harms: [fn(usize) -> Harm; 5] =
+        [Harm::SpoilThere, Harm::SpoilBack, Harm::LoseThere, Harm::LoseBack, |n| {
+            Harm::FlipThere(8 * n + n % 8)
+        }];
+    for n in 0..BYTES {
+        for harm in harms {
+            let harm = harm(n);
+            let board = Shared(Rc::new(RefCell::new(VirtualLink::new(VirtualUno::new(), true))));
+            let mut session = Session::new(Box::new(Lossy::new(board.clone(), harm)));
+            let steps = Some(i64::from(STEPS));
+            assert_eq!(say_together(&mut session), Ok(vec![steps; 2]), "{harm:?}");
+            let mut link = board.0.borrow_mut();
+            let is = [0, 1, 2].map(|axis| link.board().board().position(axis));
+            assert_eq!(is, [Some(0), steps, steps], "{harm:?}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Carries out what is asked for.
 
 use stepwright_host::line::{NoLine, apart, furthest, shares};
-use stepwright_host::motion::NotBegun;
+use stepwright_host::motion::{NotBegun, Start};
 use stepwright_host::settings::NoCurves;
 use stepwright_host::{Conversation, LinkError};
 use stepwright_protocol::{
@@ -248,14 +248,11 @@ impl<D: KeeperDesk> Keeper<D> {
             lines.insert(0, Command::Lease(self.board.lease));
             self.leased = true;
         }
-        let begun = match begins {
-            [one] => talk.begin(one.axis, &one.order, &lines, one.from).await,
-            _ => {
-                begins.iter().for_each(|one| talk.begins(one.axis, one.from));
-                talk.begin_together(&lines).await
-            }
-        };
-        match begun {
+        let starts: Vec<_> = begins
+            .iter()
+            .map(|one| Start { axis: one.axis, from: one.from, order: one.order })
+            .collect();
+        match talk.begin_together(&starts, &lines).await {
             Ok(()) => {}
             Err(NotBegun::Trouble { trouble, moving }) => {
                 for one in begins {

@@ -15,7 +15,7 @@ use crate::interrupt::{self, While};
 use crate::quantity::{DistanceArg, SpeedArg, in_unit};
 use crate::say;
 use stepwright_host::line::{NoLine, apart, furthest, shares};
-use stepwright_host::motion::{NotBegun, POLL};
+use stepwright_host::motion::{NotBegun, POLL, Start};
 use stepwright_host::{LinkError, Session};
 
 /// Between two lines about where the axes are.
@@ -136,7 +136,15 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
     let lines: Vec<Command> = Script::new(orders)?.collect();
     let apart = apart(orders);
     let begun = session.now();
-    let start = session.begin_together(&lines);
+    let starts: Vec<_> = orders
+        .iter()
+        .map(|(axis, order)| Start {
+            axis: *axis,
+            from: from.get(axis.index()).copied(),
+            order: *order,
+        })
+        .collect();
+    let start = session.begin_together(&starts, &lines);
     if args.order.format == Format::Text && drive::has_plan(&start) {
         let steps = numbers(line.steps());
         let mixed = ways.iter().any(|way| way.given().converted());

@@ -12,7 +12,8 @@ use embassy_futures::select::{Either, select};
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::digital::Wait;
 use embedded_io_async::{Read, Write};
-use stepwright::{Accel, AxisLimits, Control, Speed};
+use stepwright::profile::Unfit;
+use stepwright::{Accel, AxisLimits, Control, MoveError, Speed};
 use stepwright_embassy::{AsyncAxis, Outcome};
 
 use crate::error::NotHomed;
@@ -35,11 +36,11 @@ pub struct StallHoming {
     pub dwell: u32,
     /// A stall in less than this many steps is none: the motor has not been at speed, or stood at the
     /// stop. Then it backs off by twice as many, and tries once more.
-    pub least: i32,
-    /// Steps back from the stop.
-    pub back_off: i32,
+    pub least: u32,
+    /// Steps back from the stop. The second pass is twice as many at most.
+    pub back_off: u32,
     /// The most steps that it searches for the stop.
-    pub most: i32,
+    pub most: u32,
     /// What the position of the stop is called.
     pub position: i64,
 }
@@ -55,6 +56,8 @@ impl StallHoming {
     ///
     /// # Errors
     /// [`NotHomed`]. The axis rests, its position is not known, its limits and the current are as before.
+    /// It is [`Unfit::TooLong`] before anything has moved if `most`, twice `least` or twice `back_off` is
+    /// more than a travel may have, 2³¹ − 1 steps.
     pub async fn home<E, U, D, P, const N: usize, const Q: usize>(
         &self,
         axis: &mut AsyncAxis<'_, '_, E, N, Q>,
@@ -99,25 +102,28 @@ impl StallHoming {
         D: DelayNs,
         P: Wait,
     {
+        let (most, twice_least) = (travel(self.most)?, travel(self.least.saturating_mul(2))?);
+        let (back_off, twice_back) =
+            (travel(self.back_off)?, travel(self.back_off.saturating_mul(2))?);
         axis.set_limits(AxisLimits::new(self.speed, self.accel));
-        let mut made = self.pass(self.most, axis, driver, diag).await?;
+        let mut made = self.pass(most, axis, driver, diag).await?;
         if made < self.least.into() {
-            self.back(self.least.saturating_mul(2), axis).await?;
-            made = self.pass(self.most, axis, driver, diag).await?;
+            self.back(twice_least, axis).await?;
+            made = self.pass(most, axis, driver, diag).await?;
         }
         if made < self.least.into() {
             return Err(NotHomed::TooSoon);
         }
-        self.back(self.back_off, axis).await?;
+        self.back(back_off, axis).await?;
         driver.delay.delay_ms(self.dwell).await;
         axis.set_limits(AxisLimits::new(self.second, self.accel));
-        let made = self.pass(self.back_off.saturating_mul(2), axis, driver, diag).await?;
+        let made = self.pass(twice_back, axis, driver, diag).await?;
         // Where the first pass has been pressed against the stop, the way back is shorter.
         if made < i64::from(self.back_off / 2) {
             return Err(NotHomed::TooSoon);
         }
         axis.set_position(self.position)?;
-        self.back(self.back_off, axis).await
+        self.back(back_off, axis).await
     }
 
     /// Towards the stop: how many steps were made up to the stall. The axis rests.
@@ -165,4 +171,9 @@ impl StallHoming {
             _ => Err(NotHomed::Stopped),
         }
     }
+}
+
+/// Steps of a travel, either way.
+fn travel(steps: u32) -> Result<i32, MoveError> {
+    i32::try_from(steps).map_err(|_| Unfit::TooLong.into())
 }

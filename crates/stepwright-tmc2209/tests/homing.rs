@@ -7,6 +7,7 @@ use crate::bench::{self, Bench, Moved};
 use crate::model::{self, Chip, DRV_STATUS, Delay, Diag, Wire};
 use embassy_futures::select::{Either, select};
 use proptest::prelude::*;
+use stepwright::profile::Unfit;
 use stepwright::{Accel, Axis, AxisLimits, MoveError, Speed};
 use stepwright_embassy::Outcome;
 use stepwright_sim::HardStop;
@@ -75,7 +76,8 @@ fn homed(stop: HardStop, homing: StallHoming) -> i64 {
         let limits = x.limits();
         homing.home(&mut x, driver, diag).await.unwrap();
         assert_eq!(x.limits(), limits);
-        let back = i64::from(if homing.forward { -homing.back_off } else { homing.back_off });
+        let back_off = i64::from(homing.back_off);
+        let back = if homing.forward { -back_off } else { back_off };
         assert_eq!(x.position(), Some(homing.position + back));
         off = rotor(bench) - back;
         // 800 mA, 500 while it homes, 800 again; no step within the dwell behind a change.
@@ -150,6 +152,23 @@ fn no_stall_and_one_that_comes_too_soon_are_told() {
     judge(25_000, HOMING, SETUP, NotHomed::NoStall);
     judge(5_000, HOMING, SETUP.stall(60, Speed::of::<5_000>()), NotHomed::NoStall);
     judge(5_000, HOMING, SETUP.stall(200, Speed::of::<1_000>()), NotHomed::TooSoon);
+}
+
+/// More steps than a travel may have are refused before anything moves.
+#[test]
+fn too_long_a_way_is_refused() {
+    for homing in [
+        StallHoming { most: 1 << 31, ..HOMING },
+        StallHoming { least: 1 << 30, ..HOMING },
+        StallHoming { back_off: u32::MAX, ..HOMING },
+    ] {
+        with(HardStop::below(0, 5_000, PERIOD), async |bench, motors, _, driver, diag| {
+            let mut x = motors.axis(Axis::X);
+            let refused = homing.home(&mut x, driver, diag).await;
+            assert_eq!(refused, Err(NotHomed::Move(Unfit::TooLong.into())));
+            assert_eq!((x.position(), bench.shafts.borrow().steps[0].len()), (None, 0));
+        });
+    }
 }
 
 /// A driver that switches itself off is no stall.
@@ -230,7 +249,7 @@ proptest! {
     #[test]
     fn it_homes_whatever_the_way(
         start in 0i64..15_000, speed in 2_000u32..6_000, second in 1_500u32..4_000,
-        accel in 10_000u32..60_000, back_off in 900i32..3_000, least in 1_900i32..3_000,
+        accel in 10_000u32..60_000, back_off in 900u32..3_000, least in 1_900u32..3_000,
     ) {
         let homing = StallHoming {
             speed: Speed::from_steps(speed).unwrap(),

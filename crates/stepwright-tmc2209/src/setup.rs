@@ -32,7 +32,8 @@ const VERSION: u8 = 0x21;
 pub struct DriverSetup {
     sense_milliohms: u16,
     run: u16,
-    hold: u16,
+    /// None: half of `run`.
+    hold: Option<u16>,
     microsteps: u16,
     stall: u8,
     stall_from: Option<Speed>,
@@ -40,22 +41,22 @@ pub struct DriverSetup {
 
 impl DriverSetup {
     /// A sense resistor in mΩ, as the board's maker says (0.11 Ω is usual), and the motor's current in
-    /// mA (rms). Half of it at rest, 16 microsteps, no stalls.
+    /// mA (rms). Half of it at rest, or the chip's lowest step, 16 microsteps, no stalls.
     pub const fn new(sense_milliohms: u16, milliamps: u16) -> DriverSetup {
         DriverSetup {
             sense_milliohms,
             run: milliamps,
-            hold: milliamps / 2,
+            hold: None,
             microsteps: 16,
             stall: 0,
             stall_from: None,
         }
     }
 
-    /// The current at rest in mA.
+    /// The current at rest in mA; 0 is the chip's lowest step.
     #[must_use]
     pub const fn hold(self, milliamps: u16) -> DriverSetup {
-        DriverSetup { hold: milliamps, ..self }
+        DriverSetup { hold: Some(milliamps), ..self }
     }
 
     /// Steps a full step: 1, 2, 4 … 256.
@@ -70,6 +71,20 @@ impl DriverSetup {
     #[must_use]
     pub const fn stall(self, threshold: u8, from: Speed) -> DriverSetup {
         DriverSetup { stall: threshold, stall_from: Some(from), ..self }
+    }
+
+    /// The steps of the current at rest.
+    fn hold_steps(&self, scale: Scale) -> Result<u8, OutOfRange> {
+        match self.hold {
+            // Half of a current that it can drive may be below its lowest step, and is not above.
+            None => Ok(scale.steps(self.run / 2).unwrap_or(0)),
+            Some(0) => Ok(0),
+            Some(given) => scale.steps(given).map_err(|range| OutOfRange {
+                what: "current at rest",
+                unit: "mA, or 0",
+                ..range
+            }),
+        }
     }
 
     /// The exponent of the microsteps.
@@ -107,7 +122,7 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         let scale = Scale::reaching(setup.run, setup.sense_milliohms);
         let mut currents = reg::IHOLD_IRUN::default();
         currents.set_irun(scale.steps(setup.run)?);
-        currents.set_ihold(hold(scale, setup.hold)?);
+        currents.set_ihold(setup.hold_steps(scale)?);
         currents.set_ihold_delay(8);
         let (resolution, stall_ticks) = (setup.resolution()?, setup.stall_ticks()?);
 
@@ -193,9 +208,4 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
     pub async fn load(&mut self) -> Result<u16, DriverError<U::Error>> {
         Ok(self.read::<reg::SG_RESULT>().await?.get())
     }
-}
-
-/// The steps of a current at rest, which may be none: then it is the lowest.
-fn hold(scale: Scale, milliamps: u16) -> Result<u8, OutOfRange> {
-    if milliamps == 0 { Ok(0) } else { scale.steps(milliamps) }
 }

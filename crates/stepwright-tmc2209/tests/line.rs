@@ -59,6 +59,29 @@ fn a_driver_is_set_up() {
 }
 
 /// Whichever byte is spoiled, of a request, its echo or an answer.
+/// Half of the lowest currents is below a step of 30.6 mA: then it is that step. One that was given is
+/// refused by its name.
+#[test]
+fn the_lowest_currents_are_set_up() {
+    let chip = chip();
+    for (run, steps, hold) in [(31, 0, 0), (50, 0, 0), (61, 0, 0), (62, 1, 0), (124, 3, 1)] {
+        with(&chip, async |driver| {
+            driver.set_up(&DriverSetup::new(110, run)).await.unwrap();
+            assert_eq!(
+                chip.borrow().registers[IHOLD_IRUN],
+                hold | steps << 8 | 8 << 16,
+                "{run} mA"
+            );
+        });
+    }
+    with(&chip, async |driver| {
+        let Err(DriverError::Range(range)) = driver.set_up(&SETUP.hold(20)).await else {
+            panic!("20 mA at rest")
+        };
+        assert_eq!(range.to_string(), "current at rest out of range: 31 to 979 mA, or 0");
+    });
+}
+
 #[test]
 fn a_spoiled_byte_is_made_good() {
     let clean = chip();

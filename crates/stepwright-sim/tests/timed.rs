@@ -3,8 +3,8 @@
 //! The logs are in `stepwright_sim::timed::published`.
 
 use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
-use stepwright_sim::timed::TimedBoard;
 use stepwright_sim::timed::published::{self, CALL_MS, DUMP_EVERY_MS, FIRST_DUMP_MS};
+use stepwright_sim::timed::{TimedBoard, TimedLineBoard};
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::{Call, Code, Control, Dump, Model, SetSpeed, Status};
 
@@ -181,4 +181,33 @@ fn an_l6219_rests_after_its_last_step() {
     assert_eq!(changes, times.into_iter().zip(levels).collect::<Vec<_>>());
     assert_eq!(board.steps().len(), 3);
     assert_eq!(board.phase(), 8);
+}
+
+/// Pins that an Uno has not got, or that are the serial line's: `E`, and the motor stays wired as it was.
+#[test]
+fn pins_of_another_board_are_refused_and_change_nothing() {
+    let mut board = TimedLineBoard::uno();
+    let mut say = |line: &str| {
+        for byte in line.bytes().chain(*b"\r") {
+            board.receive(byte);
+            board.run_until(board.now() + 1_400);
+        }
+        board.run_until(board.now() + 8_000_000);
+        String::from_utf8(board.take_answers()).unwrap()
+    };
+    let moves = ":M1,128,32000,3,0,0,0,0";
+    for bad in
+        [":W1,90,48,0,0,1,0,0,16,48,32", ":W1,65,48,0,0,1,0,0,16,48,32", ":W1,68,3,0,0,0,0,0,1,3,2"]
+    {
+        assert_eq!(say(bad), "E pins\r", "{bad}");
+    }
+    // It has no motor yet.
+    assert_eq!(say(moves), "-4\r");
+    for good in [":W1,68,252,0,0,1,0,0,16,48,32", ":W1,66,48,0,0,1,0,0,16,48,32"] {
+        assert_eq!(say(good), "Y\r", "{good}");
+    }
+    assert_eq!(say(moves), "0\r");
+    assert_eq!(say(":W1,66,192,0,0,1,0,0,64,192,128"), "E pins\r");
+    assert_eq!(say(moves), "0\r");
+    assert_eq!(board.program().steps().len(), 6);
 }

@@ -53,15 +53,28 @@ impl TimedMotor {
     }
 }
 
+/// Whether an Uno has these pins of a port, but for the serial line's: `AnyPort::of` of `stepwright-avr`.
+const fn has_pins(port: u8, mask: u8) -> bool {
+    let pins = match port {
+        b'B' | b'C' => 0b0011_1111,
+        b'D' => 0b1111_1100,
+        _ => return false,
+    };
+    mask & !pins == 0
+}
+
 impl WiredMotor for Motion {
     fn rewire(&mut self, wire: &Wire) -> bool {
-        let Wire { sequence, phase, .. } = *wire;
+        let Wire { port, mask, sequence, phase, .. } = *wire;
+        if !has_pins(port, mask) {
+            return false;
+        }
         let sequence: Sequence = sequence;
         self.stepper.wire(Lines::default(), sequence, 0xFF);
         self.stepper.coils().off();
         self.stepper.coils().restore(phase);
         self.note();
-        wire.port.is_ascii_uppercase()
+        true
     }
 
     fn phase(&mut self) -> u8 {

@@ -10,7 +10,7 @@ use pyo3::exceptions::{PyConnectionError, PyValueError};
 use pyo3::prelude::*;
 use stepwright_cyclefile::{CyclePlan, MOST, Stage};
 use stepwright_host::LinkError;
-use stepwright_host::link::serial::{SerialLink, Share};
+use stepwright_host::link::serial::{LeaseWait, SerialLink, Share};
 use stepwright_host::programs::{CycleSession, RowProblem};
 use stepwright_keeper::scope::ScopeSource;
 use stepwright_play::cycle::{CyclePlayer, CyclesOnBoard, Onlooker, PlayAhead, PlayPart, PlayText};
@@ -153,7 +153,7 @@ fn on_board(
 ) -> PyResult<Run> {
     let name = port.display().to_string();
     let cant = |why: &dyn Display| PyConnectionError::new_err(format!("{name}: {why}"));
-    let link = SerialLink::open(port, baud, Share::Alone, |path| path.exists());
+    let link = SerialLink::open(port, baud, Share::Alone, |_| LeaseWait::Over);
     let link = link.map_err(|why| cant(&why))?;
     let flash = "flash the program: `stepwright flash uno --program cycles` (or mega)";
     let board = CycleSession::on(Box::new(link)).map_err(|problem| match problem {

@@ -123,7 +123,7 @@ fn serial(path: &Path, baud: u32, desk: &Arc<Desk>) -> Result<SerialLink, Declin
     #[cfg(unix)]
     let free = |path: &Path| lease::let_run_out(path, |_| (), || desk.leaves());
     #[cfg(not(unix))]
-    let free = |path: &Path| path.exists();
+    let free = |_: &Path| stepwright_host::link::serial::LeaseWait::Over;
     SerialLink::open(path, baud, Share::Host, free).map_err(|error| cant(&name, error))
 }
 

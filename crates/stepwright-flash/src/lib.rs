@@ -3,11 +3,11 @@
 //! ```no_run
 //! # use std::time::Duration;
 //! # use stepwright_flash::{Firmware, FlashBoard, FlashProgram};
-//! # use stepwright_host::link::serial::{SerialLink, Share};
+//! # use stepwright_host::link::serial::{LeaseWait, SerialLink, Share};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let firmware = Firmware::of(FlashBoard::Uno, false, FlashProgram::Slave)?;
 //! let port = "/dev/ttyACM0".as_ref();
-//! let link = SerialLink::open(port, firmware.baud(), Share::Alone, |_| true)?;
+//! let link = SerialLink::open(port, firmware.baud(), Share::Alone, |_| LeaseWait::Over)?;
 //! firmware.write(link, |stage, done| println!("{stage} {done} bytes"))?;
 //! # Ok(())
 //! # }

@@ -37,7 +37,7 @@ impl Board {
             #[cfg(unix)]
             return crate::link::lease::let_run_out(path, |_| (), || false);
             #[cfg(not(unix))]
-            return path.exists();
+            return crate::link::serial::LeaseWait::Over;
         });
         let mut session = Session::new(Box::new(link.map_err(Error::Open)?));
         #[cfg(unix)]

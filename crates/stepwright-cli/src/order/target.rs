@@ -25,7 +25,7 @@ use stepwright_host::link::guest::{self, GuestLink};
 use stepwright_host::link::host::Host;
 #[cfg(unix)]
 use stepwright_host::link::lease;
-use stepwright_host::link::serial::{SerialLink, Share};
+use stepwright_host::link::serial::{LeaseWait, SerialLink, Share};
 use stepwright_host::link::simulated::VirtualLink;
 use stepwright_host::link::{Link, OpenError};
 use stepwright_host::{LinkError, Session};
@@ -376,7 +376,7 @@ pub fn serial(path: &Path, baud: u32, share: Share) -> Result<SerialLink, Failur
 }
 
 #[cfg(unix)]
-fn let_run_out(path: &Path) -> bool {
+fn let_run_out(path: &Path) -> LeaseWait {
     let tell = |lease: LeaseMillis| {
         let (name, millis) = (path.display(), lease.get());
         say::note(format_args!(
@@ -387,8 +387,8 @@ fn let_run_out(path: &Path) -> bool {
 }
 
 #[cfg(not(unix))]
-fn let_run_out(_: &Path) -> bool {
-    true
+fn let_run_out(_: &Path) -> LeaseWait {
+    LeaseWait::Over
 }
 
 /// Why a port can't be opened, and what to do about it.

@@ -19,6 +19,7 @@ use std::time::{Duration, Instant, SystemTime};
 use stepwright_protocol::{Command, LeaseMillis, Reply};
 
 use super::door::Door;
+use super::serial::LeaseWait;
 use crate::session::Session;
 
 /// Between two looks whether the waiting is to end.
@@ -81,14 +82,16 @@ impl LeaseNote {
 
 /// Is silent until the lease has run out that a dead holder of this port has left; the port is
 /// ours, so nobody else speaks meanwhile. `tell` hears of a lease that is waited for, and
-/// `is_over` is asked whether the waiting is to end before: false if it has.
+/// `is_over` is asked whether the waiting is to end before.
 pub fn let_run_out(
     port: &Path,
     tell: impl FnOnce(LeaseMillis),
     is_over: impl Fn() -> bool,
-) -> bool {
-    let Some(note) = Door::find(port).map(|door| LeaseNote::of(&door)) else { return true };
-    let Some((lease, age)) = note.read() else { return true };
+) -> LeaseWait {
+    let Some(note) = Door::find(port).map(|door| LeaseNote::of(&door)) else {
+        return LeaseWait::Over;
+    };
+    let Some((lease, age)) = note.read() else { return LeaseWait::Over };
     let millis = u64::from(lease.get());
     // The board's clock may be slower, and its last answer took its time.
     let lasts = Duration::from_millis(millis + millis / 50 + 100) + FRESH;
@@ -99,12 +102,12 @@ pub fn let_run_out(
     let end = Instant::now() + left;
     while Instant::now() < end {
         if is_over() {
-            return false;
+            return LeaseWait::Ended;
         }
         thread::sleep(SLICE);
     }
     note.strike();
-    true
+    LeaseWait::Over
 }
 
 /// Gives a lease back that a dead holder of this port has left, once everything rests.

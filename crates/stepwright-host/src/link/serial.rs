@@ -29,6 +29,15 @@ pub enum Share {
     Anyhow,
 }
 
+/// How the waiting for the lease of a dead holder has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LeaseWait {
+    /// There is no lease, or it has run out: the port may be spoken on.
+    Over,
+    /// It was ended before: the port is given up.
+    Ended,
+}
+
 /// An open serial port: 8N1, raw.
 pub struct SerialLink {
     port: SerialPort,
@@ -38,7 +47,8 @@ pub struct SerialLink {
 
 impl SerialLink {
     /// Opens a port. `lease` lets a lease run out that a dead holder of it has left, once the
-    /// port is ours: false if that was ended.
+    /// port is ours: `link::lease::let_run_out` does, and a board that
+    /// plays no leases has none.
     ///
     /// # Errors
     /// [`OpenError`]
@@ -46,7 +56,7 @@ impl SerialLink {
         path: &Path,
         baud: u32,
         share: Share,
-        lease: impl FnOnce(&Path) -> bool,
+        lease: impl FnOnce(&Path) -> LeaseWait,
     ) -> Result<SerialLink, OpenError> {
         let mut port = SerialPort::open(path, baud).map_err(OpenError::Io)?;
         keep_dtr(&port);
@@ -54,7 +64,7 @@ impl SerialLink {
         if alone && !becomes_ours(&port) {
             return Err(OpenError::InUse);
         }
-        if alone && !lease(path) {
+        if alone && lease(path) == LeaseWait::Ended {
             return Err(OpenError::Ended);
         }
         // What came before we opened is not for us, unless it is for another

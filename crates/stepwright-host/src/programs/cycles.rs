@@ -14,11 +14,13 @@ const LOOK: Duration = Duration::from_millis(100);
 /// ```no_run
 /// use stepwright_cycle::line::{CycleLine, LineProgram};
 /// use stepwright_cycle::{Calibration, Motor};
-/// use stepwright_host::link::serial::{SerialLink, Share};
+/// use stepwright_host::link::serial::{LeaseWait, SerialLink, Share};
 /// use stepwright_host::programs::CycleSession;
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let link = SerialLink::open("/dev/ttyUSB0".as_ref(), 115_200, Share::Alone, |_| false)?;
+/// // Motor cycles know no lease.
+/// let free = |_: &_| LeaseWait::Over;
+/// let link = SerialLink::open("/dev/ttyUSB0".as_ref(), 115_200, Share::Alone, free)?;
 /// let mut board = CycleSession::on(Box::new(link))?;
 /// board.say(&CycleLine::New)?;
 /// board.say(&CycleLine::Motor(0, Motor::new(1, 1_000)))?;

@@ -17,6 +17,7 @@
 //! Every method is a future that waits for the [`Pipe`] alone and may be dropped at any time:
 //! whatever is said next gets in step first.
 
+use std::collections::VecDeque;
 use std::fmt;
 use std::io::{self, ErrorKind};
 use std::time::Duration;
@@ -112,7 +113,7 @@ pub struct Conversation {
     /// Other programs that ask the board through us.
     pub(crate) guests: Option<Box<dyn Guests>>,
     /// What others have changed through us, since it was last asked.
-    pub(crate) changes: Vec<Change>,
+    pub(crate) changes: VecDeque<Change>,
     /// Whether they have changed anything.
     pub(crate) changed: bool,
     /// The travels that were begun here.
@@ -132,7 +133,7 @@ impl Conversation {
             owed: 0,
             selected: None,
             guests: None,
-            changes: Vec::new(),
+            changes: VecDeque::new(),
             changed: false,
             travels: Travels::default(),
         }
@@ -143,9 +144,9 @@ impl Conversation {
         self.guests = Some(guests);
     }
 
-    /// A line by which another program has changed a motion through us, once.
+    /// A line by which another program has changed a motion through us, once. The last 64 are kept.
     pub fn next_change(&mut self) -> Option<Change> {
-        (!self.changes.is_empty()).then(|| self.changes.remove(0))
+        self.changes.pop_front()
     }
 
     /// Whether another program has changed a motion through us.

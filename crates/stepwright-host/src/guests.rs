@@ -31,6 +31,9 @@ pub trait Guests: Send {
 /// What a guest asks the program that holds the port: where did the travel of my axis begin?
 const BEGAN: &[u8] = b"@";
 
+/// So many changes are kept for who holds the port and has not asked.
+const CHANGES: usize = 64;
+
 /// What a line is to a guest.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Matter {
@@ -106,7 +109,10 @@ impl Conversation {
         if let Some(change) = change
             && answer.as_ref().is_some_and(|answer| answer.starts_with('Y'))
         {
-            self.changes.push(self.travels.change(axes, change));
+            if self.changes.len() >= CHANGES {
+                self.changes.pop_front();
+            }
+            self.changes.push_back(self.travels.change(axes, change));
             self.changed = true;
         }
         // A guest that is gone needs none.

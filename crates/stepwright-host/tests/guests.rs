@@ -115,6 +115,36 @@ fn a_guests_line_is_not_said_where_its_axis_is_not_selected() {
     assert_eq!(goes(None, 8, "K"), (Some("Y*88".to_owned()), [None; 2]));
 }
 
+/// Another program that says `t1`, `t2` and so on.
+struct Chatty(u32);
+
+impl Guests for Chatty {
+    fn next(&mut self) -> Option<GuestLine> {
+        self.0 += 1;
+        let (line, answer) = (summed(&format!("t{}", self.0)), channel().0);
+        (self.0 <= 200).then_some(GuestLine { line, selection: axis(2), answer })
+    }
+
+    fn before(&self, _: Command) {}
+
+    fn after(&self, _: Command, _: Reply) {}
+}
+
+/// A holder that asks for no changes keeps the last of them.
+#[test]
+fn changes_that_nobody_asks_for_are_dropped() {
+    let mut board = Board::virtual_uno(true).unwrap();
+    board.session().serve(Box::new(Chatty(0)));
+    for _ in 0..210 {
+        board.session().pause(Duration::ZERO).unwrap();
+    }
+    let kept: Vec<_> = std::iter::from_fn(|| board.session().next_change()).collect();
+    assert_eq!(kept.len(), 64);
+    let last = Command::parse(b"t200").unwrap();
+    assert_eq!(kept.last().unwrap().command, last);
+    assert!(board.session().was_changed());
+}
+
 /// Whatever changes the travel of an axis, or all: the holder hears of it.
 #[test]
 fn the_holder_hears_of_every_change() {

@@ -31,7 +31,7 @@ pub trait Guests: Send {
 /// What a guest asks the program that holds the port: where did the travel of my axis begin?
 const BEGAN: &[u8] = b"@";
 
-/// So many changes are kept for who holds the port and has not asked.
+/// The most changes that are kept for a holder of the port that does not ask for them.
 const CHANGES: usize = 64;
 
 /// What a line is to a guest.

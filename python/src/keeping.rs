@@ -40,7 +40,7 @@ pub fn keep(way: &Way, lease: LeaseMillis, desk: Arc<Desk>) {
     };
     let board = KeptBoard {
         name: session.name(),
-        unit: ("steps", 1.0),
+        units: Vec::new(),
         home_within: Vec::new(),
         machine: None,
         lease,

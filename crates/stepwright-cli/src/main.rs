@@ -128,7 +128,7 @@ fn main() -> ExitCode {
     };
     let result = match cli.command {
         Command::Move(args) => order::travel::run(args),
-        Command::Line(args) => order::line::run(args),
+        Command::Line(args) => order::line::run(args, &cli.machine),
         Command::Run(args) => order::run::run(args),
         Command::Home(args) => order::home::run(args),
         Command::Jog(args) => order::jog::run(args),

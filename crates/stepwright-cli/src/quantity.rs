@@ -11,7 +11,7 @@ pub use stepwright_machine::STEPS_PER_REV;
 pub use stepwright_units::{
     AccelArg, DistanceArg, JerkArg, MachineUnit, MmArg, Rounded, SignedSpeedArg, SpeedArg,
 };
-use stepwright_units::{TURN, is_known, number_length};
+use stepwright_units::{TURN, is_known, needs_motor, number_length};
 
 use crate::failure::Failure;
 
@@ -88,6 +88,15 @@ pub fn words(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
     words.into_iter().map(minus).collect()
 }
 
+/// Whether this word, or what stands behind its =, is a number whose unit takes a motor.
+pub fn is_of_motor(word: &OsString) -> bool {
+    let Some(word) = word.to_str() else { return false };
+    let text = word.rsplit('=').next().unwrap_or(word);
+    let size = text.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(text);
+    let (number, unit) = size.split_at(number_length(size));
+    !number.is_empty() && needs_motor(unit)
+}
+
 /// Whether a word is a number without a unit.
 fn is_number(word: &OsString) -> bool {
     let Some(word) = word.to_str() else { return false };
@@ -116,6 +125,32 @@ pub fn in_unit(unit: Option<MachineUnit>, mut result: Value, names: &[&str]) -> 
         shown.insert("unit".to_owned(), json!(unit.name));
         members.insert("in_unit".to_owned(), Value::Object(shown));
     }
+    result
+}
+
+/// The same of a result whose lists have a number for each axis. Where one axis counts
+/// millimetres and another degrees, there is no unit.
+pub fn in_units(units: &[Option<MachineUnit>], mut result: Value, names: &[&str]) -> Value {
+    let first = units.first().copied().flatten();
+    if units.iter().all(|unit| *unit == first) {
+        return in_unit(first, result, names);
+    }
+    let known: Option<Vec<MachineUnit>> = units.iter().copied().collect();
+    let Some(units) = known else { return result };
+    if units.iter().any(|unit| Some(unit.name) != first.map(|first| first.name)) {
+        return result;
+    }
+    let Value::Object(members) = &mut result else { return result };
+    let known = names.iter().filter_map(|name| members.get_key_value(*name));
+    let mut shown: Map<_, _> = known
+        .filter_map(|(name, value)| Some((renamed(name), value.as_array()?)))
+        .map(|(name, all)| {
+            let all = all.iter().zip(&units).map(|(one, unit)| divided(one, unit.steps));
+            (name, all.collect())
+        })
+        .collect();
+    shown.insert("unit".to_owned(), json!(first.map(|unit| unit.name)));
+    members.insert("in_unit".to_owned(), Value::Object(shown));
     result
 }
 

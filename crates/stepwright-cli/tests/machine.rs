@@ -59,6 +59,63 @@ fn a_line_has_what_its_axes_have_in_common() {
     on(&mill, &["line", "8mm", "16mm", "--fast"]).assert_error("millimetres need");
 }
 
+/// Two drivers with other microsteps.
+const UNLIKE: &str = "\
+[axis.1]
+steps-per-rev = 3200
+mm-per-rev = 8
+[axis.2]
+steps-per-rev = 1600
+mm-per-rev = 8
+";
+
+#[test]
+fn each_axis_of_a_line_is_built_as_the_file_says() {
+    let unlike = file("unlike.toml", UNLIKE);
+    let line = |words: &[&str]| on(&unlike, &[&["line"], words, &["--fast"]].concat());
+    let ended = line(&["8mm", "8mm"]);
+    ended.assert(0, "position 3200 1600 ready");
+    assert!(ended.stderr.contains("machine: "), "{ended:#?}");
+    line(&["90deg", "90deg"]).assert(0, "position 800 400 ready");
+    line(&["--to", "8mm", "-4mm"]).assert(0, "position 3200 -800 ready");
+    // What is typed holds for both.
+    line(&["8mm", "8mm", "--mm-per-rev", "4"]).assert(0, "position 6400 3200 ready");
+    line(&["90deg", "90deg", "--steps-per-rev", "400"]).assert(0, "position 100 100 ready");
+    // The speed is that of the axis that goes furthest, which is not always the first.
+    let slow = line(&["1mm", "8mm", "--top-speed", "4mm/s"]);
+    assert!(slow.stdout.contains("4mm/s → 800 steps/s"), "{slow:#?}");
+    let said = line(&["8mm", "-4mm", "--format", "json"]);
+    let shown: serde_json::Value = serde_json::from_str(said.stdout.trim()).unwrap();
+    let shown = &shown["in_unit"];
+    assert_eq!((&shown["unit"], &shown["position"]), (&"mm".into(), &vec![8.0, -4.0].into()));
+    assert_eq!(shown["distance"], serde_json::json!([8.0, -4.0]));
+    // Millimetres of one, degrees of the other: what they count in is no number for both.
+    let mill = file("both.toml", "[axis.1]\nmm-per-rev = 8\n[axis.2]\nsteps-per-rev = 400\n");
+    let said = on(&mill, &["line", "8mm", "90deg", "--fast", "--format", "json"]);
+    let shown: serde_json::Value = serde_json::from_str(said.stdout.trim()).unwrap();
+    assert_eq!(shown["position"], serde_json::json!([200, 100]));
+    assert!(shown.get("in_unit").is_none(), "{shown}");
+}
+
+/// A plan has no axis, and so no motor where they differ.
+#[test]
+fn a_plan_asks_which_motor_is_meant() {
+    let unlike = file("unlike-plan.toml", UNLIKE);
+    let plan =
+        |words: &[&str]| on(&unlike, &[&["plan", "trapezoid", "--accel", "4000"], words].concat());
+    for word in ["--top-speed=40mm/s", "--top-speed=120rpm"] {
+        let ended = plan(&["--steps", "1000", word]);
+        ended.assert_error("a turn of the axes in");
+        assert!(ended.stderr.contains("--steps-per-rev"), "{ended:#?}");
+        let ended = plan(&["--steps", "1000", word, "--mm-per-rev", "8"]);
+        ended.assert_error("a turn of the axes in");
+    }
+    plan(&["--top-speed", "500", "--steps", "8", "mm"]).assert_error("8mm: a turn of the axes in");
+    let own = ["--top-speed", "40mm/s", "--steps-per-rev", "3200", "--mm-per-rev", "8"];
+    assert_eq!(plan(&[&["--steps", "1000"], &own[..]].concat()).code(), Some(0));
+    assert_eq!(plan(&["--steps", "1000", "--top-speed", "500"]).code(), Some(0));
+}
+
 #[test]
 fn the_port_is_the_machines_unless_a_virtual_board_is_asked_for() {
     let real = file("real.toml", "port = \"/nonexistent/board\"\n");

@@ -156,6 +156,23 @@ fn settings_have_the_names_they_have_everywhere() {
     assert!(why.contains("refused $pulse-us=3"), "{why}");
 }
 
+/// The page counts in the millimetres of each axis.
+#[test]
+fn each_axis_has_its_unit() {
+    let text = "[axis.1]\nsteps-per-rev = 3200\nmm-per-rev = 8\n[axis.2]\nmm-per-rev = 8\n";
+    let file = common::Scratch::new("units.toml");
+    std::fs::write(&file.0, text).unwrap();
+    let units = |more: &[&str]| {
+        let served = Served::on(&[&["--machine", file.path(), "--virtual"], more].concat());
+        let axes = served.get("/api/board")["axes"].clone();
+        let one = |axis: &Value| json!([axis["unit"], axis["steps_per_unit"]]);
+        axes.as_array().unwrap().iter().map(one).collect::<Vec<_>>()
+    };
+    assert_eq!(units(&[]), [json!(["mm", 400.0]), json!(["mm", 25.0]), json!(["steps", 1.0])]);
+    let typed = units(&["--steps-per-rev", "1600"]);
+    assert_eq!(typed, [json!(["mm", 200.0]), json!(["mm", 200.0]), json!(["steps", 1.0])]);
+}
+
 /// The machine file is told as it stands there.
 #[test]
 fn the_machine_file_is_told() {

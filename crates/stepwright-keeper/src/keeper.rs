@@ -67,8 +67,8 @@ pub trait KeeperDesk {
 pub struct KeptBoard {
     /// What to call it.
     pub name: String,
-    /// The unit of its positions, and the steps of one.
-    pub unit: (&'static str, f64),
+    /// The unit of the positions of an axis, and the steps of one; of the others, steps.
+    pub units: Vec<(AxisId, (&'static str, f64))>,
     /// How far the limit switches of axes may be, in steps, by the machine file.
     pub home_within: Vec<(AxisId, u32)>,
     /// What stands in the machine file.

@@ -19,13 +19,16 @@ pub async fn of(talk: &mut Conversation, board: &KeptBoard) -> Result<BoardSheet
     };
     let switches = listed.as_ref().and_then(|listed| listed.get(Setting::Switches));
     let switches = switches.map_or(0, |axes| axes.number());
-    let (unit, steps_per_unit) = board.unit;
-    let axis = |id: AxisId| AxisSheet {
-        axis: id.number(),
-        unit,
-        steps_per_unit,
-        switch: switches >> id.index() & 1 != 0,
-        home_within: board.home_within.iter().find(|(one, _)| *one == id).map(|(_, far)| *far),
+    let axis = |id: AxisId| {
+        let own = board.units.iter().find(|(one, _)| *one == id);
+        let (unit, steps_per_unit) = own.map_or(("steps", 1.0), |(_, unit)| *unit);
+        AxisSheet {
+            axis: id.number(),
+            unit,
+            steps_per_unit,
+            switch: switches >> id.index() & 1 != 0,
+            home_within: board.home_within.iter().find(|(one, _)| *one == id).map(|(_, far)| *far),
+        }
     };
     Ok(BoardSheet {
         name: board.name.clone(),

@@ -40,7 +40,7 @@ use std::time::Duration;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use stepwright_protocol::{AxisId, LeaseMillis};
-use stepwright_units::{AccelArg, DistanceArg, JerkArg, MmArg, SpeedArg};
+use stepwright_units::{AccelArg, DistanceArg, JerkArg, MmArg, SpeedArg, TURN};
 use toml::{Spanned, Value};
 
 /// The steps that a turn may have.
@@ -255,21 +255,39 @@ impl Machine {
         &self.axes
     }
 
-    /// What all axes of the file have in common.
+    /// What all axes of the file have in common. Steps and millimetres of a turn are one thing:
+    /// if one of them differs, both do.
     pub fn common(&self) -> Values {
         let Some(((_, first), rest)) = self.axes.split_first() else { return Vec::new() };
+        let built_alike = self.built_alike();
         let same = |mine: &&(&'static Key, String)| {
-            rest.iter().all(|(_, values)| {
-                values.iter().any(|(key, text)| key.name == mine.0.name && *text == mine.1)
-            })
+            (built_alike || mine.0.about != About::Units)
+                && rest.iter().all(|(_, values)| {
+                    values.iter().any(|(key, text)| key.name == mine.0.name && *text == mine.1)
+                })
         };
         first.iter().filter(same).cloned().collect()
+    }
+
+    /// Whether a turn of all axes of the file has the same steps and millimetres.
+    pub fn built_alike(&self) -> bool {
+        let mut built = self.axes.iter().map(|(_, values)| built(values));
+        let first = built.next();
+        built.all(|other| Some(other) == first)
     }
 
     /// What is known of the board.
     pub fn board(&self) -> Values {
         self.board.clone()
     }
+}
+
+/// Steps and nanometres of a turn.
+fn built(values: &Values) -> (u32, Option<u32>) {
+    let value = |name| values.iter().find(|(key, _)| key.name == name).map(|(_, text)| text);
+    let steps = value("steps-per-rev").and_then(|text| text.parse().ok());
+    let mm = value("mm-per-rev").and_then(|text| text.parse().ok());
+    (steps.unwrap_or(TURN), mm.map(MmArg::nm))
 }
 
 /// The value of a key of these, as its option takes it.
@@ -325,7 +343,24 @@ mod tests {
         assert_eq!(axis(1), ["accel 200mm/s2", "mm_per_rev 8", "steps_per_rev 3200"]);
         assert_eq!(axis(2), ["slow 1mm/s", "mm_per_rev 1.5", "steps_per_rev 3200"]);
         assert!(axis(3).is_empty());
-        assert_eq!(shown(machine.common()), ["steps_per_rev 3200"]);
+        assert!(machine.common().is_empty());
+    }
+
+    #[test]
+    fn steps_and_millimetres_of_a_turn_are_one_thing() {
+        let common = |one: &str, two: &str| {
+            let machine = parse(&format!("[axis.1]\n{one}\n[axis.2]\n{two}\n")).unwrap();
+            (machine.built_alike(), shown(machine.common()))
+        };
+        let both = "steps-per-rev = 3200\nmm-per-rev = 8\njerk = 5";
+        let same = ["jerk 5", "mm_per_rev 8", "steps_per_rev 3200"].map(str::to_owned);
+        assert_eq!(common(both, both), (true, same.to_vec()));
+        for other in ["steps-per-rev = 1600\nmm-per-rev = 8", "steps-per-rev = 3200", ""] {
+            let (alike, common) = common(both, &format!("{other}\njerk = 5"));
+            assert_eq!((alike, common), (false, vec!["jerk 5".to_owned()]), "{other}");
+        }
+        // 200 is what a turn has that nobody counts.
+        assert!(common("steps-per-rev = 200", "jerk = 5").0);
     }
 
     #[test]

@@ -41,8 +41,8 @@ use decimal::Decimal;
 pub use distance::DistanceArg;
 pub use error::UnitError;
 pub use machine_unit::{MachineUnit, TURN};
-pub use unit::is_known;
 use unit::{Kind, Unit};
+pub use unit::{is_known, needs_motor};
 
 /// A distance in millimetres, held in whole nanometres.
 #[derive(Clone, Copy, Debug)]

@@ -34,6 +34,11 @@ pub fn is_known(text: &str) -> bool {
     split(text).is_some() || OTHERS.contains(&text)
 }
 
+/// Whether it takes a motor, how many steps a turn has, to know the steps of this unit.
+pub fn needs_motor(text: &str) -> bool {
+    split(text).is_some_and(|(unit, _)| unit.length != Length::Step)
+}
+
 /// A length per second or per minute, for an acceleration per second again, and
 /// for a jerk once more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -96,7 +96,7 @@ impl WasmHost {
 async fn keep(desk: Arc<PageDesk>) {
     let board = KeptBoard {
         name: String::new(),
-        unit: ("steps", 1.0),
+        units: Vec::new(),
         home_within: Vec::new(),
         machine: None,
         lease: LEASE,

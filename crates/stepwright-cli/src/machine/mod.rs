@@ -21,11 +21,14 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
 
 use crate::failure::Failure;
-use crate::quantity::{DistanceArg, GeometryArgs, MachineUnit};
+use crate::quantity::{DistanceArg, GeometryArgs, MachineUnit, is_of_motor};
 use crate::say;
 use file::{About, Key, Values};
 use stepwright_keeper::report::{MachineSheet, MachineValue};
 use stepwright_protocol::AxisId;
+
+/// Those of them that ask for each axis how its motor is built.
+const EACH: [&str; 2] = ["line", "serve"];
 
 /// The file that is found where the command is run.
 const HERE: &str = "stepwright.toml";
@@ -104,8 +107,14 @@ pub fn read(
     let mut command = command();
     let below = path.iter().try_fold(&mut command, |above, name| above.find_subcommand_mut(name));
     let Some(below) = below else { return Ok(first) };
+    let has = |id: &str| below.get_arguments().any(|option| option.get_id() == id);
+    let one_motor = has("steps_per_rev") && !has("axis") && !EACH.contains(&order.as_str());
+    if one_motor && typed.value_source("steps_per_rev") != Some(ValueSource::CommandLine) {
+        built_alike(&from, words)?;
+    }
     let defaults = defaults(values, order, typed, below);
-    if defaults.is_empty() {
+    let each = EACH.contains(&order.as_str()) && !alike(&from)?;
+    if defaults.is_empty() && !each {
         return Ok(first);
     }
     say::note(format_args!("machine: {}", from.display()));
@@ -133,6 +142,27 @@ fn values(text: &str, from: &Path, typed: &ArgMatches) -> Result<Values, Failure
         _ => machine.common(),
     };
     Ok(machine.board().into_iter().chain(axis).collect())
+}
+
+/// Whether a turn of every axis of the file has the same steps and millimetres.
+fn alike(from: &Path) -> Result<bool, Failure> {
+    Ok(file::parse(&file::text(from)?, from)?.built_alike())
+}
+
+/// That a turn of every axis of the file has the same steps and millimetres, if a number that was
+/// typed takes that.
+fn built_alike(from: &Path, words: &[OsString]) -> Result<(), Failure> {
+    match words.iter().find(|word| is_of_motor(word)) {
+        Some(word) if !alike(from)? => {
+            let (word, from) = (word.display(), from.display());
+            let what = format!("{word}: a turn of the axes in {from} differs in steps or mm");
+            Err(Failure::usage(what).hint(
+                "give --steps-per-rev, and --mm-per-rev for millimetres, of the axis that is meant; \
+                 or steps",
+            ))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What stands in the machine file, for people who look at a board.
@@ -212,6 +242,14 @@ impl MachineAxes {
     #[cfg(test)]
     pub fn none() -> MachineAxes {
         MachineAxes(Vec::new())
+    }
+
+    /// How the motor of an axis is built: as typed, or as it stands there.
+    pub fn geometry(&self, axis: AxisId, typed: &GeometryArgs) -> GeometryArgs {
+        match self.0.iter().find(|(known, _)| *known == axis) {
+            Some((_, values)) => typed.or(&built(values)),
+            None => typed.clone(),
+        }
     }
 
     /// The value of an option of an axis, as it stands there.

@@ -12,7 +12,8 @@ use super::target::{self, Format, MotionArgs};
 use super::travel::{Way, start_position};
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::quantity::{DistanceArg, SpeedArg, in_unit};
+use crate::machine::{MachineArgs, MachineAxes};
+use crate::quantity::{DistanceArg, GeometryArgs, MachineUnit, SpeedArg, in_units};
 use crate::say;
 use stepwright_host::line::{NoLine, apart, furthest, shares};
 use stepwright_host::motion::{NotBegun, POLL, Start};
@@ -62,24 +63,37 @@ pub struct Args {
 }
 
 /// Moves, and says where to.
-pub fn run(args: Args) -> Result<(), Failure> {
-    let geometry = args.order.ramps.geometry()?;
+pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
+    let file = MachineAxes::quiet(machine)?;
+    let count = args.distance.len().max(args.to.len());
+    let axes: Vec<AxisId> = AxisId::first(count as u8).collect();
+    let built = axes.iter().map(|axis| file.geometry(*axis, args.order.ramps.built()));
+    let built: Vec<GeometryArgs> = built.collect();
     let ways: Vec<Way> = args
         .distance
         .iter()
-        .map(|by| Way::of(Some(by), None, &geometry))
-        .chain(args.to.iter().map(|to| Way::of(None, Some(to), &geometry)))
+        .zip(&built)
+        .map(|(by, built)| Way::of(Some(by), None, &built.geometry()?))
+        .chain(args.to.iter().zip(&built).map(|(to, built)| {
+            Way::of(None, Some(to), &built.geometry()?) //
+        }))
         .collect::<Result<_, _>>()?;
-    let axes: Vec<AxisId> = AxisId::first(ways.len() as u8).collect();
     // A virtual board begins at 0.
-    let line = Line::of(&args, &ways, &vec![0; axes.len()])?;
+    let line = Line::of(&args, &ways, &built, &vec![0; axes.len()])?;
     interrupt::listen(While::Holding)?;
     let title = format!("A line of {} steps", numbers(line.steps()));
-    let mut session =
-        args.order.port.or_virtual(&args.order.virt, "line", line.motion.heading(title))?;
-    let result = go(&mut session, &args, &axes, &ways);
+    let mut heading = line.motion.heading(title);
+    // One unit for all, or steps.
+    heading.unit = heading.unit.filter(|unit| units(&built).all(|other| other == Some(*unit)));
+    let mut session = args.order.port.or_virtual(&args.order.virt, "line", heading)?;
+    let result = go(&mut session, &args, &axes, &ways, &built);
     let finished = target::finish(&mut session);
     result.and(finished)
+}
+
+/// What each axis counts in.
+fn units(built: &[GeometryArgs]) -> impl Iterator<Item = Option<MachineUnit>> {
+    built.iter().map(GeometryArgs::unit)
 }
 
 /// What the axes are ordered.
@@ -93,13 +107,21 @@ struct Line {
 }
 
 impl Line {
-    fn of(args: &Args, ways: &[Way], from: &[i64]) -> Result<Line, Failure> {
+    fn of(
+        args: &Args,
+        ways: &[Way],
+        built: &[GeometryArgs],
+        from: &[i64],
+    ) -> Result<Line, Failure> {
         let steps = ways.iter().zip(from).map(|(way, from)| way.steps(*from));
         let steps = steps.collect::<Result<Vec<_>, _>>()?;
         let lead = furthest(&steps);
         let (lead, way) = lead.ok_or_else(|| Failure::usage("no axis moves"))?;
-        let motion =
-            args.order.ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
+        let ramps = match built.get(lead.index()) {
+            Some(built) => args.order.ramps.on(built.clone()),
+            None => args.order.ramps.clone(),
+        };
+        let motion = ramps.motion(lead, &args.top_speed, "--top-speed", Travel::By(way))?;
         let orders = shares((lead, motion.order), &steps).map_err(unshared)?;
         Ok(Line { steps, motion, orders })
     }
@@ -119,7 +141,13 @@ fn unshared(why: NoLine) -> Failure {
     }
 }
 
-fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Result<(), Failure> {
+fn go(
+    session: &mut Session,
+    args: &Args,
+    axes: &[AxisId],
+    ways: &[Way],
+    built: &[GeometryArgs],
+) -> Result<(), Failure> {
     if let Some(last) = axes.last() {
         target::has_axis(session, *last).map_err(|failure| {
             let there = session.info().map_or(1, |info| info.axes);
@@ -130,7 +158,7 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
     for axis in axes {
         from.push(start_position(session, *axis)?);
     }
-    let line = Line::of(args, ways, &from)?;
+    let line = Line::of(args, ways, built, &from)?;
     let Line { motion, orders, .. } = &line;
     able::to_bend(session, &motion.order)?;
     let lines: Vec<Command> = Script::new(orders)?.collect();
@@ -192,8 +220,8 @@ fn go(session: &mut Session, args: &Args, axes: &[AxisId], ways: &[Way]) -> Resu
         None => "uncertain",
     };
     match args.order.format {
-        Format::Json => say::json(in_unit(
-            motion.unit,
+        Format::Json => say::json(in_units(
+            &units(built).collect::<Vec<_>>(),
             json!({
                 "from": from,
                 "steps": line.steps().collect::<Vec<_>>(),

@@ -63,6 +63,16 @@ pub struct Motion {
 }
 
 impl RampArgs {
+    /// The same for a motor of its own.
+    pub fn on(&self, geometry: GeometryArgs) -> RampArgs {
+        RampArgs { geometry, ..self.clone() }
+    }
+
+    /// How the motor is built.
+    pub fn built(&self) -> &GeometryArgs {
+        &self.geometry
+    }
+
     /// How the motor's steps relate to the world.
     pub fn geometry(&self) -> Result<Geometry, Failure> {
         self.geometry.geometry()

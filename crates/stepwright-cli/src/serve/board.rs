@@ -43,8 +43,8 @@ const IDLE: Duration = Duration::from_millis(100);
 pub struct ServedBoard {
     /// Its port, or a virtual board's absence of one.
     pub port: PortArgs,
-    /// The unit of its positions, and the steps of one.
-    pub unit: (&'static str, f64),
+    /// The unit of the positions of each axis, and the steps of one.
+    pub units: Vec<(AxisId, (&'static str, f64))>,
     /// The limit switches of a virtual machine.
     pub switches: Vec<Switch>,
     /// What its motors are on that have coils.
@@ -93,7 +93,7 @@ impl BoardThread {
         let mut session = open(&board, &desk)?;
         let kept = KeptBoard {
             name: session.name(),
-            unit: board.unit,
+            units: board.units.clone(),
             home_within: board.home_within.clone(),
             machine: board.machine.clone(),
             lease: LEASE,

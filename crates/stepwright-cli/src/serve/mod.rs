@@ -24,12 +24,13 @@ use std::str::FromStr;
 use std::sync::{Arc, mpsc};
 use std::thread;
 
+use stepwright_protocol::{AxisId, MAX_AXES};
 use stepwright_serve::{Guard, ServeDesk, Token};
 
 use crate::calc;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
-use crate::machine::{self, MachineArgs};
+use crate::machine::{self, MachineArgs, MachineAxes};
 use crate::order::target::PortArgs;
 use crate::quantity::GeometryArgs;
 use crate::say;
@@ -124,7 +125,6 @@ impl std::fmt::Display for Bind {
 
 /// Serves until Ctrl-C, or another signal.
 pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
-    let unit = args.geometry.page_unit()?;
     if args.cycles.is_some() && !cfg!(unix) {
         return Err(Failure::usage(
             "--cycles takes a system with signals: a run could not be stopped",
@@ -145,6 +145,9 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let boards = PathBoards { cycles: args.cycles, stream: args.stream };
     let paths = Arc::new(PathFiles::on(boards, machine));
     let home_within = machine::home_within(machine, &args.geometry)?;
+    let file = MachineAxes::quiet(machine)?;
+    let unit = |axis| Ok((axis, file.geometry(axis, &args.geometry).page_unit()?));
+    let units = AxisId::first(MAX_AXES).map(unit).collect::<Result<Vec<_>, Failure>>()?;
     let machine = machine::shown(machine)?;
     let listener = TcpListener::bind(args.bind.0).map_err(|error| {
         Failure::new(format!("can't serve at {}: {error}", args.bind))
@@ -161,7 +164,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         false => args.switch,
     };
     let (port, drives) = (args.port, args.drive);
-    let served = ServedBoard { port, unit, switches, drives, home_within, machine };
+    let served = ServedBoard { port, units, switches, drives, home_within, machine };
     let (tell, met) = mpsc::channel();
     let board = thread::spawn({
         let desk = desk.clone();

@@ -20,6 +20,7 @@ mod coils;
 mod contacts;
 mod duties;
 mod homing;
+mod line;
 mod motion;
 mod ports;
 mod program_noise;

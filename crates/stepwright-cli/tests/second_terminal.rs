@@ -219,6 +219,25 @@ fn a_travel_is_sent_to_a_position() {
     bench.end();
 }
 
+/// An axis of a line has a new target: the line says so, and ends there.
+#[test]
+fn an_axis_of_a_line_is_sent_to_a_position() {
+    let bench = Bench::new();
+    bench.order(&["move", "100", "--top-speed", "2000"]).assert(0, "position 100 ready");
+    let mut line = bench.start(&["line", "1000000", "4000", "--top-speed", "2000"]);
+    line.wait_err("position ");
+    let ended = bench.order(&["retarget", "--to", "30", "--accel", "20000"]);
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    let ended = bench.order(&["retarget", "-7", "--axis", "2", "--top-speed", "1000"]);
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    let ended = line.end();
+    ended.assert(0, "position 30 -7 ready");
+    for words in ["axis 1: target 30", "axis 2: target -7", "axis 2: top speed 1000 steps/s"] {
+        assert!(ended.stderr.contains(&format!("another terminal, {words}")), "{ended:#?}");
+    }
+    bench.end();
+}
+
 /// What another terminal changes of an axis is no change of the next.
 #[test]
 fn a_run_that_is_given_an_end_is_there() {

@@ -37,6 +37,8 @@ The first number is for axis 1, the second for axis 2, and so on; 0 leaves one w
 it is. The serial line carries start speeds and ramps in whole steps: an axis whose share is
 small ends a little before or after the others, and what that comes to is said.
 
+`retarget` from another terminal has an axis leave the line: it goes to its new target alone.
+
 Ctrl-C brakes every axis, each along its own ramp, close to the line; a
 second Ctrl-C stops dead, and the positions are lost.
 
@@ -211,8 +213,11 @@ fn go(
             return Err(lost(session, &trouble));
         }
     };
+    // Another terminal may have sent an axis elsewhere.
+    let ordered = from.iter().zip(line.steps()).map(|(from, by)| from.saturating_add(by));
+    let targets = axes.iter().zip(ordered);
     let targets: Vec<i64> =
-        from.iter().zip(line.steps()).map(|(from, by)| from.saturating_add(by)).collect();
+        targets.map(|(axis, to)| session.new_target(*axis).unwrap_or(to)).collect();
     let known: Option<Vec<i64>> = at.iter().copied().collect();
     let state = match &known {
         Some(at) if *at == targets => "ready",
@@ -260,6 +265,10 @@ fn stopped(session: &mut Session, axes: &[AxisId]) -> Failure {
     match why {
         Some((axis, stop)) => Failure::new(format!("axis {axis} was stopped by {}", stop.words()))
             .hint("the positions are known"),
+        None if session.was_changed() => {
+            Failure::new("the axes don't rest where they were ordered to")
+                .hint("another terminal has changed a travel")
+        }
         None => Failure::new("the axes don't rest where they were ordered to")
             .hint("did another master, a switch or a reset stop them, or noise change a digit?"),
     }
@@ -273,6 +282,14 @@ fn watch(session: &mut Session, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64
             session.stop(Selection::All)?;
             braked = true;
             say::note(interrupt::braking());
+        }
+        while let Some(change) = session.next_change() {
+            say::note(match change.axes {
+                Selection::One(axis) => {
+                    format!("another terminal, axis {}: {change}", axis.number())
+                }
+                Selection::All => format!("another terminal: {change}"),
+            });
         }
         if told.elapsed() >= LINES {
             told = Instant::now();

@@ -147,4 +147,16 @@ fn positions_are_said_in_it() {
     assert_eq!(told["axes"][1]["in_unit"]["unit"], "deg");
     assert_eq!(told["axes"][2]["in_unit"], Value::Null);
     ask(&["zero"]).assert(0, "position 0 ready (0 mm)");
+    // Also of what goes on by itself, and is changed on its way.
+    let is_in_mm = |ended: &Ended| {
+        let told = object(ended);
+        let steps = told["position"].as_f64().unwrap();
+        assert_eq!(told["in_unit"], json!({ "unit": "mm", "position": steps / 400.0 }), "{told}");
+    };
+    is_in_mm(&ask(&["move", "1000mm", "--detach", "--format", "json"]));
+    is_in_mm(&ask(&["retarget", "900mm", "--format", "json"]));
+    let changed = ask(&["retarget", "800mm"]);
+    assert!(changed.last_line().ends_with(" mm)"), "{changed:#?}");
+    assert_eq!(ask(&["stop"]).code(), Some(0));
+    is_in_mm(&ask(&["run", "10mm/s", "--detach", "--format", "json"]));
 }

@@ -10,7 +10,7 @@ use super::refused;
 use super::target::{self, AxisArgs, Format, PortArgs};
 use super::travel::Way;
 use crate::failure::Failure;
-use crate::quantity::{AccelArg, DistanceArg, GeometryArgs, SpeedArg};
+use crate::quantity::{AccelArg, DistanceArg, GeometryArgs, SpeedArg, in_unit};
 use crate::say;
 use stepwright_host::change::Travels;
 use stepwright_host::link::serial::Share;
@@ -169,14 +169,18 @@ fn refusal(session: &mut Session, axis: AxisId, line: Command, why: Option<Refus
 }
 
 fn show(args: &Args, name: &str, lines: &[Command], began: Option<i64>, state: &State) {
+    let unit = args.geometry.unit();
     match args.format {
-        Format::Json => say::json(json!({
-            "axis": args.on.axis.number(),
-            "position": state.position,
-            "state": state.word(),
-            "board": name,
-            "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        })),
+        Format::Json => {
+            let told = json!({
+                "axis": args.on.axis.number(),
+                "position": state.position,
+                "state": state.word(),
+                "board": name,
+                "lines": lines.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            });
+            say::json(in_unit(unit, told, &["position"]));
+        }
         Format::Text => {
             let mut travels = Travels::default();
             travels.begins(args.on.axis, began);
@@ -184,7 +188,7 @@ fn show(args: &Args, name: &str, lines: &[Command], began: Option<i64>, state: &
             let words = lines.iter().map(|line| travels.change(axis, *line).to_string());
             let words = words.collect::<Vec<_>>().join(", ");
             say::result(format_args!("axis {} on {name}: {words}", args.on.axis.number()));
-            say::result(state.line());
+            say::result(state.line_in(unit, None));
         }
     }
 }

@@ -207,7 +207,7 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     }
     let ended = match start {
         Ok(()) if args.detach && !interrupt::asked() => {
-            return watch::left(session, args.on.axis, args.order.format);
+            return watch::left(session, args.on.axis, args.order.format, motion.unit);
         }
         Ok(()) => {
             let mut screen = Screen::of(session.talk(), motion, from);

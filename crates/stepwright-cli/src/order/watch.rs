@@ -104,12 +104,17 @@ fn tell(session: &mut Session, format: Format, unit: Option<MachineUnit>, state:
 }
 
 /// Says where an axis is that goes on by itself.
-pub fn left(session: &mut Session, axis: AxisId, format: Format) -> Result<(), Failure> {
+pub fn left(
+    session: &mut Session,
+    axis: AxisId,
+    format: Format,
+    unit: Option<MachineUnit>,
+) -> Result<(), Failure> {
     let states = look::states(session, Some(axis)).map_err(|trouble| {
         drive::not_begun(session, NotBegun::Trouble { trouble, moving: true })
     })?;
     for state in &states {
-        tell(session, format, None, state);
+        tell(session, format, unit, state);
     }
     say::note(format_args!("see it with: stepwright watch --port {}", session.link().name()));
     look::all_known(&session.link().name(), &states)

@@ -78,7 +78,7 @@ struct Work {
     jobs: JobQueue,
     /// Runs that end at a time.
     due: Vec<(f64, Arc<Ticket>, Wish)>,
-    /// What is waited for, by numbers.
+    /// What is waited for on a fast board, by numbers.
     awaited: Vec<(u64, Awaited)>,
     waits: u64,
 }
@@ -167,7 +167,10 @@ impl Desk {
         let mut work = self.work();
         work.waits += 1;
         let number = work.waits;
-        work.awaited.push((number, what));
+        // Where time passes by itself nobody asks, and nobody would take it away again.
+        if self.fast {
+            work.awaited.push((number, what));
+        }
         drop(work);
         self.worked.notify_all();
         number

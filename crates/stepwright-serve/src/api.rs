@@ -1,7 +1,7 @@
 //! The requests over HTTP, and their description.
 //!
-//! Every order but a stop, a kill and an acknowledgement needs control: the key that
-//! `POST /api/control` gives, in the header `Stepwright-Control`.
+//! Every order but a stop and a kill needs control: the key that `POST /api/control` gives, in the
+//! header `Stepwright-Control`.
 
 use std::fmt;
 use std::marker::PhantomData;

@@ -108,6 +108,8 @@ pub struct Conversation {
     sums: bool,
     /// F's that were said and whose R or B was not heard.
     owed: usize,
+    /// A line was said, or a part of it, and its answer was not waited for to the end.
+    pub(crate) unheard: bool,
     /// Which axis F and Z speak of; `None` if we can't be sure.
     selected: Option<Selection>,
     /// Other programs that ask the board through us.
@@ -131,6 +133,7 @@ impl Conversation {
             reason: None,
             sums: false,
             owed: 0,
+            unheard: false,
             selected: None,
             guests: None,
             changes: VecDeque::new(),
@@ -237,6 +240,7 @@ impl Conversation {
 
     /// Says a line once. `None` if no answer came.
     pub async fn once(&mut self, command: Command) -> Result<Option<Reply>, LinkError> {
+        self.in_step().await?;
         self.master.give_up();
         let Ok(bytes) = self.master.send(command) else { return Ok(None) };
         if let Some(guests) = &self.guests {
@@ -245,10 +249,23 @@ impl Conversation {
         self.pipe.write(bytes);
         self.owed += usize::from(command == Command::Status);
         let answer = self.answer().await?;
+        self.unheard = false;
         if let (Some(guests), Some(reply)) = (&self.guests, answer) {
             guests.after(command, reply);
         }
         Ok(answer)
+    }
+
+    /// A line is about to be said: where a future was dropped before the answer to the last one,
+    /// that is waited for first, or it would be taken for this one's.
+    pub(crate) async fn in_step(&mut self) -> Result<(), LinkError> {
+        if self.unheard {
+            self.catch_up().await?;
+        } else if self.program.is_none() {
+            self.owed = 0;
+        }
+        self.unheard = true;
+        Ok(())
     }
 
     /// Waits for the answer to what was said last. That of another program to `?` ends the
@@ -284,6 +301,7 @@ impl Conversation {
     /// Says a line that need not be one of the protocol, and gives the answer
     /// as it is; `None` if none came.
     pub async fn say(&mut self, line: &[u8]) -> Result<Option<String>, LinkError> {
+        self.in_step().await?;
         self.selected = None;
         self.pipe.write(line.iter().copied().chain([b'\r']));
         let end = self.now() + PATIENCE;
@@ -292,10 +310,14 @@ impl Conversation {
             match byte {
                 b'\n' => {}
                 b'\r' if answer.is_empty() => {}
-                b'\r' => return Ok(Some(String::from_utf8_lossy(&answer).into_owned())),
+                b'\r' => {
+                    self.unheard = false;
+                    return Ok(Some(String::from_utf8_lossy(&answer).into_owned()));
+                }
                 byte => answer.push(byte),
             }
         }
+        self.unheard = false;
         Ok(None)
     }
 
@@ -308,7 +330,7 @@ impl Conversation {
 
     /// Says F behind what ends half a line.
     fn say_step(&mut self) {
-        self.selected = None;
+        (self.selected, self.unheard) = (None, true);
         self.pipe.write(self.master.resync());
         self.owed += 1;
     }
@@ -316,21 +338,24 @@ impl Conversation {
     /// One attempt to get in step; true if it worked.
     async fn step(&mut self) -> Result<bool, LinkError> {
         self.say_step();
-        Ok(self.answer().await?.is_some())
+        let answer = self.answer().await?;
+        self.unheard = false;
+        Ok(answer.is_some())
     }
 
-    /// Gets in step with a program, however late it answers: once each F that was said has its
+    /// Gets in step with a board, however late it answers: once each F that was said has its
     /// answer, none to an earlier line is to come. Where some do not come they were lost.
     async fn catch_up(&mut self) -> Result<(), LinkError> {
         let (mut heard, mut silent) = (false, 0);
         self.say_step();
-        while silent < SILENCES {
+        while silent < self.silences(heard) {
             match self.line().await? {
                 Some(line) => {
                     let bare = line.split('*').next().unwrap_or_default();
                     if self.hear(bare) {
                         (heard, silent) = (true, 0);
                         if self.owed == 0 {
+                            self.unheard = false;
                             return Ok(());
                         }
                     }
@@ -343,8 +368,18 @@ impl Conversation {
                 }
             }
         }
-        self.owed = 0;
+        (self.owed, self.unheard) = (0, false);
         if heard { Ok(()) } else { Err(LinkError::Silent) }
+    }
+
+    /// How long a board may be silent before what it owes counts as lost: one that has `heard` us
+    /// answers within milliseconds, but for a program.
+    fn silences(&self, heard: bool) -> usize {
+        match (&self.program, heard) {
+            (Some(_), _) => SILENCES,
+            (None, true) => 1,
+            (None, false) => TRIES,
+        }
     }
 
     /// The next line from the board, without its end; `None` if none comes for a while.
@@ -535,9 +570,15 @@ impl Conversation {
 
     /// Kills all axes, whatever was going on. True if the board said Y.
     pub async fn kill(&mut self) -> Result<bool, LinkError> {
+        if self.unheard {
+            // At once, behind what ends half a line; and again, for its answer can't be told.
+            self.pipe.write(*b"#\rK\r");
+        }
         for _ in 0..TRIES {
-            if self.once(Command::Kill).await? == Some(Reply::Yes) {
-                return Ok(true);
+            match self.once(Command::Kill).await {
+                Ok(Some(Reply::Yes)) => return Ok(true),
+                Ok(_) | Err(LinkError::Silent) => {}
+                Err(trouble) => return Err(trouble),
             }
             // Half a line may stand in the slave, and swallow every K.
             self.step().await?;

@@ -46,10 +46,13 @@ impl Conversation {
     /// [`LinkError`]
     pub async fn row(&mut self, row: &str, twice: bool) -> Result<Option<String>, LinkError> {
         for _ in 0..TRIES {
+            self.in_step().await?;
             self.pipe.forget_incoming();
             let sum = row.bytes().fold(0, crc);
             self.pipe.write(format!("{row}*{sum:02X}\r").bytes());
-            match self.row_answer().await? {
+            let heard = self.row_answer().await?;
+            self.unheard = false;
+            match heard {
                 Heard::Answer(answer) if answer == DAMAGED => continue,
                 Heard::Answer(answer) => return Ok(Some(answer)),
                 // Which line's answer was spoiled is not known.

@@ -73,9 +73,77 @@ fn a_dropped_question_is_forgotten() {
         let mut asked = pin!(talk.once(Command::Status));
         assert!(poll(asked.as_mut()).is_pending());
     }
+    assert_eq!(pipe.take_output(), b"F\r");
+    let mut asked = pin!(talk.once(Command::Status));
+    assert!(poll(asked.as_mut()).is_pending());
+    assert_eq!(pipe.take_output(), b"#\rF\r");
+    // The answer to the first is none to that F, nor to the second.
+    pipe.feed(b"R\rE\r");
+    assert!(poll(asked.as_mut()).is_pending());
+    assert_eq!(pipe.take_output(), b"");
+    pipe.feed(b"R\r");
+    assert!(poll(asked.as_mut()).is_pending());
+    assert_eq!(pipe.take_output(), b"F\r");
+    pipe.feed(b"B\r");
+    assert!(matches!(poll(asked), Poll::Ready(Ok(Some(Reply::Busy)))));
+}
+
+/// The position of one axis is not that of another which was asked for before.
+#[test]
+fn the_answer_to_a_dropped_question_is_none_to_the_next() {
+    let pipe = Pipe::new();
+    let mut talk = Conversation::new(pipe.clone());
+    let axis = |number| AxisId::numbered(number).unwrap();
+    {
+        let mut asked = pin!(talk.position(axis(1)));
+        assert!(poll(asked.as_mut()).is_pending());
+    }
+    let mut asked = pin!(talk.position(axis(2)));
+    assert!(poll(asked.as_mut()).is_pending());
+    pipe.feed(b"800\rE\rR\r");
+    assert!(poll(asked.as_mut()).is_pending());
+    pipe.feed(b"-5\r");
+    assert!(matches!(poll(asked), Poll::Ready(Ok(Some(-5)))));
+}
+
+/// Of a question that was dropped half the line may have gone out, which has no answer.
+#[test]
+fn half_a_line_is_not_waited_for() {
+    let pipe = Pipe::new();
+    let mut talk = Conversation::new(pipe.clone());
+    {
+        let mut asked = pin!(talk.once(Command::Status));
+        assert!(poll(asked.as_mut()).is_pending());
+    }
     let mut asked = pin!(talk.once(Command::Position(AxisId::FIRST)));
     assert!(poll(asked.as_mut()).is_pending());
-    // The answer to the first is none to the second.
-    pipe.feed(b"R\r77\r");
-    assert!(matches!(poll(asked), Poll::Ready(Ok(Some(Reply::Position(77))))));
+    pipe.feed(b"E\rR\r");
+    assert!(poll(asked.as_mut()).is_pending());
+    pipe.take_output();
+    pipe.pass(ms(500));
+    assert!(poll(asked.as_mut()).is_pending());
+    assert_eq!(pipe.take_output(), b"V1\r");
+}
+
+/// A kill waits for no step: K is said at once, and again to hear its answer.
+#[test]
+fn a_kill_after_a_dropped_question_goes_out_at_once() {
+    let pipe = Pipe::new();
+    let mut talk = Conversation::new(pipe.clone());
+    {
+        let mut asked = pin!(talk.once(Command::Zero(AxisId::FIRST)));
+        assert!(poll(asked.as_mut()).is_pending());
+        pipe.take_output();
+    }
+    let mut killed = pin!(talk.kill());
+    assert!(poll(killed.as_mut()).is_pending());
+    assert_eq!(pipe.take_output(), b"#\rK\r#\rF\r");
+    // The Y of the dropped line is not that of K.
+    pipe.feed(b"Y\rE\r");
+    assert!(poll(killed.as_mut()).is_pending());
+    pipe.feed(b"Y\rE\rR\r");
+    assert!(poll(killed.as_mut()).is_pending());
+    assert_eq!(pipe.take_output(), b"K\r");
+    pipe.feed(b"Y\r");
+    assert!(matches!(poll(killed), Poll::Ready(Ok(true))));
 }

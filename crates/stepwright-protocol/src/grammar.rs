@@ -84,7 +84,8 @@ impl Shape {
             flags |= flag::SIGN;
         }
         if let Some((smallest, most)) = self.number {
-            largest = most;
+            // −2³¹ is one, too.
+            largest = most + self.sign as u32;
             flags |= flag::NUMBER | if smallest == 0 { flag::ZERO } else { 0 };
         }
         let mut place = 0;
@@ -104,7 +105,7 @@ const LARGEST: [u32; 9] = [
     TopSpeed::LARGEST.get(),
     WholeAccel::LARGEST.get(),
     MilliSpeed::LARGEST.get(),
-    i32::MAX as u32,
+    i32::MIN.unsigned_abs(),
     WholeJerk::LARGEST.get(),
 ];
 
@@ -477,7 +478,9 @@ mod tests {
             assert!(letters.insert(letter), "{letter}");
             let row = Row::of(letter).unwrap();
             let form = Form::ALL[usize::from(at) / ROW];
-            assert_eq!(row.largest(), form.shape.number.map_or(0, |(_, largest)| largest));
+            // −2³¹ is one of those with a sign.
+            let sign = u32::from(form.shape.sign);
+            assert_eq!(row.largest(), form.shape.number.map_or(0, |(_, largest)| largest + sign));
             assert_eq!(row.flags() & flag::NUMBER != 0, form.shape.number.is_some());
             at += ROW as u16;
         }

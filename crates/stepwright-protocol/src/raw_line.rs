@@ -51,12 +51,15 @@ impl RawLine {
             }
             self.backward = sign == b'-';
             rest = digits;
+        } else {
+            // Numbers without a sign have all 32 bits.
+            self.backward = true;
         }
         if flags & flag::NUMBER != 0 {
             number::read(rest, &mut self.number)?;
-            // A travel goes to −2³¹.
-            let least = self.number == 1 << 31 && self.backward && letter == b'G';
-            if self.number > row.largest() && !least
+            // Those with a sign are −2³¹ to 2³¹ − 1.
+            if self.number > row.largest()
+                || self.number >> 31 != 0 && !self.backward
                 || (self.number == 0 && flags & flag::ZERO == 0)
             {
                 return Err(Refusal::Range);

@@ -81,7 +81,7 @@ pub fn read(line: &[u8], can: Can) -> Result<Line, Reasons> {
             let Some((sign, digits)) = rest.split_first() else { return bad };
             let steps = match sign {
                 b'+' => i64::from(number(digits, 0, 0x7FFF_FFFF)?),
-                b'-' => -i64::from(number(digits, 0, 0x7FFF_FFFF + u32::from(letter == b'G'))?),
+                b'-' => -i64::from(number(digits, 0, 0x8000_0000)?),
                 _ => return bad,
             };
             Ok(if letter == b'G' { Line::Go(steps) } else { Line::Retarget(steps) })
@@ -147,6 +147,7 @@ mod tests {
         assert_eq!(ok("S0005"), Line::Manner(b'S', 5));
         assert_eq!(ok("G-2147483648"), Line::Go(-2_147_483_648));
         assert_eq!(ok("@-0"), Line::Retarget(0));
+        assert_eq!(ok("@-2147483648"), Line::Retarget(-2_147_483_648));
         assert_eq!(ok("g-"), Line::Run(false));
         assert_eq!(ok("A0"), Line::Select(0));
         assert_eq!(ok("j4000000000"), Line::Manner(b'j', 4_000_000_000));
@@ -166,7 +167,7 @@ mod tests {
             "t0",
             "G+2147483648",
             "G-2147483649",
-            "@-2147483648",
+            "@-2147483649",
             "V9",
             "I0",
             "$pulse-us=21",

@@ -210,8 +210,8 @@ impl<const Q: usize> Motor<Q> {
         let open = self.is_open() && self.planner.steps_left() != 0;
         self.planner.limit(clock, change)?;
         if let Change::Target(steps) = *change {
-            self.left = self.left.wrapping_add(self.along(steps.wrapping_sub(self.target)));
-            self.target = steps;
+            let way = steps.checked_sub(self.led()).ok_or(Unfit::TooLong)?;
+            (self.left, self.target) = (self.along(way), steps);
             if self.leg == Leg::Braking {
                 self.leg = Leg::Open;
             }
@@ -292,7 +292,8 @@ impl<const Q: usize> Motor<Q> {
     /// [holds](Motor::hold), and `lead` ticks. The queue must be empty.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn begin(&mut self, feed: &mut Producer<'_, Q>, mut lead: Ticks, horizon: &Horizon) {
-        let forward = self.forward == (self.left > 0);
+        // −2³¹ steps, which have no opposite, lead backward, whatever it faces.
+        let forward = self.left != i32::MIN && self.forward == (self.left > 0);
         self.left = self.left.wrapping_abs().wrapping_sub(1);
         self.leg = Leg::Open;
         feed.set_open(true);
@@ -514,7 +515,13 @@ impl<const Q: usize> Motor<Q> {
     /// Where the last pulse handed out led to, in steps from where the travel
     /// began; `None` if that is too far to be counted.
     pub(crate) fn planned(&self) -> Option<i32> {
-        (!self.beyond).then_some(self.target.wrapping_sub(self.along(self.left)))
+        (!self.beyond).then_some(self.led())
+    }
+
+    /// The same modulo 2³².
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn led(&self) -> i32 {
+        self.target.wrapping_sub(self.along(self.left))
     }
 
     /// Where its travel is to end, in steps from where it began; `None` without an end, or
@@ -526,8 +533,7 @@ impl<const Q: usize> Motor<Q> {
     /// Whether a target, in steps from where the travel began, lies forward of
     /// what is planned.
     pub(crate) fn is_ahead(&self, target: i32) -> bool {
-        let left = self.left.wrapping_add(self.along(target.wrapping_sub(self.target)));
-        self.forward == (left >= 0)
+        target > self.led()
     }
 
     /// Whether its travel leads forward.

@@ -221,6 +221,66 @@ fn a_ramp_has_what_the_steps_of_others_leave() {
     assert_eq!(start(at(200_000), at(200_000), None), Ok(()));
 }
 
+// ----- distances
+
+/// All that is planned of the present leg; the axis is at rest then.
+fn play_all(motors: &mut Motors<1>, entries: &mut Consumer<8>) -> Vec<(u8, u64)> {
+    let mut all = Vec::new();
+    for _ in 0..100 {
+        plan(motors);
+        all.extend(events(entries));
+    }
+    motors.engine().moving = 0;
+    plan(motors);
+    all
+}
+
+/// −2³¹ has no opposite, and leads backward from wherever it faces.
+#[test]
+fn the_longest_travel_leads_backward() {
+    for first in [10, -10] {
+        let mut queue = Queue::<8>::new();
+        let (feed, mut entries) = queue.split();
+        let mut motors = motors([feed], board::<1>(133));
+        motors.start([(Axis::X, order(50, 1000, 9000, Travel::By(first)))]).unwrap();
+        play_all(&mut motors, &mut entries);
+        let faces_forward = first > 0;
+        motors.start([(Axis::X, order(50, 1000, 9000, Travel::By(i32::MIN)))]).unwrap();
+        plan(&mut motors);
+        let turns = events(&mut entries).iter().any(|(pins, _)| pins & TURN != 0);
+        assert_eq!(turns, faces_forward, "{first}");
+        assert!(motors.planned(Axis::X).is_some_and(|at| at < 0), "{first}");
+    }
+}
+
+/// A target that is 2³¹ steps and more from what is planned is none; one that is less far is, though it
+/// is on the other side of where the travel began.
+#[test]
+fn a_target_that_32_bits_do_not_reach_is_refused() {
+    let travel = |steps| {
+        let mut queue = Queue::<8>::new();
+        let (feed, mut entries) = queue.split();
+        // At 10⁶ steps/s a run has many steps.
+        let mut motors = motors([feed], board::<1>(10));
+        let fast = order(1_000_000, 1_000_000, 1_000_000, Travel::By(steps));
+        motors.start([(Axis::X, fast)]).unwrap();
+        while motors.planned(Axis::X).is_some_and(|at| at.unsigned_abs() < 300_000_000) {
+            plan(&mut motors);
+            events(&mut entries);
+        }
+        let planned = i64::from(motors.planned(Axis::X).unwrap());
+        for (to, far) in [(i32::MIN, true), (-1_900_000_000, true), (-1_840_000_000, false)] {
+            let to = if steps < 0 { to.saturating_neg() } else { to };
+            assert_eq!((i64::from(to) - planned).unsigned_abs() >= 1 << 31, far, "{planned}");
+            let refused = motors.change(Axis::X, Change::Target(to));
+            let want = if far { Err(Refusal::Unfit(Unfit::TooLong)) } else { Ok(()) };
+            assert_eq!(refused, want, "{to}");
+        }
+    };
+    travel(i32::MAX);
+    travel(-i32::MAX);
+}
+
 // ----- rests
 
 /// A leg that turns waits for the longer of DIR's hold time and its rest, an interval of the

@@ -141,7 +141,7 @@ macro_rules! step_fill_text {
 .set sw_a1, {axes}+{axis}
 .set sw_a2, {axes}+2*{axis}
 
-; One late step more. Uses r26.
+; One late step more; from 2^24 - 1 on the highest byte stays. Uses r26.
 sw_count:
     lds r26, {common}+{late}
     subi r26, 0xFF
@@ -153,6 +153,7 @@ sw_count:
     brcs 1f
     lds r26, {common}+{late}+2
     inc r26
+    breq 1f
     sts {common}+{late}+2, r26
 1:  ret
 

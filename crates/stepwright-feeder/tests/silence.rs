@@ -80,6 +80,12 @@ fn z_brakes_and_k_stops() {
 }
 
 #[test]
+fn what_was_not_started_is_forgotten() {
+    guarded(|board| guards::what_was_not_started_is_forgotten(board));
+    guarded(|board| guards::a_count_of_nothing_moves_nothing(board));
+}
+
+#[test]
 fn a_lease_counts_until_the_end() {
     guarded(|board| guards::a_lease_counts_until_the_end(board));
 }

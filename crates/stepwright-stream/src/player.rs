@@ -264,6 +264,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     fn begin(&mut self) {
         self.set_up = true;
         self.link.fifo().cut(0);
+        // What was filled and never started is in the queues.
+        self.engine.kill((1 << AXES) - 1);
         let mut bytes = self.link.small().iter().copied();
         for (axis, lane) in (0..).zip(&mut self.lanes) {
             let mut law = [0; BrakeLaw::LEN];
@@ -346,9 +348,11 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         }
     }
 
-    /// Forgets what has not been decoded: what is queued is played, and then all axes brake.
+    /// Forgets what has not been decoded: what is queued is played, and then all axes brake. What was not
+    /// started yet is not started any more.
     pub fn stop(&mut self) {
-        if self.closed {
+        let filled = self.set_up && self.flags & (Credit::STARTED | Credit::OFF) == 0;
+        if self.closed && !filled {
             return;
         }
         self.link.fifo().forget();

@@ -125,12 +125,16 @@ impl Record {
         }
     }
 
-    /// Whether step interrupts can play it: no wait is shorter than `least` ticks, or as long as
-    /// [`NEAR`].
+    /// Whether step interrupts can play it: its count is within its range, and no wait is shorter than
+    /// `least` ticks, or as long as [`NEAR`].
     #[inline(always)]
     pub const fn is_playable(&self, least: Ticks) -> bool {
         let (least, span) = (least << 8, FAR.wrapping_sub(least << 8));
-        self.interval.wrapping_sub(least) < span && self.last().wrapping_sub(least) < span
+        let counted =
+            !matches!(self.act, RecordAct::Steps(0) | RecordAct::Groups { count: ..2, .. });
+        counted
+            && self.interval.wrapping_sub(least) < span
+            && self.last().wrapping_sub(least) < span
     }
 
     /// The entry that is played.

@@ -277,6 +277,7 @@ fn silence_at_any_instant_brakes_every_axis() {
 fn z_brakes_and_k_stops() {
     guards::z_brakes_and_f_tells(&mut Awake::new(&NRF51, Pace::Quick));
     guards::k_stops_at_once(&mut Awake::new(&NRF51, Pace::Quick));
+    guards::what_was_not_started_is_forgotten(&mut Awake::new(&NRF51, Pace::Quick));
 }
 
 /// What a board says of itself.

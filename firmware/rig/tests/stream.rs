@@ -345,6 +345,8 @@ fn an_input_brakes_all_axes() {
 fn z_brakes_and_k_stops() {
     guards::z_brakes_and_f_tells(&mut Awake::new());
     guards::k_stops_at_once(&mut Awake::new());
+    guards::what_was_not_started_is_forgotten(&mut Awake::new());
+    guards::a_count_of_nothing_moves_nothing(&mut Awake::new());
 }
 
 #[test]

@@ -3,7 +3,8 @@
 
 use stepwright_feeder::{FeedState, FeedTerms};
 use stepwright_stream::credit::Credit;
-use stepwright_stream::frame::Kind;
+use stepwright_stream::frame::{FrameBytes, Kind};
+use stepwright_stream::record::{Record, RecordAct, RecordBytes, Trail};
 
 use super::instants::{Guarded, ask, ask_credit};
 use super::judge::judge;
@@ -128,6 +129,68 @@ pub fn k_stops_at_once(board: &mut impl Guarded) {
     for (axis, path) in (1..).zip(paths()) {
         let told = ask(board, &mut wire, &mut heard, &format!("V{axis}")).unwrap();
         assert_eq!(told, path.len().to_string());
+    }
+}
+
+/// Frames by hand, from a number on.
+fn frames(wire: &mut Wire, from: u8, frames: &[(Kind, &[u8])]) {
+    for (n, (kind, payload)) in (from..).zip(frames) {
+        wire.send(FrameBytes::new(*kind, n, payload).as_bytes());
+    }
+}
+
+/// A gate, and so many steps of axis 0 at 1,000 steps/s, to rest.
+fn data(steps: u16) -> Vec<u8> {
+    let (mut bytes, mut trail) = (vec![0], Trail::NONE);
+    for act in [RecordAct::Steps(steps - 1), RecordAct::Step { halvings: 0, goes_on: false }] {
+        let record = Record { act, interval: 16_000 << 8, growth: 0 };
+        bytes.extend(RecordBytes::new(0, &record, &trail).unwrap().as_bytes());
+        trail.pass(&record);
+    }
+    bytes
+}
+
+const SETUP: (Kind, &[u8]) = (Kind::Setup, &[0; 18]);
+const START: (Kind, &[u8]) = (Kind::Start, &[1, 0, 0, 0]);
+const END: (Kind, &[u8]) = (Kind::End, &[]);
+
+/// A host that was ended while it filled the queues: the next one begins with nothing of it. What was
+/// filled is not started behind a `Z`.
+pub fn what_was_not_started_is_forgotten(board: &mut impl Guarded) {
+    let mut heard = Heard::default();
+    let mut wire = start(board, 0, 0);
+    let [from, ..] = made(board);
+    frames(&mut wire, 0, &[SETUP, (Kind::Data, &data(50))]);
+    wire.pass(board, wire.now() + 50 * MILLIS);
+    frames(&mut wire, 2, &[SETUP, (Kind::Data, &data(7)), START, END]);
+    wire.pass(board, wire.now() + 500 * MILLIS);
+    assert_eq!(made(board)[0] - from, 7);
+    frames(&mut wire, 6, &[SETUP, (Kind::Data, &data(50))]);
+    assert_eq!(ask(board, &mut wire, &mut heard, "Z").unwrap(), "Y");
+    frames(&mut wire, 8, &[START, END]);
+    wire.pass(board, wire.now() + 500 * MILLIS);
+    assert_eq!(made(board)[0] - from, 7, "it starts behind Z");
+    assert_eq!(ask(board, &mut wire, &mut heard, "F").unwrap(), "R");
+    frames(&mut wire, 8, &[SETUP, (Kind::Data, &data(9)), START, END]);
+    wire.pass(board, wire.now() + 500 * MILLIS);
+    assert_eq!(made(board)[0] - from, 16);
+}
+
+/// Records of no step, and of less than two groups, are none.
+pub fn a_count_of_nothing_moves_nothing(board: &mut impl Guarded) {
+    let mut heard = Heard::default();
+    let mut wire = start(board, 0, 0);
+    let [from, ..] = made(board);
+    // The wait is 1,000 ticks: 22 bits with a prefix.
+    let steps: &[u8] = &[0, 0x00, 0, 0, 0, 0x80, 0x3E, 0x80];
+    for (n, record) in
+        (0..).zip([steps, &[0, 0x10, 0, 0x80, 0x3E, 0x80, 0], &[0, 0x10, 1, 0x80, 0x3E, 0x80, 0]])
+    {
+        frames(&mut wire, 4 * n, &[SETUP, (Kind::Data, record), START, END]);
+        wire.pass(board, wire.now() + 500 * MILLIS);
+        let credit = ask_credit(board, &mut wire, &mut heard).unwrap();
+        assert_eq!(credit.flags & Credit::WRONG, Credit::WRONG, "{record:?}");
+        assert_eq!(made(board)[0] - from, 0, "{record:?}");
     }
 }
 

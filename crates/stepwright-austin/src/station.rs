@@ -19,6 +19,8 @@ use stepwright_protocol::{BoardProgram, Fault, Numbers, Piece, Said, Text, flash
 
 /// Changes of acceleration that a travel may have ahead of it.
 pub const CHANGES: usize = 4;
+/// None of them.
+const NO_CHANGES: [(u32, Accel); CHANGES] = [(0, Accel::MIN); CHANGES];
 /// Delays made ahead of the step under way, at most.
 pub const AHEAD: u8 = 6;
 /// The axis that moves.
@@ -113,7 +115,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
             feed,
             about,
             recipe: None,
-            changes: [(0, Accel::MIN); CHANGES],
+            changes: NO_CHANGES,
             law: None,
             ready: None,
             made: 0,
@@ -138,7 +140,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
         let Some(run) = self.ready else {
             // That was the last step.
             self.feed.set_open(false);
-            self.law = None;
+            (self.law, self.changes) = (None, NO_CHANGES);
             return self.begin();
         };
         if self.feed.len() >= AHEAD || self.feed.push(run).is_err() {
@@ -187,7 +189,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
             return Err(Fault::Own(Refused::Fast(least)));
         }
         self.recipe = Some(*recipe);
-        self.changes = [(0, Accel::MIN); CHANGES];
+        self.changes = NO_CHANGES;
         Ok(())
     }
 
@@ -285,6 +287,7 @@ impl<E: Control, const LEN: usize> BoardProgram for Station<'_, E, LEN> {
         self.engine.kill(1 << AXIS);
         self.feed.set_open(false);
         (self.law, self.ready, self.begun) = (None, None, false);
+        self.changes = NO_CHANGES;
     }
 
     /// Makes one delay if the queue has room for it.

@@ -440,5 +440,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
             self.homing.set(None);
         }
         self.active = false;
+        // What was to be done later is not for the next cycle.
+        self.due = [0; 3];
     }
 }

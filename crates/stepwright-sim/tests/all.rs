@@ -22,6 +22,7 @@ mod duties;
 mod homing;
 mod line;
 mod motion;
+mod next_order;
 mod ports;
 mod program_noise;
 mod pulse;

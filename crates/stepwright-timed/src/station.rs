@@ -107,13 +107,17 @@ impl<H: WiredMotor> TimedStation<H> {
     }
 
     fn order(&mut self, order: &SetSpeed, shown: u32, now: u32) -> Code {
-        (self.call, self.shown, self.checked) = (now, shown, now);
-        (self.reached, self.fault) = (None, None);
-        if self.wired || order.top == 0 || !order.control.has(Control::DRV_EN) {
-            self.driver.set_speed(&mut self.motor, order, shown)
-        } else {
-            Code::NOT_WIRED
+        let wired = self.wired || order.top == 0 || !order.control.has(Control::DRV_EN);
+        if !wired {
+            return Code::NOT_WIRED;
         }
+        let code = self.driver.set_speed(&mut self.motor, order, shown);
+        // After an error the order before goes on, by its own clock.
+        if !code.is_error() {
+            (self.call, self.shown, self.checked) = (now, shown, now);
+            (self.reached, self.fault) = (None, None);
+        }
+        code
     }
 
     fn look(&mut self, now: u32) -> Report {

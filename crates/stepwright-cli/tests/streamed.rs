@@ -95,6 +95,41 @@ fn a_signal_brakes_along_the_path() {
     assert!((numbers[0] - 2 * numbers[1]).abs() <= 2, "{out}{err}");
 }
 
+/// A second Ctrl-C kills, and says so only if the board does.
+#[test]
+fn a_second_signal_kills_and_says_what_is_known() {
+    use nix::sys::signal::{Signal, kill};
+    let pid = |child: &std::process::Child| nix::unistd::Pid::from_raw(child.id() as i32);
+    for silent in [false, true] {
+        let board = PtyBoard::new(&["--program", "stream"]);
+        let file = job("G1 F3000 X200 Y100\n");
+        let mut command = gcode(&board, file.path());
+        // It brakes for a second: the kill finds it on its way.
+        command.args(["--accel", "50"]);
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(1_500));
+        if silent {
+            kill(pid(&board.0.child), Signal::SIGSTOP).unwrap();
+        }
+        for _ in 0..2 {
+            kill(pid(&child), Signal::SIGINT).unwrap();
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let output = child.wait_with_output().unwrap();
+        let (out, err) = said(&output);
+        assert_eq!(output.status.code(), Some(130), "{out}{err}");
+        if silent {
+            assert!(err.contains("did not confirm K") && err.contains("power"), "{err}");
+            kill(pid(&board.0.child), Signal::SIGCONT).unwrap();
+            continue;
+        }
+        assert!(err.contains("killed: the positions"), "{err}");
+        let places = stepwright().args(["stop", "--port", &board.1]).output().unwrap();
+        let (out, err) = said(&places);
+        assert!(out.starts_with("axis 1 position uncertain"), "{out}{err}");
+    }
+}
+
 #[test]
 fn another_program_is_refused_with_the_remedy() {
     let board = PtyBoard::new(&[]);

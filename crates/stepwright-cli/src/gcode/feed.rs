@@ -14,7 +14,7 @@ use stepwright_plan::gcode::{GcodeJob, JobPlan};
 use stepwright_stream::send::LinkTimes;
 
 use super::play::tell;
-use super::port::{Met, about, brakes, off, positions, word};
+use super::port::{Met, about, brakes, kill, off, positions, word};
 use crate::failure::Failure;
 use crate::order::progress::Line;
 use crate::order::target::PortArgs;
@@ -158,8 +158,7 @@ pub fn feed(
     while !run.feeder.state().is_end() {
         let wish = watch.wish();
         if wish == Wish::Kill {
-            link.write(b"K\r").map_err(gone)?;
-            return Err(Failure::interrupted("killed: the positions of axes that moved are lost"));
+            return Err(kill(&mut session));
         }
         let micros = |now: Duration| now.saturating_sub(begun).as_micros() as u64;
         let bytes = run.turn(wish, micros(link.now()));

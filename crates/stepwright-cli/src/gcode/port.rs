@@ -4,14 +4,19 @@ use std::time::Duration;
 
 use stepwright_feeder::FeedState;
 use stepwright_host::Session;
+use stepwright_host::link::Link;
 use stepwright_host::link::serial::Share;
 use stepwright_stream::brake::BrakeLaw;
+use stepwright_stream::credit::{Answered, CreditReader};
 use stepwright_stream::frame::FILL;
 
 use crate::failure::Failure;
 use crate::order::places::{self, ask};
 use crate::order::target::{self, PortArgs};
 use crate::{programs, say};
+
+/// How often a kill is said, and how long its answer is waited for each time.
+const KILLS: (usize, Duration) = (5, Duration::from_millis(300));
 
 /// A board that moves still is waited for.
 const REST: Duration = Duration::from_secs(30);
@@ -74,6 +79,46 @@ pub fn at_rest(session: &mut Session, name: &str) -> Result<(), Failure> {
         session.link().rest(Duration::from_millis(100));
     }
     Ok(())
+}
+
+/// Stops everything at once, wherever in a frame the board is; what came of it.
+pub fn kill(session: &mut Session) -> Failure {
+    let name = session.name();
+    let (tries, patience) = KILLS;
+    let link = session.link();
+    for _ in 0..tries {
+        // Half a frame would take the line for a part of itself.
+        let said = link.write(&[FILL; 4]).and_then(|()| link.write(b"K\r"));
+        if said.is_err() {
+            break;
+        }
+        if says_yes(link, patience) {
+            return Failure::interrupted("killed: the positions of axes that moved are lost");
+        }
+    }
+    Failure::interrupted(format!(
+        "{name}: the board did not confirm K: the motors may still be moving"
+    ))
+    .hint("switch off the motors' power; a board that hears nothing brakes when it runs short")
+}
+
+/// Whether a line comes that says yes, among what answers frames.
+fn says_yes(link: &mut dyn Link, patience: Duration) -> bool {
+    let end = link.now() + patience;
+    let (mut reader, mut line, mut yes) = (CreditReader::new(), Vec::new(), false);
+    let mut buffer = [0; 256];
+    while !yes && link.now() < end {
+        let left = end.saturating_sub(link.now());
+        let Ok(count) = link.read(&mut buffer, left) else { return false };
+        for byte in buffer.get(..count).unwrap_or_default() {
+            reader.hear(*byte, |told| match told {
+                Answered::Text(b'\r') => yes |= std::mem::take(&mut line) == b"Y",
+                Answered::Text(b'\n') | Answered::Credit(_) => {}
+                Answered::Text(byte) => line.push(byte),
+            });
+        }
+    }
+    yes
 }
 
 /// Why the board has left the path, where it is, and what to do.

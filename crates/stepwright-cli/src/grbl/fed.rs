@@ -8,7 +8,7 @@ use stepwright_host::Session;
 use stepwright_stream::send::LinkTimes;
 
 use crate::failure::Failure;
-use crate::gcode::port::{Met, about, at_rest, brakes, positions, word};
+use crate::gcode::port::{Met, about, at_rest, brakes, kill, positions, word};
 use crate::order::target::PortArgs;
 use crate::say;
 
@@ -75,8 +75,7 @@ impl Fed {
     /// The board is lost: the session has its alarm.
     pub fn turn(&mut self, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
         if self.dead {
-            let _ = self.session.link().write(b"K\r");
-            return Err(Failure::interrupted("killed: the positions of axes that moved are lost"));
+            return Err(kill(&mut self.session));
         }
         let done = self.look(grbl);
         done.inspect_err(|_| {

@@ -9,7 +9,8 @@ use crate::request::{self, Hand, Limits, Wish};
 /// The longest way of a homing, in steps.
 const FAR: i64 = i32::MAX as i64;
 
-/// `POST /api/home`: find 0 by the limit switch of an axis.
+/// `POST /api/home`: find 0 by the limit switch of an axis. Of the machine file `home-within` alone
+/// counts here.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]

@@ -44,7 +44,7 @@ impl Run {
     }
 
     /// `count` steps; the first `interval` and its growth `add` per step are in
-    /// 2⁻¹⁶ ticks. An interval is below 2⁴⁸.
+    /// 2⁻¹⁶ ticks. The first and the last are to be below 2⁴⁷: others are played modulo 2⁴⁸.
     pub const fn new(interval: u64, add: i32, count: u16) -> Run {
         Run { ticks: (interval >> 16) as Ticks, part: interval as u16, count, add }
     }

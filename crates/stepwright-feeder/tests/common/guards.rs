@@ -139,7 +139,7 @@ fn frames(wire: &mut Wire, from: u8, frames: &[(Kind, &[u8])]) {
     }
 }
 
-/// A gate, and so many steps of axis 0 at 1,000 steps/s, to rest.
+/// A gate, and this many steps of axis 0 at 1,000 steps/s, to rest.
 fn data(steps: u16) -> Vec<u8> {
     let (mut bytes, mut trail) = (vec![0], Trail::NONE);
     for act in [RecordAct::Steps(steps - 1), RecordAct::Step { halvings: 0, goes_on: false }] {

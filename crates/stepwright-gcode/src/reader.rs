@@ -3,7 +3,7 @@
 use crate::lexer::Lexer;
 use crate::state::State;
 use crate::words::{Refused, Words};
-use crate::{Block, Error, Length, Modal, Parameter, Point};
+use crate::{Block, Coolant, Error, Length, Modal, Parameter, Point, Spindle};
 
 /// What a reader may be told of its input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +116,17 @@ impl Reader {
     /// Says where the machine is: after power-up, a probe, or a move that was stopped.
     pub fn set_position(&mut self, position: Point) {
         self.state.position = position;
+    }
+
+    /// Says what the spindle does, where it was not G-code that changed it: what a block changes is an
+    /// [effect](crate::Effect), and what is so already is none.
+    pub fn set_spindle(&mut self, spindle: Spindle) {
+        self.state.modal.spindle = spindle;
+    }
+
+    /// Likewise of coolant.
+    pub fn set_coolant(&mut self, coolant: Coolant) {
+        self.state.modal.coolant = coolant;
     }
 
     /// The value of a parameter.

@@ -37,6 +37,7 @@
 //! - **An error ends a job.** After an error in G-code, lines are refused with `error:9` until
 //!   [`QUIET`] seconds pass without one, `$X` or a reset: a sender that has sent ahead would
 //!   execute a part without what was wrong. [`Grbl::with_errors_passed`] is grbl's way.
+//! - A laser at rest is dark, with M3 too, and behind an error off until the next M3 or M4.
 //! - The planner has 128 blocks, and the speed at a corner comes from `$140` to `$142`, the start
 //!   speeds of the motors in mm/min, unless `$11` asks for a junction deviation. `$150` to `$152` limit
 //!   the jerk of the axes, in mm/s³.

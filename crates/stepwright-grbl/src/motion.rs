@@ -167,8 +167,9 @@ impl Motion {
 
     /// mm/s along the path.
     pub fn speed(&self, now: f64) -> f64 {
+        let begun = self.here().filter(|live| now > live.epoch);
         let speed = |live: &Live| live.route.along(now - live.epoch).1;
-        if self.is_held(now) { 0.0 } else { self.here().map_or(0.0, speed) }
+        if self.is_held(now) { 0.0 } else { begun.map_or(0.0, speed) }
     }
 
     /// The number of the line that is on its way.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use stepwright_gcode::{Point, Reader, Spindle, SpindleMode};
+use stepwright_gcode::{Coolant, Point, Reader, Spindle, SpindleMode};
 
 use crate::homing::Homing;
 use crate::line::{Line, Lock, SPOILT};
@@ -276,6 +276,10 @@ impl<M: GrblMachine> Grbl<M> {
         // Check mode is there to find all errors.
         if self.state != State::Check {
             self.lock.close(self.now);
+            if self.lock.is_closed() && self.settings.is_on(32) {
+                // What follows is another job, which says by itself that it burns.
+                self.stop_spindle();
+            }
         }
         self.error(number);
     }
@@ -391,9 +395,19 @@ impl<M: GrblMachine> Grbl<M> {
             let on = &mut self.outputs;
             let which = if mist { &mut on.mist } else { &mut on.flood };
             *which = !*which;
-            self.seldom.overrides = 0;
-            self.machine.switch(self.now, self.outputs);
+            let Outputs { flood, mist, .. } = *on;
+            self.cool(Coolant { flood, mist });
         }
+    }
+
+    /// Coolant as it is to be from now on.
+    pub(crate) fn cool(&mut self, coolant: Coolant) {
+        let Coolant { flood, mist } = coolant;
+        // The reader tells what changes by what it was told.
+        self.reader.set_coolant(coolant);
+        self.outputs = Outputs { flood, mist, ..self.outputs };
+        self.seldom.overrides = 0;
+        self.machine.switch(self.now, self.outputs);
     }
 
     /// What was said and not obeyed is dropped.
@@ -453,10 +467,17 @@ impl<M: GrblMachine> Grbl<M> {
         self.reader.set_position(self.place());
     }
 
+    /// The spindle is off, and whoever wants it says so again.
+    fn stop_spindle(&mut self) {
+        self.spindle = Spindle::default();
+        self.reader.set_spindle(Spindle { mode: SpindleMode::Off, ..self.reader.modal().spindle });
+    }
+
     /// Nothing of what was asked for is left.
     fn drop_all(&mut self) {
         (self.work, self.homing, self.probing) = (None, None, None);
-        self.spindle = Spindle::default();
+        self.stop_spindle();
+        self.reader.set_coolant(Coolant::default());
         self.outputs = Outputs { power: -1.0, ..Outputs::default() };
         self.switch();
     }
@@ -511,7 +532,7 @@ impl<M: GrblMachine> Grbl<M> {
         let closed = std::mem::replace(&mut self.closed, inputs.limit);
         if self.homing.is_some() {
             self.go_on_homing(time, inputs);
-            return;
+            return self.switch();
         }
         if let Some(probing) = &self.probing
             && inputs.probe == probing.probe.toward
@@ -555,18 +576,11 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// The laser's rule and S where it is: off on rapids, where it is held, and at rest in M4.
+    /// The laser's rule and S where it is: off on rapids, and where nothing moves.
     fn laser(&self) -> (SpindleMode, f64) {
-        match self.motion.laser() {
-            Some(laser) if self.motion.is_held(self.now) => (laser.mode(), 0.0),
-            Some(laser) => (laser.mode(), laser.s(self.motion.speed(self.now))),
-            // Not behind an error: nobody knows for how long.
-            None if self.lock.is_closed() => (SpindleMode::Off, 0.0),
-            None if self.spindle.mode == SpindleMode::Clockwise => {
-                (self.spindle.mode, decimal(self.spindle.speed))
-            }
-            None => (SpindleMode::Off, 0.0),
-        }
+        let Some(laser) = self.motion.laser() else { return (SpindleMode::Off, 0.0) };
+        let speed = self.motion.speed(self.now);
+        (laser.mode(), if speed > 0.0 { laser.s(speed) } else { 0.0 })
     }
 
     /// A reader with the offsets that are kept, and the last tool.

@@ -187,11 +187,7 @@ impl<M: GrblMachine> Grbl<M> {
         }
         match effect {
             Effect::Spindle(spindle) => self.spin(spindle),
-            Effect::Coolant(coolant) => {
-                (self.outputs.flood, self.outputs.mist) = (coolant.flood, coolant.mist);
-                self.seldom.overrides = 0;
-                self.machine.switch(self.now, self.outputs);
-            }
+            Effect::Coolant(coolant) => self.cool(coolant),
             Effect::Dwell(seconds) => return self.dwell(decimal(seconds)),
             Effect::Stop(Stop::Pause) => self.state = State::Hold,
             Effect::Stop(_) => {

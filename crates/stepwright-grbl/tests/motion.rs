@@ -378,6 +378,104 @@ fn a_held_laser_is_dark() {
     }
 }
 
+/// As of `gcode --laser`: M3 burns while the axes move along a line or an arc, and nowhere else, whatever
+/// stands or comes behind it.
+#[test]
+fn a_laser_that_stands_is_dark() {
+    for before in ["G1F600", "G0", "G80", "G38.3Z5F600"] {
+        for stands in ["", "!", "M0\n", "G4P1\n", "G99\n", "G99\n?", "$H\n", "G0X0.01\n!"] {
+            let mut sender = Sender::new();
+            for line in ["$32=1", "$22=1"] {
+                sender.says(line, "ok");
+            }
+            sender.does(before);
+            sender.says("M3S500", "ok");
+            sender.send(stands.as_bytes());
+            for _ in 0..200 {
+                sender.pass(0.002);
+                let power = sender.grbl.machine().outputs.power;
+                assert_eq!(power, 0.0, "{before} {stands}");
+                sender.send(b"?");
+            }
+        }
+    }
+    // Before the first step, behind the last one, and in a dwell in between.
+    let mut sender = Sender::new();
+    sender.says("$32=1", "ok");
+    sender.send(b"M3S500\nG1X10F1500\nG4P0.2\nX20\n");
+    let mut dark = [0; 3];
+    while sender.grbl.is_moving() {
+        sender.pass(0.002);
+        let (at, power) = (sender.at()[0], sender.grbl.machine().outputs.power);
+        match at {
+            0 | 1_000 | 2_000 => dark[at as usize / 1_000] += u32::from(power == 0.0),
+            _ => assert_eq!(power, 500.0, "{at}"),
+        }
+    }
+    assert!(dark[0] > 3 && dark[1] > 90 && dark[2] > 0, "{dark:?}");
+    assert_eq!(sender.grbl.machine().outputs.power, 0.0);
+}
+
+/// It is another job: it is lit by its own M3 or M4, and not by that of one which had an error.
+#[test]
+fn a_laser_is_off_behind_an_error() {
+    for mode in ["M3S500", "M4S500"] {
+        let mut sender = Sender::new();
+        sender.says("$32=1", "ok");
+        sender.says(mode, "ok");
+        sender.says("G99", "error:20");
+        sender.says("$X", "ok");
+        let lit = |sender: &mut Sender, line: &str| {
+            sender.says(line, "ok");
+            sender.pass(0.2);
+            let lit = sender.grbl.machine().outputs.power > 0.0;
+            sender.rest();
+            lit
+        };
+        assert!(!lit(&mut sender, "G91G1X10F1500"), "{mode}");
+        sender.says(mode, "ok");
+        assert!(lit(&mut sender, "X10"), "{mode}");
+    }
+}
+
+/// What the reader takes for on is on, and what it takes for off is off: a word switches it all the same.
+#[test]
+fn a_toggle_and_an_alarm_leave_no_word_without_effect() {
+    let mut sender = Sender::new();
+    let coolant = |sender: &Sender| {
+        let on = sender.grbl.machine().outputs;
+        (on.flood, on.mist)
+    };
+    let mut steps = |bytes: &[u8], on: (bool, bool), mode: &str| {
+        sender.send(bytes);
+        assert_eq!(coolant(&sender), on, "{bytes:?}");
+        assert!(sender.ask("$G").contains(mode), "{bytes:?}");
+    };
+    steps(b"\xA0", (true, false), " M8 ");
+    steps(b"M9\n", (false, false), " M9 ");
+    steps(b"M8\n", (true, false), " M8 ");
+    steps(b"\xA0", (false, false), " M9 ");
+    steps(b"M8\n", (true, false), " M8 ");
+    steps(b"\xA1", (true, true), " M7 M8 ");
+    steps(b"\xA0M9\n", (false, false), " M9 ");
+    // A word that waits for the end of a move comes behind the toggles.
+    sender.says("G91G1X1F600", "ok");
+    sender.says("M8", "");
+    sender.send(b"\xA0\xA0");
+    sender.rest();
+    assert_eq!(coolant(&sender), (true, false));
+    sender.does("M9");
+    assert_eq!(coolant(&sender), (false, false));
+    // An alarm switches all off.
+    sender.does("M3S500M8");
+    assert!(sender.does("G38.2Z-1F600").starts_with("ALARM:5"));
+    assert_eq!((coolant(&sender), sender.grbl.machine().outputs.power), ((false, false), 0.0));
+    assert!(sender.ask("$G").contains(" M5 M9 "));
+    sender.says("$X", "[MSG:Caution: Unlocked]\r\nok");
+    sender.does("M3M8");
+    assert_eq!((coolant(&sender), sender.grbl.machine().outputs.power), ((true, false), 500.0));
+}
+
 #[test]
 fn the_door_ends_a_jog_and_a_homing() {
     let mut sender = Sender::new();

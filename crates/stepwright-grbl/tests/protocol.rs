@@ -209,7 +209,7 @@ fn an_error_leaves_no_laser_on() {
     sender.says("M3S500", "ok");
     sender.says("G99", "error:20");
     sender.says("M9", "ok");
-    assert!(sender.ask("$G").contains("M3"));
+    assert!(sender.ask("$G").contains("M5"));
 }
 
 /// A flood without an answer is kept up to a bound; real-time bytes are heard behind it.

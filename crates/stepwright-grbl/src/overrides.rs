@@ -13,8 +13,10 @@ pub(crate) struct Overrides {
 impl Overrides {
     pub const NONE: Overrides = Overrides { feed: 100, rapid: 100, spindle: 100 };
 
-    pub fn scales(self) -> Scales {
-        Scales { feed: f64::from(self.feed) / 100.0, rapid: f64::from(self.rapid) / 100.0 }
+    /// Of a `plain` move, a jog or a probe or of homing, the feed rate is as it is ordered.
+    pub fn scales(self, plain: bool) -> Scales {
+        let feed = if plain { 1.0 } else { f64::from(self.feed) / 100.0 };
+        Scales { feed, rapid: f64::from(self.rapid) / 100.0 }
     }
 
     /// What a real-time byte makes of them; `None` if it is of something else.

@@ -52,6 +52,18 @@ pub(crate) enum After {
     Sleep,
 }
 
+impl After {
+    /// A reset is more than an alarm, and an alarm more than what else ends a move.
+    fn rank(self) -> u8 {
+        match self {
+            After::Reset => 3,
+            After::Alarm(_) => 2,
+            After::Door | After::Sleep => 1,
+            After::Jog => 0,
+        }
+    }
+}
+
 /// grbl 1.1 on a [`GrblMachine`].
 ///
 /// Time is in seconds of any clock that does not go back. Call [`advance`](Grbl::advance) every
@@ -320,7 +332,8 @@ impl<M: GrblMachine> Grbl<M> {
         if overrides != self.overrides {
             self.overrides = overrides;
             self.seldom.overrides = 0;
-            self.motion.scale(self.now, overrides.scales());
+            let plain = self.probing.is_some() || matches!(self.state, State::Jog | State::Home);
+            self.motion.scale(self.now, overrides.scales(plain));
             self.switch();
         }
     }
@@ -429,8 +442,7 @@ impl<M: GrblMachine> Grbl<M> {
 
     /// Brakes along the path; then comes `after`.
     pub(crate) fn brake(&mut self, after: After) {
-        // A reset is more than an alarm, and an alarm more than the end of a jog.
-        if self.after != Some(After::Reset) {
+        if self.after.is_none_or(|known| known.rank() < after.rank()) {
             self.after = Some(after);
         }
         self.motion.cancel(self.now);
@@ -531,6 +543,9 @@ impl<M: GrblMachine> Grbl<M> {
         let inputs = self.machine.inputs();
         let closed = std::mem::replace(&mut self.closed, inputs.limit);
         if self.homing.is_some() {
+            if inputs.door && self.after.is_none() {
+                self.brake(After::Alarm(7));
+            }
             self.go_on_homing(time, inputs);
             return self.switch();
         }
@@ -541,7 +556,8 @@ impl<M: GrblMachine> Grbl<M> {
             (self.probe_at, self.probe_met) = (self.place(), true);
             self.motion.cancel(time);
         }
-        let moves = !self.motion.is_over() && self.after.is_none();
+        let ends = matches!(self.after, Some(After::Reset | After::Alarm(_)));
+        let moves = !self.motion.is_over() && !ends;
         // One that stays closed lets it be left.
         let closes = (0..3).any(|axis| inputs.limit[axis] && !closed[axis]);
         if moves && self.settings.is_on(21) && closes {

@@ -249,7 +249,8 @@ impl<M: GrblMachine> Grbl<M> {
     fn add(&mut self, part: &Move, line: Option<u32>, state: State) -> Progress {
         let tolerance = mm(self.reader.modal().tolerance);
         let travel = Travel { part: *part, line, spindle: self.spindle, tolerance };
-        match self.motion.add(self.now, &self.settings, self.overrides.scales(), &travel) {
+        let scales = self.overrides.scales(state == State::Jog || is_probe(part));
+        match self.motion.add(self.now, &self.settings, scales, &travel) {
             Ok(()) => {
                 if !self.motion.is_over() {
                     self.state = state;

@@ -228,6 +228,33 @@ fn hard_limits_brake() {
     assert_eq!(sender.does("G91G1X15F3000"), "ok\r\nALARM:1\r\n[MSG:Reset to continue]");
 }
 
+/// Whatever else ends the move: only a reset is more than the alarm of a switch.
+#[test]
+fn a_switch_that_closes_is_an_alarm_whatever_brakes() {
+    for line in ["$J=X50F3000", "G1X50F3000"] {
+        for (before, behind) in
+            [("", "!"), ("", "\u{84}"), ("", "\u{85}"), ("!", ""), ("\u{84}", ""), ("\u{85}", "")]
+        {
+            let mut sender = Sender::new();
+            sender.says("$21=1", "ok");
+            sender.says(line, "ok");
+            sender.pass(0.5);
+            let byte = |text: &str| text.chars().map(|byte| byte as u8).collect::<Vec<u8>>();
+            sender.send(&byte(before));
+            let at = sender.at()[0];
+            sender.grbl.machine_mut().limits[0][1] = Some(at + 20);
+            sender.pass(0.02);
+            sender.send(&byte(behind));
+            sender.rest();
+            let said = sender.read();
+            let braked = format!("{line} {before:?} {behind:?}: {said}");
+            assert_eq!(said.matches("ALARM:1").count(), 1, "{braked}");
+            assert_eq!(sender.state(), "Alarm", "{braked}");
+            assert_eq!(sender.grbl.position(), sender.at());
+        }
+    }
+}
+
 #[test]
 fn a_probe_tells_where_it_had_contact() {
     let mut sender = Sender::new();
@@ -492,6 +519,54 @@ fn the_door_ends_a_jog_and_a_homing() {
     sender.send(b"\x84");
     sender.rest();
     assert!(sender.read().starts_with("ALARM:7\r\n\r\nGrbl"));
+}
+
+/// An open one ends a homing as the byte does.
+#[test]
+fn a_door_that_opens_ends_a_homing() {
+    let mut sender = Sender::new();
+    sender.says("$22=1", "ok");
+    sender.send(b"$H\n");
+    sender.pass(0.3);
+    sender.grbl.machine_mut().door = true;
+    sender.rest();
+    let said = sender.read();
+    assert!(
+        said.starts_with("ALARM:7\r\n\r\nGrbl") && said.matches("ALARM").count() == 1,
+        "{said}"
+    );
+    let at = sender.at()[2];
+    assert!(at > 0 && at < 1_000, "{at}");
+    assert_eq!(sender.state(), "Alarm");
+}
+
+/// As grbl's, they go at their own feed rate.
+#[test]
+fn a_feed_override_is_not_for_jogs_probes_and_homing() {
+    let speed = |line: &str| {
+        let mut sender = Sender::new();
+        for setting in ["$22=1", "$25=600"] {
+            sender.says(setting, "ok");
+        }
+        sender.send(&[0x92; 5]);
+        sender.send(line.as_bytes());
+        sender.send(b"\n");
+        let mut speeds = [(); 2].map(|()| {
+            sender.pass(0.2);
+            let [x, _, z] = sender.at();
+            sender.pass(0.2);
+            let [then_x, _, then_z] = sender.at();
+            sender.send(&[0x90, 0x91, 0x91]);
+            (then_x - x).abs().max((then_z - z).abs()) as f64 / 20.0
+        });
+        // To a mm/s.
+        speeds.iter_mut().for_each(|speed| *speed = speed.round());
+        speeds
+    };
+    assert_eq!(speed("G1X100F600"), [5.0, 12.0]);
+    for line in ["$J=X100F600", "G38.3Z-100F600", "$H"] {
+        assert_eq!(speed(line), [10.0; 2], "{line}");
+    }
 }
 
 #[test]

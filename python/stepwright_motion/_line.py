@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from operator import index
 from typing import Any, Callable, Optional, Union
 
 from ._errors import CantOpen, LinkLost, StepwrightError, declined
@@ -11,8 +12,12 @@ from ._native import LOST, Kept, Order
 
 def place_of(axis: Union[int, str], count: int) -> int:
     """The place of an axis, from 0, by its number or its letter."""
-    number = {"x": 1, "y": 2, "z": 3}.get(axis.lower()) if isinstance(axis, str) else axis
-    if not isinstance(number, int) or not 1 <= number <= count:
+    try:
+        # numpy's whole numbers, too.
+        number = {"x": 1, "y": 2, "z": 3}[axis.lower()] if isinstance(axis, str) else index(axis)
+    except (KeyError, TypeError):
+        number = 0
+    if isinstance(axis, bool) or not 1 <= number <= count:
         raise IndexError(f"there is no axis {axis!r}: give 1 to {count}")
     return number - 1
 

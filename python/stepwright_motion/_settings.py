@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Settings:
-    """The settings that a board keeps, also when its power goes off.
+    """The settings of a board. An Uno, a Nano and a Mega keep them when their power goes off.
 
     ``board.settings.max_speed`` reads one, ``board.settings.max_speed = 20000`` sets it, and
     ``print(board.settings)`` says what each is for.

@@ -78,10 +78,15 @@ def test_an_axis_has_one_letter(board: sw.Board) -> None:
     assert board["Y"] is board.y
     with board.record() as log:
         pass
-    for name in ("xy", "yz", "xyz", ""):
+    for name in ("xy", "yz", "xyz", "", True, 0, 4, 1.5):
         for of in (board, log):
             with pytest.raises(IndexError, match="give 1 to 3"):
-                of[name]
+                of[name]  # type: ignore[index]
+
+
+def test_an_axis_has_any_whole_number(board: sw.Board) -> None:
+    np = pytest.importorskip("numpy")
+    assert [board[i] for i in np.arange(1, 4)] == [board.x, board.y, board.z]
 
 
 def test_none_leaves_an_axis_of_a_line_where_it_is(board: sw.Board) -> None:

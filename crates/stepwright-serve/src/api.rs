@@ -302,7 +302,7 @@ async fn zero(State(desk): Shared, headers: HeaderMap, Body(body): Body<ZeroRequ
     wish(&desk, asked).await
 }
 
-/// Set a setting of the board, which it keeps when its power goes off.
+/// Set a setting of the board. An Uno, a Nano and a Mega keep it when their power goes off.
 #[utoipa::path(post, path = "/api/set", request_body = SetRequest,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]

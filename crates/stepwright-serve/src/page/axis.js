@@ -104,10 +104,10 @@ export class Axis {
   slide(name, as, [low, high]) {
     const [field, slider] = [this.field(name), this.field(`${name}-slide`)];
     const follow = () => (slider.value = (1000 * Math.log(this.steps(name) / low)) / Math.log(high / low));
-    slider.addEventListener("input", () => {
+    slider.oninput = () => {
       field.value = this.shown(Number((low * (high / low) ** (slider.value / 1000)).toPrecision(3)));
       this.change(name, as);
-    });
+    };
     field.onchange = () => (follow(), this.change(name, as));
     follow();
   }

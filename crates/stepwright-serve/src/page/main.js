@@ -177,7 +177,7 @@ requestAnimationFrame(frame);
 const stop = () => attempt(post("/api/stop"));
 by("stop").addEventListener("pointerdown", (event) => event.button === 0 && stop());
 // Enter, and what speaks for a pointer: a click without one.
-by("stop").addEventListener("click", (event) => event.detail === 0 && stop());
+by("stop").onclick = (event) => event.detail === 0 && stop();
 by("take").onclick = () => attempt(take(true));
 by("release").onclick = () => attempt(release());
 by("questions").onchange = (event) => live.questions(event.target.checked);
@@ -227,11 +227,11 @@ addEventListener("keydown", (event) => {
     return;
   }
   if (text) return;
+  if (event.ctrlKey || event.altKey || event.metaKey || event.target.matches("input, select")) return;
   if (event.key === "K" && event.shiftKey && !event.repeat) {
     kill();
     return;
   }
-  if (event.ctrlKey || event.altKey || event.metaKey || event.target.matches("input, select")) return;
   // What is not seen is not moved.
   if (document.body.classList.contains("alone")) return;
   const sign = { ArrowRight: 1, ArrowLeft: -1 }[event.key];

@@ -134,6 +134,7 @@ export class PathsView {
       by("paths-file").value = "own";
       this.own = { name, text };
     }
+    this.isOwn = known < 0;
     return this.drawFile();
   }
 
@@ -431,24 +432,26 @@ export class PathsView {
   }
 
   listen() {
-    by("paths-file").addEventListener("input", (event) => {
+    by("paths-file").oninput = (event) => {
       const { value } = event.target;
+      // With what was typed, and its laser.
+      if (this.isOwn) this.own = this.file;
       this.use(value === "own" ? this.own : this.examples[value]);
-    });
+    };
     by("paths-laser").oninput = () => Number.isNaN(this.laser) || this.drawFile();
     by("paths-go").onclick = () => this.run();
     by("paths-hold").onclick = () => this.hold();
     by("paths-copy").onclick = () => this.copy();
     by("paths-save").onclick = () => this.save();
     by("paths-open").onclick = () => by("paths-pick").click();
-    by("paths-pick").addEventListener("change", (event) => {
+    by("paths-pick").onchange = (event) => {
       this.read(event.target.files[0]);
       event.target.value = "";
-    });
-    by("paths-text").addEventListener("input", () => {
+    };
+    by("paths-text").oninput = () => {
       clearTimeout(this.later);
       this.later = setTimeout(() => this.drawFile(), LATER);
-    });
+    };
     const turned = () => (this.table(), this.choose(this.row), this.drawWay());
     for (const id of ["paths-x", "paths-y"]) by(id).oninput = turned;
     by("paths-time").oninput = (event) => this.sheet && this.seek(event.target.valueAsNumber);

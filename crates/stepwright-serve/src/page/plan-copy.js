@@ -6,19 +6,19 @@ const CORE_C0 = ["Exact", "Reduced", "FirstStep"];
 /** Laws whose first delay can be chosen. */
 const LED = ["austin", "linear-factor", "power", "piecewise"];
 
-/** The command that moves a motor so. `port` is where, if it is no virtual board. */
-export function command(law, travel, port) {
+/** The command that moves an axis so. `port` is where, if it is no virtual board. */
+export function command(law, travel, port, axis) {
   const { steps, top, accel, decel, start, jerk, c0, divisor, knee, power, breaks } = travel;
   const own = law !== "trapezoid" && law !== "s-curve";
   const words = ["stepwright move", steps];
   if (port) words.push(`--port ${/^[\w./:-]+$/.test(port) ? port : `'${port.replaceAll("'", "'\\''")}'`}`);
+  if (axis > 1) words.push(`--axis ${axis}`);
   if (own) words.push(`--law ${law}`);
   words.push(`--top-speed ${top}`, `--accel ${accel}`);
   if (decel !== accel) words.push(`--decel ${decel}`);
   if (!own) words.push(`--start-speed ${start}`);
   if (law === "s-curve") words.push(`--jerk ${jerk}`);
-  const halves = law === "austin" && divisor === 1;
-  if (halves) words.push("--divisor 2n");
+  if (law === "austin" && divisor === 1) words.push("--divisor 2n");
   else if (LED.includes(law) && c0 !== 1) words.push(`--c0 ${C0[c0]}`);
   if (law === "linear-factor") words.push(`--knee ${knee}`);
   if (law === "power") words.push(`--power ${power}`);

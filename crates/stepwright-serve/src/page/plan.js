@@ -140,12 +140,13 @@ export class PlanView {
       const row = element("tr");
       row.style.setProperty("--own", `var(--law-${law})`);
       row.innerHTML = `<td><span class="pick"><input type="checkbox" aria-label="Show ${ABOUT[name][0]}"><button type="button">${ABOUT[name][0]}</button></span></td>`;
-      row.querySelector("input").checked = this.shown.has(law);
-      row.querySelector("input").addEventListener("input", (event) => {
-        if (event.target.checked) this.shown.add(law);
+      const box = row.querySelector("input");
+      box.checked = this.shown.has(law);
+      box.oninput = () => {
+        if (box.checked) this.shown.add(law);
         else this.shown.delete(law);
         this.plan();
-      });
+      };
       row.querySelector("button").onclick = () => this.choose(law);
       return row;
     });
@@ -316,9 +317,10 @@ export class PlanView {
     by("send").onclick = () => this.send();
     by("plan-axis").oninput = () => this.ask();
     const port = () => (this.sheet && !this.sheet.name.includes("virtual") ? this.sheet.name : null);
-    by("copy-command").onclick = () => copy(command(LAWS[this.law], this.travel, port()), by("copied"));
-    by("copy-rust").addEventListener("click", () =>
-      copy(rust(LAWS[this.law], this.travel, this.plans[this.law].figures), by("copied")));
+    by("copy-command").onclick = () =>
+      copy(command(LAWS[this.law], this.travel, port(), this.axis), by("copied"));
+    by("copy-rust").onclick = () =>
+      copy(rust(LAWS[this.law], this.travel, this.plans[this.law].figures), by("copied"));
     for (const id of ["travel", "own"]) by(id).onsubmit = (event) => event.preventDefault();
     looked("#plan", () => this.open().then(() => this.charts.resize(), this.tell));
   }

@@ -130,7 +130,7 @@ export class Settings {
     this.all.onclick = () => this.resetAll();
     this.all.onblur = () => this.ask(false);
     head.append(title, this.count, this.all);
-    const hint = element("p", "A setting holds at once, and outlasts the loss of power. None is changed while a motor moves.", "soft");
+    const hint = element("p", "A setting holds at once. An Uno, Nano or Mega keeps it without power. None is changed while a motor moves.", "soft");
     this.table = element("table", "", "settings");
     this.machine = element("div", "", "machine");
     section.append(head, hint, this.table, this.machine);

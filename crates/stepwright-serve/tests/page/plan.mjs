@@ -218,6 +218,13 @@ const tests = {
           `assert_eq!(all, ${ticks}, "${name}");\nOk(())\n}\n}\n`,
       );
     }
+    // Of the axis that it was judged for.
+    await page.locator("#plan-axis select").selectOption("2");
+    await choose(page, 0);
+    await page.getByRole("button", { name: "Copy as command" }).click();
+    const other = await page.evaluate(() => navigator.clipboard.readText());
+    assert.match(other, /^stepwright move 1234 --axis 2 /);
+    assert.match(run(...other.split(" ").slice(1), "--fast"), /position 1234/, other);
     mkdirSync(copied, { recursive: true });
     const calls = NAMES.map((_, law) => `law_${law}::run()?;\n`).join("");
     writeFileSync(join(copied, "main.rs"), `${program.join("")}fn main() -> Result<(), Box<dyn std::error::Error>> {\n${calls}Ok(())\n}\n`);

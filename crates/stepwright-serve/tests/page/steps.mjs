@@ -164,7 +164,8 @@ export async function sets({ page }) {
 export async function lines({ page, card }) {
   const [second, third] = [1, 2].map((n) => page.locator(".axis").nth(n));
   const form = page.locator("#line");
-  const [from, stays] = [Number(await shown(card)), await shown(third)];
+  const stays = await until("it says where it is", () => shown(third));
+  const from = Number(await shown(card));
   await fill(second, "speed", 1500);
   await fill(second, "accel", 4000);
   await form.getByLabel("Axis 1").fill(String(from - 300));

@@ -71,8 +71,8 @@ impl<M: GrblMachine> Grbl<M> {
     /// [`NotKept`] at the first line that is wrong; nothing is changed then.
     pub fn restore(&mut self, kept: &str) -> Result<(), NotKept> {
         let mut settings = GrblSettings::default();
-        let (mut reader, mut startup) = (stepwright_gcode::Reader::default(), self.startup.clone());
-        let mut build = String::new();
+        let mut reader = stepwright_gcode::Reader::default();
+        let (mut startup, mut build) = ([String::new(), String::new()], String::new());
         // Soft limits need homing, which comes later in the file.
         let all: Vec<(usize, &str)> = kept.lines().enumerate().collect();
         let (soft, others): (Vec<_>, Vec<_>) =
@@ -89,6 +89,9 @@ impl<M: GrblMachine> Grbl<M> {
             }
         }
         (self.settings, self.reader, self.startup, self.build) = (settings, reader, startup, build);
+        self.motion.drop_at(self.motion.at);
+        self.after = None;
+        self.forget_lines();
         _ = self.take_answers();
         self.restart_as(self.settings.is_on(22));
         Ok(())

@@ -25,10 +25,15 @@ const TAIL: f64 = 0.15;
 /// Seconds from the first move to its start.
 const BREATH: f64 = 0.02;
 
-/// The length of n millimetres, as near as picometres are.
+/// The length of n millimetres, as near as picometres are, and as a length can be.
 pub(crate) fn length(mm: f64) -> Length {
-    let picometres = (mm * Length::PER_MM as f64).round();
-    Length::from_picometres(picometres as i64).unwrap_or(Length::MAX)
+    clamped((mm * Length::PER_MM as f64).round() as i64)
+}
+
+/// The length of n picometres, as near as a length can be.
+pub(crate) fn clamped(picometres: i64) -> Length {
+    let most = if picometres < 0 { -Length::MAX } else { Length::MAX };
+    Length::from_picometres(picometres).unwrap_or(most)
 }
 
 /// A move that is on its way.

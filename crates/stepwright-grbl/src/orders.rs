@@ -132,10 +132,11 @@ impl<M: GrblMachine> Grbl<M> {
             return self.error(8);
         }
         // Read as it will be, without an effect.
-        let mut reader = self.reader;
-        let read = value.bytes().chain([b'\n']).find_map(|byte| reader.push(byte));
-        if let Some(Err(error)) = read {
-            return self.error(error.fault.number());
+        let was = self.reader;
+        let read = self.read(value.as_bytes());
+        self.reader = was;
+        if let Err(number) = read {
+            return self.error(number);
         }
         value.clone_into(&mut self.startup[which]);
         self.ok();

@@ -7,7 +7,7 @@ use stepwright_gcode::{
 };
 
 use crate::machine::{GrblMachine, Inputs};
-use crate::motion::{BLOCKS, length};
+use crate::motion::{BLOCKS, clamped, length};
 use crate::session::{Grbl, RX, State};
 use stepwright_path::mm;
 
@@ -50,10 +50,7 @@ pub(crate) fn offset(reader: &Reader) -> Point {
         of(Parameter::G92),
         of(Parameter::ToolLength),
     ];
-    Point([0, 1, 2].map(|axis| {
-        let sum = parts.iter().map(|part| part[axis].picometres()).sum();
-        Length::from_picometres(sum).unwrap_or(Length::MAX)
-    }))
+    Point([0, 1, 2].map(|axis| clamped(parts.iter().map(|part| part[axis].picometres()).sum())))
 }
 
 /// The modes as `$G` prints them.
@@ -139,10 +136,8 @@ impl<M: GrblMachine> Grbl<M> {
             coordinates(&mut out, place.0, inches);
         } else {
             out += "|WPos:";
-            let less = |axis: usize| {
-                let work = place.0[axis].picometres() - offset.0[axis].picometres();
-                Length::from_picometres(work).unwrap_or(Length::MAX)
-            };
+            let less =
+                |axis: usize| clamped(place.0[axis].picometres() - offset.0[axis].picometres());
             coordinates(&mut out, [0, 1, 2].map(less), inches);
         }
         if mask & 2 != 0 {

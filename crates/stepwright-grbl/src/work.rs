@@ -53,22 +53,24 @@ enum Progress {
 impl<M: GrblMachine> Grbl<M> {
     /// A line of G-code, without blanks and comments.
     pub(crate) fn gcode(&mut self, text: &[u8]) {
-        let was = self.reader;
-        let probes = |effect| matches!(effect, Effect::Move(part) if is_probe(&part));
         match self.read(text) {
-            Ok(block) if self.motion.fed && block.effects().any(probes) => {
-                self.reader = was;
-                self.refuse(20);
-            }
             Ok(block) => self.begin(block, false, Answer::Ok),
             Err(number) => self.refuse(number),
         }
     }
 
-    fn read(&mut self, text: &[u8]) -> Result<Block, u8> {
+    /// What a line does; what can't be done here is an error, and no mode is changed then.
+    pub(crate) fn read(&mut self, text: &[u8]) -> Result<Block, u8> {
+        let was = self.reader;
         let block = text.iter().chain(b"\n").find_map(|byte| self.reader.push(*byte));
         // An end of line gives one, always.
-        block.unwrap_or(Ok(Block::default())).map_err(|error| error.fault.number())
+        let block = block.unwrap_or(Ok(Block::default())).map_err(|error| error.fault.number())?;
+        let probes = |effect| matches!(effect, Effect::Move(part) if is_probe(&part));
+        if self.motion.fed && block.effects().any(probes) {
+            self.reader = was;
+            return Err(20);
+        }
+        Ok(block)
     }
 
     fn begin(&mut self, block: Block, jog: bool, answer: Answer) {

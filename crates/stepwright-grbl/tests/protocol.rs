@@ -114,6 +114,63 @@ fn settings_and_offsets_are_kept() {
     }
 }
 
+/// What is kept is all there is: a file without a line has the default, and no move goes on.
+#[test]
+fn what_was_before_is_not_kept() {
+    let mut sender = Sender::new();
+    for line in ["$N0=G55", "$I=my mill", "G10L2P1X5", "G91G1X10F600", "G1X10"] {
+        sender.says(line, "ok");
+    }
+    sender.pass(0.5);
+    sender.send(b"\x18$J=X1");
+    sender.grbl.restore("$100=100\n").unwrap();
+    assert_eq!(sender.read(), "\r\nGrbl 1.1h ['$' for help]\r\n");
+    let at = sender.at();
+    assert_eq!((at, sender.state().as_str()), (sender.grbl.position(), "Idle"));
+    sender.pass(1.0);
+    assert_eq!((sender.at(), sender.read().as_str()), (at, ""));
+    sender.says("$N", "$N0=\r\n$N1=\r\nok");
+    assert_eq!(sender.does("G91G1X1F600"), "ok");
+    assert_eq!(sender.at()[0], at[0] + 100);
+}
+
+/// A start-up line is no way round what is refused.
+#[test]
+fn a_board_that_is_fed_has_no_probe() {
+    let mut sender = Sender { grbl: Grbl::new(VirtualMill::default()).fed(), now: 0.0 };
+    sender.read();
+    let probe = "G38.2Z-1F600";
+    sender.says(probe, "error:20");
+    sender.says("$X", "ok");
+    sender.says(&format!("$N0={probe}"), "error:20");
+    sender.says("$N", "$N0=\r\n$N1=\r\nok");
+    // One that was kept, of another machine.
+    sender.grbl.restore(&format!("$N0={probe}\n$N1=G55\n")).unwrap();
+    sender.pass(0.01);
+    assert!(sender.read().ends_with(&format!(">{probe}:error:20\r\n>G55:ok\r\n")));
+    assert!(!sender.grbl.has_run());
+    assert!(sender.ask("$G").starts_with("[GC:G0 G55"));
+}
+
+/// Beyond what a length is there is the most of it, to the side where it is.
+#[test]
+fn a_place_beyond_a_kilometre_has_its_sign() {
+    for (way, sign) in [("X11", ""), ("X-11", "-")] {
+        let mut sender = Sender::new();
+        sender.does(&format!("G1F3000{way}"));
+        // 1,100 steps are 1,100 m.
+        sender.says("$100=0.001", "ok");
+        let status = sender.status();
+        assert!(status.contains(&format!("|MPos:{sign}1000000.000,0.000")), "{status}");
+        let offset = format!("{sign}600000000000000,0,0");
+        sender.grbl.restore(&format!("$10=0\nG54={offset}\n")).unwrap();
+        sender.read();
+        sender.says(&format!("G92X{}600000", if sign.is_empty() { "-" } else { "" }), "ok");
+        let status = sender.status();
+        assert!(status.contains(&format!("|WCO:{sign}")), "{status}");
+    }
+}
+
 #[test]
 fn defaults_are_restored() {
     let mut sender = Sender::new();

@@ -56,17 +56,17 @@ impl Homing {
 
 impl<M: GrblMachine> Grbl<M> {
     /// A look at the switches, and the next phase when one is over.
-    pub(crate) fn go_on_homing(&mut self, time: f64, inputs: Inputs) {
+    pub(crate) fn go_on_homing(&mut self, inputs: Inputs) {
         let Some(mut homing) = self.homing else { return };
         let Some(&axis) = ORDER.get(homing.done) else { return self.end_homing() };
         let closed = inputs.limit[axis];
         if matches!(homing.phase, Phase::Seek | Phase::Locate) && closed && homing.edge.is_none() {
             homing.edge = Some(self.motion.at[axis]);
             self.homing = Some(homing);
-            self.motion.cancel(time);
+            self.motion.cancel(self.now);
         }
         if homing.phase == Phase::Free && !closed {
-            self.motion.cancel(time);
+            self.motion.cancel(self.now);
         }
         if !self.motion.is_over() || self.after.is_some() {
             return;

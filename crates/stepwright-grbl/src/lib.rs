@@ -42,7 +42,7 @@
 //!   speeds of the motors in mm/min, unless `$11` asks for a junction deviation. `$150` to `$152` limit
 //!   the jerk of the axes, in mm/s³.
 //! - Homing takes Z, X, Y, one after another, and measures from the switch's edge.
-//! - `$1` to `$5`, `$12` and `$26` are kept for the sender and change nothing.
+//! - `$0` to `$6`, `$12` and `$26` are kept for the sender and change nothing.
 
 #![forbid(unsafe_code)]
 

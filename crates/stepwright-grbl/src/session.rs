@@ -162,13 +162,14 @@ impl<M: GrblMachine> Grbl<M> {
 
     /// Lets time pass: steps are made, switches looked at, lines obeyed.
     pub fn advance(&mut self, now: f64) {
-        self.now = self.now.max(now);
-        let now = self.now;
+        let now = self.now.max(now);
         while let Some(step) = self.motion.next(now) {
+            self.now = self.now.max(step.time);
             self.machine.step(step.time, step.axis, step.forward);
-            self.look(step.time);
+            self.look();
         }
-        self.look(now);
+        self.now = now;
+        self.look();
         self.settle();
         self.pump();
     }
@@ -538,15 +539,15 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// Looks at the switches, at `time`.
-    fn look(&mut self, time: f64) {
+    /// Looks at the switches.
+    fn look(&mut self) {
         let inputs = self.machine.inputs();
         let closed = std::mem::replace(&mut self.closed, inputs.limit);
         if self.homing.is_some() {
             if inputs.door && self.after.is_none() {
                 self.brake(After::Alarm(7));
             }
-            self.go_on_homing(time, inputs);
+            self.go_on_homing(inputs);
             return self.switch();
         }
         if let Some(probing) = &self.probing
@@ -554,7 +555,7 @@ impl<M: GrblMachine> Grbl<M> {
             && !self.probe_met
         {
             (self.probe_at, self.probe_met) = (self.place(), true);
-            self.motion.cancel(time);
+            self.motion.cancel(self.now);
         }
         let ends = matches!(self.after, Some(After::Reset | After::Alarm(_)));
         let moves = !self.motion.is_over() && !ends;

@@ -2,6 +2,7 @@
 //! of steps is to be the controller's, always.
 
 use crate::common::Sender;
+use stepwright_grbl::{Grbl, GrblMachine, Inputs, Outputs};
 
 #[test]
 fn a_job_ends_where_it_says() {
@@ -359,6 +360,42 @@ fn a_lasers_power_goes_with_its_speed() {
     assert_eq!(most(1_005, 1_990), 0.0);
     assert!((499.0..=500.0).contains(&most(2_400, 2_700)));
     assert_eq!(sender.grbl.machine().outputs.power, 0.0);
+}
+
+/// Whatever time a look covers, its steps and what they switch are in the order of their times.
+#[test]
+fn a_long_look_has_the_times_of_its_steps() {
+    #[derive(Debug, Default)]
+    struct Times {
+        at: i64,
+        seen: Vec<(f64, i64)>,
+        lit: Vec<(f64, f64)>,
+    }
+    impl GrblMachine for Times {
+        fn step(&mut self, time: f64, _: usize, forward: bool) {
+            self.at += if forward { 1 } else { -1 };
+            self.seen.push((time, self.at));
+        }
+        fn inputs(&mut self) -> Inputs {
+            Inputs { limit: [self.at >= 500, false, false], ..Inputs::default() }
+        }
+        fn switch(&mut self, time: f64, outputs: Outputs) {
+            let last = self.seen.last().map_or(0.0, |(time, _)| *time);
+            assert!(time >= last, "{time} s behind {last} s");
+            self.seen.push((time, self.at));
+            self.lit.push((time, outputs.power));
+        }
+    }
+    let mut grbl = Grbl::new(Times::default());
+    grbl.receive(0.0, b"$32=1\n$21=1\n$100=100\n$110=3000\n$120=500\nM4S500\nG1X10F1200\n");
+    grbl.advance(2.0);
+    let said = String::from_utf8(grbl.take_answers()).unwrap();
+    let Times { at, seen, lit } = grbl.machine();
+    assert!(seen.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+    // It is lit on its way, from some ms behind the beginning, and brakes from where the switch is.
+    let first = lit.iter().find(|(_, power)| *power > 0.0).unwrap();
+    assert!(first.0 < 0.1, "{first:?}");
+    assert!(said.contains("ALARM:1") && (535..=545).contains(at), "{at} {said}");
 }
 
 /// A mm takes as much at any speed: above its feed rate M4 is above S, up to $30.

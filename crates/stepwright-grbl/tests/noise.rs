@@ -65,7 +65,9 @@ impl GrblMachine for Judge {
         Inputs { limit: self.limit, probe: self.probe, door: self.door }
     }
 
-    fn switch(&mut self, _: f64, outputs: Outputs) {
+    fn switch(&mut self, time: f64, outputs: Outputs) {
+        assert!(time >= self.now, "time goes back");
+        self.now = time;
         assert!(outputs.power >= 0.0 && outputs.power.is_finite());
     }
 }

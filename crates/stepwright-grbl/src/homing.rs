@@ -12,7 +12,8 @@ use stepwright_gcode::{FeedRate, Length, Move, MoveKind, Spindle};
 
 use crate::machine::{GrblMachine, Inputs};
 use crate::motion::{Scales, Travel, length};
-use crate::session::{After, Grbl, State};
+use crate::session::Grbl;
+use crate::state::{After, State};
 
 /// The axes in their order: Z first, away from the work.
 const ORDER: [usize; 3] = [2, 0, 1];

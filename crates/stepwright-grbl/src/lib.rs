@@ -57,6 +57,7 @@ mod overrides;
 mod report;
 mod session;
 mod settings;
+mod state;
 mod work;
 
 pub use fed::FedRun;

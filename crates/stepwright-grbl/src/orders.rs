@@ -6,8 +6,9 @@ use crate::homing::Homing;
 use crate::machine::GrblMachine;
 use crate::motion::BLOCKS;
 use crate::report::modes;
-use crate::session::{After, Grbl, RX, State};
+use crate::session::{Grbl, RX};
 use crate::settings::GrblSettings;
+use crate::state::{After, State};
 
 impl<M: GrblMachine> Grbl<M> {
     /// Obeys a line that began with `$`.

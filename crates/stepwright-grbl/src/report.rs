@@ -8,7 +8,8 @@ use stepwright_gcode::{
 
 use crate::machine::{GrblMachine, Inputs};
 use crate::motion::{BLOCKS, clamped, length};
-use crate::session::{Grbl, RX, State};
+use crate::session::{Grbl, RX};
+use crate::state::State;
 use stepwright_path::mm;
 
 /// From report to report with offsets, at rest and on the way.

@@ -11,6 +11,7 @@ use crate::motion::Motion;
 use crate::overrides::Overrides;
 use crate::report::{Seldom, decimal};
 use crate::settings::GrblSettings;
+use crate::state::{After, State};
 use crate::work::{Probing, Work};
 
 /// Bytes of the receiver, as reports tell; what comes beyond is kept too, up to [`KEPT`].
@@ -19,50 +20,6 @@ pub const RX: usize = 128;
 /// Bytes of lines that wait at most. Of what comes beyond no line is executed; real-time bytes are
 /// heard all the same.
 pub const KEPT: usize = 65_536;
-
-/// What the machine is doing, by grbl's names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum State {
-    Idle,
-    Run,
-    Jog,
-    /// Braking, or standing, until it is resumed.
-    Hold,
-    /// Likewise, for the door.
-    Door,
-    Home,
-    /// Nothing moves before it is unlocked, or, if `critical`, reset.
-    Alarm {
-        critical: bool,
-    },
-    Check,
-    Sleep,
-}
-
-/// What comes once a brake has ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum After {
-    Reset,
-    Alarm(u8),
-    /// The rest of a jog is dropped.
-    Jog,
-    /// Likewise, and the door is open.
-    Door,
-    /// The door's or a sleep's spindle stops.
-    Sleep,
-}
-
-impl After {
-    /// A reset is more than an alarm, and an alarm more than what else ends a move.
-    fn rank(self) -> u8 {
-        match self {
-            After::Reset => 3,
-            After::Alarm(_) => 2,
-            After::Door | After::Sleep => 1,
-            After::Jog => 0,
-        }
-    }
-}
 
 /// grbl 1.1 on a [`GrblMachine`].
 ///

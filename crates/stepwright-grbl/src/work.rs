@@ -8,7 +8,8 @@ use crate::machine::GrblMachine;
 use crate::motion::Travel;
 use crate::overrides::Overrides;
 use crate::report::decimal;
-use crate::session::{After, Grbl, State};
+use crate::session::Grbl;
+use crate::state::{After, State};
 use stepwright_path::{ArcSweep, mm};
 
 /// Effects that have yet to happen; then comes the answer.

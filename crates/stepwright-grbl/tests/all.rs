@@ -2,6 +2,7 @@
 
 mod common;
 
+mod laser;
 mod motion;
 mod noise;
 mod protocol;

@@ -132,11 +132,18 @@ fn is_taken(_: &SerialPort) -> bool {
 
 impl Link for SerialLink {
     fn write(&mut self, mut bytes: &[u8]) -> io::Result<()> {
+        let begun = Instant::now();
         while !bytes.is_empty() {
             match self.port.write(bytes) {
                 Ok(0) => return Err(ErrorKind::BrokenPipe.into()),
                 Ok(count) => bytes = bytes.get(count..).unwrap_or_default(),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                // Another program, which a stop does not wait for, has taken the room.
+                Err(error)
+                    if error.kind() == ErrorKind::WouldBlock && begun.elapsed() < WRITE_LIMIT =>
+                {
+                    thread::sleep(Duration::from_millis(1));
+                }
                 Err(error) => return Err(error),
             }
         }

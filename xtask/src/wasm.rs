@@ -80,7 +80,8 @@ pub const HOST: Module = Module {
     library: "std,panic_abort",
     level: "z",
     // A panic is a trap without words, which would be a fifth of the module.
-    flags: "-Zunstable-options -Cpanic=immediate-abort",
+    // Nor does it print for debugging: `{:?}` of what no page can cause.
+    flags: "-Zunstable-options -Cpanic=immediate-abort -Zfmt-debug=none",
     sources: &[
         "stepwright",
         "stepwright-protocol",

@@ -60,9 +60,6 @@ impl Packages {
 
     /// Installs them, unless they are there.
     pub fn prepare(&self, ws: &Workspace) -> Result<()> {
-        if self.ready(ws) {
-            return Ok(());
-        }
         let folder = ws.target.join(self.name);
         // Steps of two lanes take the same ones.
         let _alone = alone_in(&folder)?;

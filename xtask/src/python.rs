@@ -81,9 +81,6 @@ impl Environment {
 
     /// Makes it, unless it is ready.
     pub fn prepare(&self, ws: &Workspace) -> Result<()> {
-        if self.ready(ws) {
-            return Ok(());
-        }
         // Steps of two lanes take the same ones. `clean` would remove a lock within.
         let _alone = alone_in(&ws.target.join("xtask").join(self.name))?;
         if self.ready(ws) {

@@ -3,16 +3,15 @@
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
+use crate::guests::Guest;
 use stepwright::{Accel, Speed};
-use stepwright_host::guests::{GuestLine, Guests};
+use stepwright_host::guests::GuestLine;
 use stepwright_host::link::Link;
 use stepwright_host::link::lossy::{Harm, Lossy};
 use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 use stepwright_host::motion::Action;
 use stepwright_host::{Board, Error, LinkError, MotionLimits, Outcome};
-use stepwright_protocol::{
-    Command, Direction, Distance, Refusal, Reply, Selection, Setting, Stop, Value,
-};
+use stepwright_protocol::{Command, Direction, Distance, Refusal, Selection, Setting, Stop, Value};
 
 fn motion(top: u32, accel: u32) -> MotionLimits {
     MotionLimits::new(Speed::from_steps(top).unwrap(), Accel::from_steps(accel).unwrap())
@@ -64,19 +63,6 @@ fn a_travel_is_changed_and_stopped_on_its_way() {
     );
     let refused = x.retarget(7).unwrap_err();
     assert!(matches!(refused, Error::Refused { reason: Some(Refusal::NoTravel), .. }));
-}
-
-/// Another program, which says one line.
-struct Guest(Option<GuestLine>);
-
-impl Guests for Guest {
-    fn next(&mut self) -> Option<GuestLine> {
-        self.0.take()
-    }
-
-    fn before(&self, _: Command) {}
-
-    fn after(&self, _: Command, _: Reply) {}
 }
 
 /// Whatever was expected before: the last word counts.

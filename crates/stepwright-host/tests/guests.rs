@@ -44,7 +44,7 @@ impl Link for Flips {
 }
 
 /// Another program, which says one line.
-struct Guest(Option<GuestLine>);
+pub struct Guest(pub Option<GuestLine>);
 
 impl Guests for Guest {
     fn next(&mut self) -> Option<GuestLine> {

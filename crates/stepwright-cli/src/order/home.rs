@@ -42,8 +42,8 @@ Without --port a virtual machine is homed, whose switch stands 1000 steps behind
 A real axis needs --within, a little more than it can travel: one that finds no switch
 there ends, and does not push at its end for ever. Where soft limits or `home-first` keep
 the board from taking that as a distance, it runs, and is braked to end there, or by as much
-further as a line to the board takes. Ctrl-C brakes, and a second Ctrl-C
-kills. With the setting `safe-start` the stops by the switch are acknowledged here.
+further as a line to the board takes. Ctrl-C brakes, and a second Ctrl-C kills. With the
+setting `safe-start` the stops by the switch are acknowledged here.
 
 Examples:
   stepwright home

@@ -71,14 +71,14 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let axes: Vec<AxisId> = AxisId::first(count as u8).collect();
     let built = axes.iter().map(|axis| file.geometry(*axis, args.order.ramps.built()));
     let built: Vec<GeometryArgs> = built.collect();
+    let to = args.to.iter().zip(&built);
+    let to = to.map(|(to, built)| Way::of(None, Some(to), &built.geometry()?));
     let ways: Vec<Way> = args
         .distance
         .iter()
         .zip(&built)
         .map(|(by, built)| Way::of(Some(by), None, &built.geometry()?))
-        .chain(args.to.iter().zip(&built).map(|(to, built)| {
-            Way::of(None, Some(to), &built.geometry()?) //
-        }))
+        .chain(to)
         .collect::<Result<_, _>>()?;
     // A virtual board begins at 0.
     let line = Line::of(&args, &ways, &built, &vec![0; axes.len()])?;

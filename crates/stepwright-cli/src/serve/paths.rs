@@ -403,8 +403,13 @@ mod tests {
         });
         let drawn: Vec<Value> = drawn.collect();
         if std::env::var_os("STEPWRIGHT_GOLDEN").is_some_and(|what| what == "write") {
-            let one = |one: &Value| json!({ "file": one["file"], "drawing": carried(one["drawing"].clone()) });
-            let lines: Vec<_> = drawn.iter().map(|of| one(of).to_string()).collect();
+            let lines: Vec<_> = drawn
+                .iter()
+                .map(|one| {
+                    let drawing = carried(one["drawing"].clone());
+                    json!({ "file": one["file"], "drawing": drawing }).to_string()
+                })
+                .collect();
             std::fs::write(path, format!("[\n{}\n]\n", lines.join(",\n"))).unwrap();
         }
         let carried: Vec<Value> =

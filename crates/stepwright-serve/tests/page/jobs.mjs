@@ -148,6 +148,15 @@ const tests = (url) => ({
     await page.getByText("from S500 on, of S1000").waitFor();
     await page.locator("#paths-copy").click();
     assert.equal(await page.locator("#paths-copied").innerText(), "stepwright gcode burn.nc --laser --laser-max 500");
+    // It is as it was left, whatever was looked at meanwhile.
+    const typed = `${await page.locator("#paths-text").inputValue()}(typed)\n`;
+    await page.locator("#paths-text").fill(typed);
+    await page.locator("#paths-file").selectOption({ label: "badge.nc" });
+    await until("an example is shown", async () => !(await page.locator("#paths-laser-on").isChecked()));
+    await page.locator("#paths-file").selectOption("own");
+    await until("it is shown again", async () => (await page.locator("#paths-text").inputValue()) === typed);
+    assert.ok(await page.locator("#paths-laser-on").isChecked());
+    assert.equal(await page.locator("#paths-laser-most").inputValue(), "500");
     await page.locator("#paths-laser-most").fill("0");
     await wrong(page).getByText("laser is no S of full power").waitFor();
     await page.locator("#paths-laser-most").fill("1000");

@@ -113,6 +113,10 @@ export async function kills({ page, card, at }) {
   // On a key it needs no holding.
   await click(card, "run-back");
   await moves(card);
+  // With Ctrl it is the browser's.
+  await page.keyboard.press("Control+Shift+K");
+  await new Promise((later) => setTimeout(later, 200));
+  assert.equal(await word(card), "moving");
   await page.keyboard.press("Shift+K");
   await until("? is shown", async () => (await shown(card)) === "?");
   await click(card, "zero");

@@ -23,9 +23,9 @@ const MOST: usize = 100_000;
 /// Look at the settings of a board, and change them
 #[derive(clap::Args)]
 #[command(after_help = "\
-A setting holds at once, and an Uno, a Nano and a Mega keep it when their power goes
-off; other boards over a reset alone. None is changed while a motor moves. The names are those of the serial line: `$` lists
-them, `$pulse-us=3` sets one.
+A setting holds at once, and an Uno, a Nano and a Mega keep it when their power
+goes off; other boards over a reset alone. None is changed while a motor moves.
+The names are those of the serial line: `$` lists them, `$pulse-us=3` sets one.
 
 Examples:
   stepwright settings get --port /dev/ttyUSB0

@@ -1,4 +1,4 @@
-//! The moments of one axis, and the records that become of them.
+//! The moments of one axis, and the records made of them.
 
 use std::collections::VecDeque;
 
@@ -7,41 +7,41 @@ use stepwright_stream::record::Record;
 
 use crate::fine;
 
-/// Ticks from a turn or a wait to the next step, at least: what step interrupts ask for, and a margin.
+/// The least time from a turn or a wait to the next step: what step interrupts need, and a margin.
 const CALM: u64 = fine(1_250);
-/// Ticks that DIR stays after a step.
+/// How long DIR stays unchanged after a step.
 const HOLD: u64 = fine(40);
 
 /// An axis of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisFeed {
-    /// What happens, and the time of the step that it was asked for with. The first `made` are in
-    /// records, and are kept in case the board is to forget these.
+    /// The moments, and for each the time of the step that caused it. The first `made` are in records already;
+    /// they are kept in case a cut takes these records back.
     moments: VecDeque<Moment>,
     asked: VecDeque<u64>,
     made: usize,
-    /// Moments that are kept no more.
+    /// The number of moments that were dropped.
     gone: u64,
     fitter: EntryFitter,
     forward: bool,
     shortest: u64,
-    /// It comes this much later than the others.
+    /// The delay of this axis against the first one.
     shift: u64,
-    /// A step and the same step back that were left out: when both were asked for.
+    /// Pairs of a step and the same step back that cancelled each other: when both were asked for.
     pairs: VecDeque<[u64; 2]>,
     over: bool,
 }
 
-/// Where the records of an axis have come to.
+/// The state of an axis between two records.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisMark {
     fitter: EntryFitter,
-    /// The moment that is due.
+    /// The number of the moment that is due.
     moment: u64,
 }
 
 impl AxisMark {
-    /// When the next record starts there.
+    /// When the next record starts.
     pub(crate) fn start(&self) -> u64 {
         self.fitter.played()
     }
@@ -67,19 +67,19 @@ impl AxisFeed {
         self.fitter.set_terms(terms);
     }
 
-    /// When its next record starts.
+    /// When the next record starts, in 2⁻⁸ ticks.
     pub(crate) fn start(&self) -> u64 {
         self.fitter.played()
     }
 
-    /// The last moment that is known. What its records wait already has passed.
+    /// The last known moment, no earlier than the end of the records.
     fn last(&self) -> Moment {
         let start = self.start();
         let last = self.moments.back().map(|last| Moment { at: last.at.max(start), ..*last });
         last.unwrap_or(Moment { at: start, what: What::Nothing })
     }
 
-    /// Moments that are in no record, the one that is due among them.
+    /// The number of moments that are in no record yet, including the one that is due.
     fn left(&self) -> usize {
         self.moments.len() - self.made
     }
@@ -94,8 +94,8 @@ impl AxisFeed {
         self.asked.pop_back().unwrap_or(0)
     }
 
-    /// A step is asked for at this time: it comes then, or a little later where that is too soon. A
-    /// step and the same step back that are closer than a turn takes are none.
+    /// Adds a step at this time, or a little later where that is too soon after the last moment. A step and the
+    /// same step back cancel each other if they are closer together than a turn takes.
     pub(crate) fn step(&mut self, asked: u64, forward: bool) {
         let at = asked + self.shift;
         let last = self.last();
@@ -111,7 +111,7 @@ impl AxisFeed {
                 self.pairs.push_back([first, asked]);
                 return;
             }
-            // In the middle, so far as that leaves enough on both sides.
+            // DIR turns in the middle between two steps, if that leaves enough time on both sides.
             let middle = last.at + at.saturating_sub(last.at) / 2;
             let turn = middle.min(at.saturating_sub(CALM)).max(last.at + HOLD);
             let turn = if last.what == What::Step { turn } else { turn.max(last.at + CALM) };
@@ -123,15 +123,15 @@ impl AxisFeed {
         self.push(at.max(last.at + least), What::Step, asked);
     }
 
-    /// No more steps come: it waits until this time, when all axes rest.
+    /// Ends the axis: there are no more steps, and the axis waits until this time, when all axes rest.
     pub(crate) fn end(&mut self, at: u64) {
         let last = self.last();
         self.push(at.max(last.at + 2 * CALM), What::End, at);
         self.over = true;
     }
 
-    /// Nothing comes before this time: it waits until a little before that, so that a step which comes
-    /// then is on time, but no longer than `most`.
+    /// Adds a wait, as no step comes before `until`. It ends a little earlier, so that a step at `until` is on
+    /// time, and lasts `most` at the longest.
     pub(crate) fn wait(&mut self, until: u64, most: u64) {
         let last = self.last();
         let at = (until + self.shift).saturating_sub(CALM).min(last.at + most);
@@ -140,17 +140,17 @@ impl AxisFeed {
         }
     }
 
-    /// Whether all is known up to `longest` behind its next record.
+    /// Whether all moments up to `longest` after the start of the next record are known.
     pub(crate) fn is_known(&self, longest: u64) -> bool {
         self.over || self.left() > 1 && self.last().at > self.start() + longest
     }
 
-    /// Whether all became records.
+    /// Whether the axis has ended and all its moments are in records.
     pub(crate) fn is_over(&self) -> bool {
         self.over && self.left() <= 1
     }
 
-    /// The next record.
+    /// Makes the next record; `None` at the end.
     pub(crate) fn record(&mut self) -> Option<Record> {
         let due = self.moments.make_contiguous().get(self.made..)?;
         let (record, played) = self.fitter.next(due)?;
@@ -158,12 +158,12 @@ impl AxisFeed {
         Some(record)
     }
 
-    /// Where its records have come to.
+    /// The present state, to come back to.
     pub(crate) fn mark(&self) -> AxisMark {
         AxisMark { fitter: self.fitter.clone(), moment: self.gone + self.made as u64 }
     }
 
-    /// What is in records before this mark is needed no more.
+    /// Drops moments that are in records before this mark.
     pub(crate) fn forget(&mut self, mark: &AxisMark) {
         let count = (mark.moment.saturating_sub(self.gone) as usize).min(self.made);
         self.moments.drain(..count);
@@ -175,14 +175,14 @@ impl AxisFeed {
         }
     }
 
-    /// The soonest time from which on it can be told something else, if its records end at this
-    /// mark: behind what is due there. An axis that `brakes` and is not due before `patience` is not
-    /// waited for: with a brake its next step comes no sooner.
+    /// The soonest time from which on the axis can do something else if its records end at this mark: after
+    /// the moment that is due there. An axis that `brakes` and is not due before `patience` needs no wait, as
+    /// braking makes its next step no sooner.
     pub(crate) fn free_from(&self, mark: &AxisMark, patience: u64, brakes: bool) -> u64 {
         let due = mark.moment.saturating_sub(self.gone) as usize;
         let end = mark.fitter.played().saturating_sub(self.shift);
         let far = end > patience && brakes;
-        // What is in records is made.
+        // Steps in records before the mark will be made.
         let made = due.checked_sub(1).and_then(|last| self.asked.get(last));
         let made = made.map_or(0, |asked| asked + 1);
         let free = match self.moments.get(due) {
@@ -195,18 +195,18 @@ impl AxisFeed {
         free.max(made)
     }
 
-    /// A time from `from` on between whose two sides no step is left out with the same step back.
+    /// The first time at or after `from` that separates no pair of cancelled steps.
     pub(crate) fn between_pairs(&self, from: u64) -> u64 {
         let split = self.pairs.iter().find(|pair| pair[0] < from && from <= pair[1]);
         split.map_or(from, |pair| self.between_pairs(pair[1] + 1))
     }
 
-    /// Back to this mark, with the steps that were asked for before `end` alone.
+    /// Returns to this mark, and forgets the steps that were asked for at `end` and later.
     pub(crate) fn rewind(&mut self, mark: &AxisMark, end: u64) {
         self.fitter = mark.fitter.clone();
         self.made = mark.moment.saturating_sub(self.gone) as usize;
         let kept = self.asked.partition_point(|asked| *asked < end);
-        // What has happened already has.
+        // Moments that the records before the mark have played stay.
         let kept = kept.max(self.made + usize::from(self.fitter.waits()));
         while self.moments.len() > kept {
             self.forward ^= self.last().what == What::Turn;

@@ -1,4 +1,4 @@
-//! What was sent ahead is taken back.
+//! Cuts: taking back frames that were sent ahead.
 //!
 //! ```text
 //!            kept                        taken back
@@ -7,10 +7,10 @@
 //!                          └─ cut, and the first records of what comes instead
 //! ```
 //!
-//! The cut names the first frame that is to be forgotten, and brings the beginning of what comes
-//! in its place: so the board has one or the other, whatever befalls the line in between. A board
-//! that has opened that frame does not take the cut; then all is as it was, and another place is
-//! to be asked for.
+//! A cut names the first frame that the board is to forget, and carries the first records that replace it.
+//! The board therefore has the old frames or the new ones, whatever happens on the line in between. A board
+//! that has opened the named frame does not take the cut: the old plan goes on, and the caller asks for a
+//! later place.
 
 use stepwright_stream::credit::Credit;
 use stepwright_stream::frame::{CUT, Kind};
@@ -20,49 +20,49 @@ use crate::axis::AxisFeed;
 use crate::clock::opening;
 use crate::{FeedState, LEAD, Mark, SPAN, StreamFeeder, fine};
 
-/// A cut comes this long before the frame that it names is opened, in µs, and longer after one that
-/// came too late: for a line of 1 ms, with 3 ms of bytes before the wire.
+/// A cut is sent this long before the board opens the frame that it names, in µs: enough for a line with a
+/// delay of 1 ms and 3 ms of bytes before the wire. The margin grows after a cut that came too late.
 pub(crate) const MARGIN: u64 = 8_000;
-/// … up to this.
+/// The largest margin, in µs.
 const MOST: u64 = 60_000;
-/// By this much longer; and by this much less again after one that was in time.
+/// By how much the margin grows after a cut that came too late, and shrinks after one in time, in µs.
 const MORE: u64 = 4_000;
 const LESS: u64 = 1_000;
-/// Frames behind a cut that are short.
+/// The number of short frames after a cut.
 const SHORT: u8 = 4;
-/// From the computer to the board, in µs, with bytes of [`QUEUED`] that wait before the wire.
+/// The way of a frame from the computer to the board, in µs, with [`QUEUED`] of bytes before the wire.
 const WAY: u64 = 7_000;
 
-/// From where on other steps can come.
+/// The place from which on other steps can come.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// Seconds of the path.
+    /// The time on the path, in s.
     pub time: f64,
-    /// Steps so far, of all axes, that are made all the same: those after them are forgotten.
+    /// The number of steps of all axes that the board makes all the same. Later steps are forgotten.
     pub steps: u64,
 }
 
-/// A cut that the board has not taken.
+/// A cut that the board has not taken yet.
 #[derive(Debug)]
 pub(crate) struct Cutting {
-    /// The first frame that is forgotten, and the bytes that those have.
+    /// The number of the first forgotten frame, and the bytes of all forgotten frames.
     keep: u64,
     frees: u32,
     end: u64,
-    /// When it is to be sent, by the gates, at the latest.
+    /// The latest gate time at which the cut may be sent.
     until: u64,
     sent: bool,
     before: Before,
 }
 
-/// All as it is without the cut.
+/// The feeder's state without the cut.
 #[derive(Debug)]
 struct Before {
     axes: [Option<AxisFeed>; stepwright_stream::record::AXES],
     marks: std::collections::VecDeque<Mark>,
     trails: [stepwright_stream::record::Trail; stepwright_stream::record::AXES],
     steps: std::collections::VecDeque<u64>,
-    /// The number of the first mark.
+    /// The frame number of the first mark.
     first: u64,
     offered: u64,
     known: u64,
@@ -71,16 +71,16 @@ struct Before {
 }
 
 impl Cutting {
-    /// Until it is sent: from when on steps are others.
+    /// The time from which on other steps come, as long as the cut has not been sent.
     pub(crate) fn waits(&self) -> Option<u64> {
         (!self.sent).then_some(self.end)
     }
 }
 
 impl StreamFeeder {
-    /// Takes back what the board has not begun: from the time on that is told other steps are to
-    /// come, or [the end](StreamFeeder::end). `brakes` says that from there on no axis
-    /// makes a step sooner than it would have: that is possible sooner.
+    /// Takes back the frames that the board has not begun. The caller continues from the returned time with
+    /// other steps, or with [the end](StreamFeeder::end). `brakes` promises that no axis makes its next step
+    /// sooner than planned before; the cut can be sooner then.
     ///
     /// `None` while nothing plays, and while the board has not taken the last cut: ask again later.
     pub fn cut(&mut self, now: u64, brakes: bool) -> Option<Cut> {
@@ -92,7 +92,7 @@ impl StreamFeeder {
         self.offered -= frames;
         self.ended &= !end;
         self.late = false;
-        // Back to what the board has or will have.
+        // Back to the frames that the sender has sent or holds.
         self.go_back(self.offered, u64::MAX);
         if !self.sender.has_room() {
             return None;
@@ -130,8 +130,8 @@ impl StreamFeeder {
         Some(Cut { time, steps: self.dropped + kept as u64 })
     }
 
-    /// Whether the last cut came too late, once: all is as it was before it, and the steps that were
-    /// handed over since are forgotten. It is to be asked for again.
+    /// Whether the last cut came too late; reported once. The plan from before the cut goes on, and steps that
+    /// were handed over since are forgotten: call [`cut`](StreamFeeder::cut) again.
     pub fn was_late(&mut self) -> bool {
         std::mem::take(&mut self.late)
     }
@@ -141,12 +141,12 @@ impl StreamFeeder {
         self.cutting.is_some()
     }
 
-    /// µs of bytes before the wire, beyond those that there are at most as a rule.
+    /// The µs of bytes that wait before the wire beyond the usual [`QUEUED`].
     fn behind(&self, now: u64) -> u64 {
         self.sender.waiting(now).saturating_sub(QUEUED)
     }
 
-    /// The soonest time from which on all axes can be told something else.
+    /// The soonest time from which on all axes can do something else, if frame `keep` is the first forgotten.
     fn free_from(&self, keep: u64, brakes: bool) -> u64 {
         let now = self.mark(0);
         let mark = self.marks.get((keep - self.gone) as usize).unwrap_or(&now);
@@ -155,11 +155,11 @@ impl StreamFeeder {
             axes.filter_map(|(axis, mark)| Some((axis.as_ref()?, mark.as_ref()?)))
         };
         let start = axes().map(|(_, mark)| mark.start()).min().unwrap_or(0);
-        // No record of several steps that begins before is longer.
+        // No record of several steps that begins before `start` lasts longer.
         let patience = start + fine(self.terms.ticks(2 * SPAN + 1_000));
         let soonest = axes().map(|(axis, mark)| axis.free_from(mark, patience, brakes));
         let mut end = soonest.fold(start, u64::max);
-        // No pair on any axis is divided.
+        // The cut separates no pair of cancelled steps.
         loop {
             let apart = axes().fold(end, |end, (axis, _)| axis.between_pairs(end));
             if apart == end {
@@ -169,7 +169,7 @@ impl StreamFeeder {
         }
     }
 
-    /// To where frame `number` begins, with the steps that were asked for before `end`.
+    /// Returns to the beginning of frame `number`, and forgets the steps asked for at `end` and later.
     fn go_back(&mut self, number: u64, end: u64) {
         self.frames.clear();
         let at = (number - self.gone) as usize;
@@ -180,12 +180,12 @@ impl StreamFeeder {
             }
         }
         self.marks.truncate(at);
-        // What comes next has room beside the cut; and each axis has the next of it soon.
+        // Short frames: the first fits into the cut, and each axis soon has its next record.
         let short = if end == u64::MAX { 0 } else { SHORT };
         self.packer.rewind(mark.trails, short, CUT as u8);
     }
 
-    /// Hands the cut to the sender, with what comes behind it. Whether other frames may follow.
+    /// Hands a cut that is ready to the sender, with its first records. Returns whether other frames may follow.
     pub(crate) fn offer_cut(&mut self, packed: bool, now: u64) -> bool {
         let behind = self.clock.ticks(self.behind(now));
         let Some(cutting) = self.cutting.as_mut().filter(|cutting| !cutting.sent) else {
@@ -208,7 +208,7 @@ impl StreamFeeder {
         true
     }
 
-    /// What the board tells about a cut.
+    /// Learns from the board's credit whether the cut was taken or came too late.
     pub(crate) fn learn_of_cut(&mut self, credit: Credit, now: u64) {
         if !self.cutting.as_ref().is_some_and(|cutting| cutting.sent) {
             return;
@@ -218,7 +218,7 @@ impl StreamFeeder {
             self.margin = self.margin.saturating_sub(LESS).max(MARGIN);
             return;
         }
-        // It has come to its end meanwhile, or opened what was to be forgotten.
+        // The board has reached its end meanwhile, or has opened a frame that the cut names.
         let stands = credit.is(Credit::STARTED) && !credit.is(Credit::MOVES);
         if !(self.sender.is_cut_late() || self.sender.is_next(Kind::Cut) && stands) {
             return;
@@ -227,7 +227,7 @@ impl StreamFeeder {
         self.uncut();
     }
 
-    /// All is as it was before the last cut, which the sender does not hold.
+    /// Restores the state from before the last cut, which the sender no longer holds.
     fn uncut(&mut self) {
         let Some(cutting) = self.cutting.take() else { return };
         let Before { axes, marks, trails, steps, first, offered, known, over, ended } =

@@ -1,5 +1,5 @@
 #![forbid(unsafe_code)]
-//! A host's half of a streamed run, without I/O.
+//! The host's half of a streamed run, without I/O.
 //!
 //! ```text
 //!   steps ─► moments ─► records ─► frames ─► sender ─► bytes for the line
@@ -7,12 +7,12 @@
 //!   what became of it ◄── credit ◄── bytes of the line
 //! ```
 //!
-//! A [`StreamFeeder`] takes steps of all axes in the order of their times while it
-//! [wants](StreamFeeder::wants) some, hands out bytes, and takes those of the board. Times are µs
-//! from any beginning.
+//! A [`StreamFeeder`] takes the steps of all axes in the order of their times, as long as it
+//! [wants](StreamFeeder::wants) some. It returns bytes for the line, and takes the bytes of the board.
+//! The caller's times are in µs from any origin.
 //!
-//! **Changes.** What was sent ahead can be taken back: [`cut`](StreamFeeder::cut) tells from when on
-//! other steps can come, some 35 ms later.
+//! **Changes.** [`cut`](StreamFeeder::cut) takes back frames that were sent ahead, and returns the time from
+//! which on other steps can come: some 35 ms later.
 
 mod axis;
 mod clock;
@@ -34,42 +34,42 @@ use stepwright_stream::pack::{DataBytes, FramePacker};
 use stepwright_stream::record::{AXES, Trail};
 use stepwright_stream::send::{FrameSender, LinkTimes};
 
-/// Ticks in 2⁻⁸ ticks.
+/// Converts ticks to 2⁻⁸ ticks.
 const fn fine(ticks: u64) -> u64 {
     ticks << 8
 }
 
-/// How a run is fed.
+/// The terms of a run: the board, the line and the axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FeedTerms {
-    /// Ticks a second of the board's step timer.
+    /// Ticks per second of the board's step timer.
     pub hz: u32,
-    /// Steps keep to their times by this many ns, while there is enough ahead.
+    /// The largest deviation of a step from its time, in ns, while the board has enough ahead.
     pub tolerance: u32,
-    /// No more is sent ahead of what the board plays than this, in µs. What its FIFO holds is the bound
-    /// as well: some 0.3 s of three busy axes on an Uno, more than 1 s on a Mega.
+    /// How far ahead of the board the feeder sends at most, in µs. The board's FIFO is a bound as well: it holds
+    /// some 0.3 s of three busy axes on an Uno, more than 1 s on a Mega.
     pub ahead: u32,
-    /// Without a whole frame for this long the board brakes, in ms; 0 for never. At most 2,040.
+    /// The board brakes after this long without a whole frame, in ms: at most 2,040; 0 for never.
     pub lease: u32,
-    /// Axes that take part, a bit each. One that does not rests; one that has no steps costs a board
-    /// time all the same.
+    /// The axes that take part, one bit each. The others rest. An axis that takes part costs the board time,
+    /// even without steps.
     pub axes: u8,
-    /// How each axis brakes.
+    /// The brake of each axis.
     pub brakes: [BrakeLaw; AXES],
-    /// Inputs that stop: see [`Kind::Start`].
+    /// The inputs that stop the run: see [`Kind::Start`].
     pub inputs: u8,
-    /// Of these, the ones that stop when they open.
+    /// The inputs among these that stop the run when they open.
     pub high: u8,
-    /// Axes come this many ticks after one another, so that equal ones do not step at once.
+    /// Each axis is this many ticks behind the one before, so that equal axes do not step at once.
     pub stagger: u32,
-    /// No wait is shorter than this many ticks.
+    /// The shortest wait, in ticks.
     pub shortest: u32,
-    /// The line's times.
+    /// The times of the line.
     pub times: LinkTimes,
 }
 
 impl FeedTerms {
-    /// For a board on an AVR, by a serial line of 115,200 baud.
+    /// The terms of an AVR board on a serial line of 115,200 baud.
     pub const fn avr(brakes: [BrakeLaw; AXES]) -> FeedTerms {
         FeedTerms {
             hz: 16_000_000,
@@ -90,68 +90,68 @@ impl FeedTerms {
         micros * u64::from(self.hz) / 1_000_000
     }
 
-    /// An axis without steps for this long is told to wait, in 2⁻⁸ ticks: it may rest then. A step
-    /// that comes earlier has to be known, so that a board which hears nothing more makes it.
+    /// An axis without steps for this long is told to wait and may rest, in 2⁻⁸ ticks. A step that comes
+    /// sooner is sent before, so that a board that hears nothing more makes it.
     fn patience(&self) -> u64 {
         let taking_part = (0..).zip(&self.brakes).filter(|(axis, _)| self.axes >> axis & 1 != 0);
-        // One step behind an interval of 1/√(2a) an axis may rest: half the slowest one.
+        // An axis may rest one step after an interval of 1/√(2a), which is half the slowest one.
         let slowest = taking_part.map(|(_, law)| u64::from(law.slowest())).max().unwrap_or(0);
         fine(self.ticks(PATIENCE)).max(slowest / 2)
     }
 }
 
-/// From the start to the path's, in ticks.
+/// From the start of the stream to the start of the path, in ticks.
 const LEAD: u64 = 32_000;
-/// A frame's records begin within this, and those of several steps take no longer, in µs.
+/// The records of a frame start within this time, and a record of several steps lasts no longer, in µs.
 const SPAN: u64 = 8_000;
-/// An axis without steps for at least this long is told to wait, in µs.
+/// The least time without steps after which an axis is told to wait, in µs.
 const PATIENCE: u64 = 40_000;
-/// Of what comes after a cut this much goes before all else is planned, in µs.
+/// After a cut this much of the new plan is sent before the rest is planned, in µs.
 const FIRST: u64 = 150_000;
-/// Behind a change, with this much ahead of the board, in µs, all is as before.
+/// A change is over once the board has this much ahead again, in µs.
 const ENOUGH: u64 = 150_000;
-/// With less than this ahead, in µs, steps keep to their times less closely: by this many ns.
+/// Tolerances of a step in ns, each for less than this many µs ahead of the board.
 const SHORT: [(u64, u32); 2] = [(60_000, 25_000), (130_000, 10_000)];
-/// Without progress for this long, in µs, the board is lost.
+/// A board without progress for this long is lost, in µs.
 const LOST: u64 = 3_000_000;
 
-/// How far a run is.
+/// The state of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeedState {
-    /// The board's FIFO is being filled.
+    /// The feeder fills the board's FIFO.
     Filling,
-    /// It plays.
+    /// The board plays.
     Running,
-    /// All steps were made, and all axes rest.
+    /// The board has made all steps, and all axes rest.
     Over,
-    /// The board was short of frames, or heard nothing, and has braked: off the path.
+    /// The board ran short of frames or heard nothing, and has braked: it is off the path.
     Off,
-    /// An input has closed, and the board has braked: off the path.
+    /// An input has stopped the run, and the board has braked: it is off the path.
     Tripped,
     /// The board has refused a record.
     Wrong,
-    /// The board doesn't answer.
+    /// The board does not answer.
     Lost,
 }
 
 impl FeedState {
-    /// Whether nothing more comes of it.
+    /// Whether the run is over, for good or bad.
     pub const fn is_end(self) -> bool {
         !matches!(self, FeedState::Filling | FeedState::Running)
     }
 }
 
-/// The beginning of a frame: what led there.
+/// The beginning of a frame, and the state of all axes there.
 #[derive(Clone, Debug)]
 struct Mark {
     start: u64,
-    /// Bytes of the FIFO that the frame takes, once it is whole.
+    /// The bytes of the FIFO that the frame takes, once it is complete.
     cost: u32,
     axes: [Option<AxisMark>; AXES],
     trails: [Trail; AXES],
 }
 
-/// Feeds a board.
+/// Feeds one run to a board.
 #[derive(Debug)]
 pub struct StreamFeeder {
     terms: FeedTerms,
@@ -160,40 +160,40 @@ pub struct StreamFeeder {
     packer: FramePacker,
     sender: FrameSender,
     reader: CreditReader,
-    /// Frames that were not offered yet.
+    /// Frames that the sender does not have yet.
     frames: VecDeque<DataBytes>,
-    /// Of all frames that the board has not opened, from frame number `gone` on: the last one may have
-    /// been begun alone. Those before number `offered` are the sender's.
+    /// The marks of all frames that the board has not opened, beginning with frame number `gone`. The last frame
+    /// may be incomplete. Frames before number `offered` are with the sender.
     marks: VecDeque<Mark>,
     gone: u64,
     offered: u64,
-    /// When what the board opened last began.
+    /// The start of the frame that the board opened last.
     played: u64,
-    /// All steps before this time are known.
+    /// The time before which all steps are known.
     known: u64,
-    /// When steps were asked for, from number `dropped` on.
+    /// The times of the steps, beginning with step number `dropped`.
     steps: VecDeque<u64>,
     dropped: u64,
     clock: BoardClock,
     /// A cut that the board has not taken yet.
     cutting: Option<Box<Cutting>>,
     pace: Pace,
-    /// The last cut came too late; and how long before a frame is opened it is to come, in µs.
+    /// Whether the last cut came too late; and how long before a frame is opened a cut is sent, in µs.
     late: bool,
     margin: u64,
     over: bool,
     state: FeedState,
-    /// Bytes of the FIFO that are left before the start, once that is known.
+    /// Free bytes of the FIFO before the start, once they are known.
     room: Option<u32>,
     ended: bool,
-    /// It begins with what is there.
+    /// The run begins with the steps that are known.
     begins: bool,
     said: Vec<u8>,
     text: Vec<u8>,
 }
 
 impl StreamFeeder {
-    /// Begins a run now.
+    /// Begins a run at `now`, in µs.
     pub fn new(terms: FeedTerms, now: u64) -> StreamFeeder {
         let mut sender = FrameSender::new(terms.times);
         let brakes: Vec<u8> = terms.brakes.iter().flat_map(|law| law.bytes()).collect();
@@ -239,7 +239,7 @@ impl StreamFeeder {
         }
     }
 
-    /// How far it is.
+    /// The state of the run.
     pub fn state(&self) -> FeedState {
         self.state
     }
@@ -249,20 +249,20 @@ impl StreamFeeder {
         self.ended && self.sender.is_empty()
     }
 
-    /// How often frames were sent again.
+    /// The number of retransmissions.
     pub fn again(&self) -> u64 {
         self.sender.again()
     }
 
-    /// Seconds of the path that the board has opened.
+    /// The time on the path up to which the board has opened frames, in s.
     pub fn time(&self) -> f64 {
         let lead = fine(LEAD);
         self.played.saturating_sub(lead) as f64 / self.units()
     }
 
-    /// Whether it wants more steps.
+    /// Whether the feeder wants more steps.
     pub fn wants(&self) -> bool {
-        // Of what follows a cut the first part goes before all else is planned.
+        // After a cut the first part of the new plan is sent before the rest is planned.
         if let Some(end) = self.cutting.as_ref().and_then(|cutting| cutting.waits())
             && self.known >= end + fine(self.terms.ticks(FIRST))
         {
@@ -272,20 +272,20 @@ impl StreamFeeder {
         !self.over && self.known < self.played + ahead + self.patience
     }
 
-    /// Where on the path the board is, in s: by what it has told, so that it may be some 8 ms farther.
-    /// Before it begins, 0 and less.
+    /// The time on the path where the board is, in s, by its last credit: the board may be some 8 ms farther.
+    /// Before the path begins it is 0 or less.
     pub fn now(&self, now: u64) -> f64 {
         let at = self.clock.at(now).unwrap_or(0).saturating_sub(clock::SPAN);
         (at as f64 - fine(LEAD) as f64) / self.units()
     }
 
-    /// 2⁻⁸ ticks a second.
+    /// 2⁻⁸ ticks per second.
     fn units(&self) -> f64 {
         256.0 * f64::from(self.terms.hz)
     }
 
-    /// The next step: of an axis, in s after the start of the path, forward or backward.
-    /// Times never fall. Steps of an axis that takes no part are left out.
+    /// Adds the next step of an axis, at a time in s after the start of the path. Times must not decrease.
+    /// Steps of an axis that does not take part are ignored.
     pub fn step(&mut self, axis: usize, time: f64, forward: bool) {
         self.know(time);
         let at = self.known;
@@ -295,19 +295,19 @@ impl StreamFeeder {
         }
     }
 
-    /// No step comes before this time, in s.
+    /// Promises that no step comes before this time, in s after the start of the path.
     pub fn know(&mut self, time: f64) {
         let at = (time * self.units()).round() as u64 + fine(LEAD);
         self.known = self.known.max(at);
     }
 
-    /// The board begins with what is known by now, though it has room for more: nothing more is known
-    /// for a while.
+    /// Lets the board begin with the steps that are known now, though its FIFO has room for more: no more steps
+    /// will be known for a while.
     pub fn begin(&mut self) {
         self.begins = true;
     }
 
-    /// There are no more steps: the path ends then, in s.
+    /// Ends the path at this time, in s: there are no more steps.
     pub fn end(&mut self, time: f64) {
         if !self.over {
             self.know(time);
@@ -318,13 +318,13 @@ impl StreamFeeder {
         }
     }
 
-    /// A text line to be said, without its end. Answers are [heard](StreamFeeder::hear).
+    /// Queues a text line, given without its end. [`hear`](StreamFeeder::hear) returns the answer.
     pub fn say(&mut self, line: &str) {
         self.said.extend(line.bytes());
         self.said.push(b'\r');
     }
 
-    /// Takes bytes of the line. What is text comes back.
+    /// Takes bytes from the line. Returns the bytes that are text.
     pub fn hear(&mut self, bytes: &[u8], now: u64) -> Vec<u8> {
         let mut credits = Vec::new();
         for byte in bytes {
@@ -348,14 +348,14 @@ impl StreamFeeder {
             (self.gone, self.played) = (self.gone + 1, mark.start);
         }
         if self.gone != before {
-            // The first ones wait in the queues for the start.
+            // Before the start opened frames only wait in the queues.
             if credit.is(Credit::STARTED) {
                 self.clock.opened(self.played, now);
             }
             self.forget();
         }
         self.learn_of_cut(credit, now);
-        // Of another run, until the setup was heard.
+        // The credit is of another run until the board has taken the setup.
         let open = !self.sender.is_empty() && !credit.is(Credit::OFF);
         if self.state != FeedState::Running || open {
             return;
@@ -370,7 +370,7 @@ impl StreamFeeder {
         };
     }
 
-    /// What is kept for a cut is kept no longer than frames can be cut.
+    /// Drops moments and steps that no cut can take back any more.
     fn forget(&mut self) {
         if let Some(mark) = self.marks.front().filter(|_| self.cutting.is_none()) {
             for (axis, mark) in self.axes.iter_mut().zip(&mark.axes) {
@@ -386,8 +386,7 @@ impl StreamFeeder {
         }
     }
 
-    /// Bytes for the line, as many as it should have now. To be asked whenever bytes came, and each
-    /// millisecond.
+    /// Returns the bytes to send now. To be called after bytes came, and every millisecond.
     pub fn bytes(&mut self, now: u64) -> Vec<u8> {
         let mut bytes = Vec::new();
         if self.state.is_end() {
@@ -412,7 +411,8 @@ impl StreamFeeder {
         bytes
     }
 
-    /// Makes frames of what is known, as far as they may be sent: whether that is all for now.
+    /// Makes frames of the known steps, as far ahead as may be sent. Returns false if more steps are needed
+    /// first.
     fn pack(&mut self) -> bool {
         let ahead = fine(self.terms.ticks(u64::from(self.terms.ahead)));
         let longest = fine(self.terms.ticks(SPAN));
@@ -435,7 +435,7 @@ impl StreamFeeder {
             self.relax(start);
             let Some(axis) = &mut self.axes[n] else { return false };
             if self.known > start + patience {
-                // Short ones, so that there is soon a place for a cut.
+                // Short waits, so that a place for a cut comes soon.
                 for _ in 0..3 {
                     if !axis.is_known(2 * longest) {
                         axis.wait(self.known, longest);
@@ -457,19 +457,19 @@ impl StreamFeeder {
                     }
                     self.frames.extend(frame);
                 }
-                // The fitter makes none.
+                // The fitter makes no such record.
                 Err(_) => self.state = FeedState::Wrong,
             }
         }
     }
 
-    /// Where all has come to, if the next frame starts then.
+    /// The mark of a frame that starts at this time with the next record.
     fn mark(&self, start: u64) -> Mark {
         let axes = self.axes.each_ref().map(|axis| axis.as_ref().map(AxisFeed::mark));
         Mark { start, cost: 0, axes, trails: self.packer.trails() }
     }
 
-    /// A frame is the sender's now, and takes this much of the FIFO.
+    /// Notes that the sender has the next frame, which takes `cost` bytes of the FIFO.
     fn offered(&mut self, cost: u32) {
         if let Some(mark) = self.marks.get_mut((self.offered - self.gone) as usize) {
             mark.cost = cost;
@@ -477,14 +477,14 @@ impl StreamFeeder {
         self.offered += 1;
     }
 
-    /// Whether the board has taken enough to be left alone for a while.
+    /// Whether the board has taken [`ENOUGH`] and no cut is under way.
     fn has_enough(&self) -> bool {
         let next = self.offered.saturating_sub(self.sender.data()).saturating_sub(self.gone);
         let taken = self.marks.get(next as usize).map_or(self.played, |mark| mark.start);
         !self.is_cutting() && taken >= self.played + fine(self.terms.ticks(ENOUGH))
     }
 
-    /// With little ahead of the board, records keep to their steps less closely, and are fewer.
+    /// Widens the tolerance while the board has little ahead: records are fewer then.
     fn relax(&mut self, start: u64) {
         let ahead = start.saturating_sub(self.played);
         let short = SHORT.iter().find(|(most, _)| {
@@ -498,11 +498,11 @@ impl StreamFeeder {
         }
     }
 
-    /// Hands frames to the sender. All axes begin when the FIFO is full, or has all that is to be
-    /// ahead: what does not fit waits until some has been played.
+    /// Hands frames to the sender. The start is sent once the FIFO is full or holds all that may be ahead.
+    /// Frames that do not fit wait until the board has played some.
     fn offer(&mut self, packed: bool, now: u64) {
         if self.state == FeedState::Filling {
-            // The answer to the setup tells how much there is room for.
+            // The answer to the setup says how much room there is.
             if self.room.is_none() && self.sender.is_empty() {
                 self.room = Some(self.sender.free());
             }
@@ -551,7 +551,7 @@ impl StreamFeeder {
 
 fn fit_terms(terms: &FeedTerms, tolerance: u32, axis: u64) -> FitTerms {
     let hz = u64::from(terms.hz);
-    // From there on an axis may rest at once.
+    // From this interval on an axis may rest at once.
     let slowest = terms.brakes.get(axis as usize).map_or(0, |brake| brake.slowest());
     FitTerms {
         patience: slowest.max(fine(terms.ticks(2 * SPAN)) as u32),

@@ -1,35 +1,36 @@
 //! How many bytes wait before the wire.
 //!
-//! Few: what is urgent is behind them. But a computer that does other things looks at the line seldom, and
-//! the wire rests when it has sent what waited. So as many wait as the wire sends until the next look, by the
-//! longest time between two looks of the last second; and more behind a change, when the board has little
-//! ahead. On a line with noise few: all of them would go again.
+//! A short queue is best, as urgent bytes wait behind it. But a busy computer looks at the line seldom, and
+//! the wire idles once the queue is empty. The queue therefore holds what the wire sends until the next look,
+//! estimated by the longest time between two looks within the last second. After a change it is longer, as
+//! the board has little ahead. On a noisy line it is short, as all of it would be sent again.
 
 use stepwright_stream::send::QUEUED;
 
-/// At most, in µs of bytes.
+/// The longest queue, in µs of bytes.
 const MOST: u64 = 40_000;
-/// Behind a change.
+/// The shortest queue after a change, in µs of bytes.
 const CHANGE: u64 = 25_000;
-/// What was seen counts for this long, and as long again, in µs.
+/// The length of one observation period, in µs. Two periods count: the present one and the one before.
 const KEPT: u64 = 1_000_000;
 
-/// What is known of the computer and the line.
+/// Observations of the computer and the line.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pace {
-    /// The last look.
+    /// When the line was last looked at.
     last: Option<u64>,
-    /// The longest time between two looks, of this second and of the one before.
+    /// The longest time between two looks, of the present period and of the one before.
     longest: [u64; 2],
-    /// How often all was sent again, at the beginning of either.
+    /// The number of retransmissions at the beginning of each of these periods.
     again: [u64; 2],
     begun: u64,
-    /// Since a change, until the board has enough ahead.
+    /// Set by a change, until the board has enough ahead.
     pub(crate) changed: bool,
 }
 
 impl Pace {
-    /// A look at the line: µs of bytes that may wait before the wire, where all has been sent again so often.
+    /// Notes a look at the line and the number of retransmissions; returns the µs of bytes that may wait
+    /// before the wire.
     pub(crate) fn look(&mut self, now: u64, again: u64) -> u64 {
         if now.saturating_sub(self.begun) > KEPT {
             self.begun = now;
@@ -43,7 +44,7 @@ impl Pace {
             return QUEUED;
         }
         let least = if self.changed { CHANGE } else { QUEUED };
-        // The next look may come later than any before.
+        // The next look may come later than any before it.
         let seldom = 2 * self.longest[0].max(self.longest[1]);
         seldom.min(MOST).max(least)
     }
@@ -53,7 +54,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Looks so far apart from `from` on, for two seconds: the last answer.
+    /// Looks at this distance for two seconds, beginning at `from`; returns the last answer.
     fn looks(pace: &mut Pace, from: u64, apart: u64, again: u64) -> u64 {
         let times = (from..from + 2_100_000).step_by(apart as usize);
         times.map(|now| pace.look(now, again)).last().unwrap()
@@ -72,7 +73,7 @@ mod tests {
         let mut pace = Pace::default();
         assert_eq!(looks(&mut pace, 0, 12_000, 0), 24_000);
         assert_eq!(looks(&mut pace, 2_200_000, 300_000, 0), MOST);
-        // It is forgotten.
+        // Two quiet periods later the long pauses count no more.
         assert_eq!(looks(&mut pace, 5_000_000, 1_000, 0), QUEUED);
     }
 

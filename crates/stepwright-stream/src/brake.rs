@@ -1,4 +1,4 @@
-//! How an axis comes to rest by itself, whatever its speed.
+//! The brake: how an axis comes to rest by itself, from any speed.
 //!
 //! At a deceleration a the interval c grows from step to step by
 //!
@@ -6,33 +6,32 @@
 //!   dc/dn = c³ · a / f²          f: ticks a second
 //! ```
 //!
-//! One formula for every speed, with three products of 16 bits. A host sends a/f² as a mantissa and
-//! an exponent, and the *slowest* interval f·√(2/a), from which a motor may rest at once: at an
-//! interval as long as that the step after the last one is one from rest.
+//! The formula holds at every speed, and takes three products of 16 bits. A host sends a/f² as a mantissa and
+//! an exponent, and the *slowest* interval f·√(2/a). A motor may rest at once from that interval on, as it
+//! is the first interval of a start from rest.
 //!
-//! A braking entry is 16 groups over which the interval grows by 1/16 to 1/8. Their growth is that
-//! of the entry's first interval. As the growth that the formula asks for rises with c, the
-//! deceleration is never above a; the way is 12 to 13 % longer than v²/2a, and never by
-//! more than a fifth and some steps. From 38,000 steps/s to
-//! rest at 40,000 steps/s² that is 56 entries. At long intervals each step is an entry.
+//! A braking entry has 16 groups, over which the interval grows by 1/16 to 1/8. The growth is the formula's
+//! for the first interval of the entry. The formula's growth rises with c, so the deceleration is never above
+//! a. The braking distance is 12 to 13 % longer than v²/2a, at most a fifth and some steps. From 38,000
+//! steps/s to rest at 40,000 steps/s² takes 56 entries. At long intervals each step is an entry.
 
 use crate::record::{Record, RecordAct, Trail};
 
-/// Intervals of this many 2⁻⁸ ticks and more are entries of a step each.
+/// From this interval on each step is an entry, in 2⁻⁸ ticks.
 const LONG: u32 = 28_000 << 8;
-/// The longest part of a wait, in 2⁻⁸ ticks.
+/// The longest part of a wait, in 2⁻⁸ ticks …
 const PART: u32 = 0x7E00 << 8;
-/// … and the shortest that a rest is played by.
+/// … and the shortest part that the remainder of a wait is played as.
 const SHORT: u32 = 1_200 << 8;
 
-/// The slowest interval that there may be, in ticks: an axis with half of it brakes still, and a
-/// longer one is no single record.
+/// The bound of the slowest interval, in ticks. An axis with half of this interval still brakes, and a longer
+/// interval does not fit into one record.
 const SLOWEST: u128 = (2 * 32_000) << 7;
 
 /// A deceleration as a board takes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BrakeLaw {
-    /// From this interval on the axis may rest at once, in 2⁻⁸ ticks.
+    /// The interval from which on the axis may rest at once, in 2⁻⁸ ticks.
     slowest: u32,
     /// a/f² is `mantissa` · 2^(exponent − 64); the mantissa is at least 2¹⁵.
     mantissa: u16,
@@ -40,15 +39,15 @@ pub struct BrakeLaw {
 }
 
 impl BrakeLaw {
-    /// Nothing brakes: all rest at once.
+    /// No brake: the axis rests at once.
     pub const NONE: BrakeLaw = BrakeLaw { slowest: 0, mantissa: 0, exponent: 0 };
-    /// Bytes of it.
+    /// The number of bytes of a law on the line.
     pub const LEN: usize = 6;
 
-    /// The law of a deceleration, in thousandths of a step/s², on a timer of this rate. What is
-    /// rounded off makes it gentler. `None` if it is 0, or if the timer counts more than 8,192,000
-    /// ticks from the last step to rest: below 8 steps/s² at 16 MHz. Half of that is the longest
-    /// interval that one record can say.
+    /// The law of a deceleration in thousandths of a step/s², on a timer of `hz` ticks per second. Rounding
+    /// makes it gentler. `None` if the deceleration is 0, or so small that the timer counts more than 8,192,000
+    /// ticks from the last step to rest: below 8 steps/s² at 16 MHz. The longest interval of one record is half
+    /// of that.
     ///
     /// ```
     /// use stepwright_stream::brake::BrakeLaw;
@@ -76,7 +75,7 @@ impl BrakeLaw {
         }
         let mantissa =
             if exponent < 0 { (scaled << -exponent) as u16 } else { (scaled >> exponent) as u16 };
-        // Rounded up to an even number: to the gentler side, and to a byte that is no `FILL`.
+        // Rounded up to an even number: gentler, and its low byte is never `FILL`.
         let slowest = (2_000 * square / thousandths as u128).isqrt() + 1;
         if slowest >= SLOWEST {
             return None;
@@ -85,14 +84,14 @@ impl BrakeLaw {
         Some(BrakeLaw { slowest: slowest << 8, mantissa: mantissa & !1, exponent: exponent as i8 })
     }
 
-    /// As it is sent. No more than two bytes in a row are 0xFF, and the last one never is.
+    /// The bytes on the line. At most two bytes in a row are 0xFF, and the last byte never is.
     pub const fn bytes(self) -> [u8; Self::LEN] {
         let [_, a, b, c] = self.slowest.to_le_bytes();
         let [low, high] = self.mantissa.to_le_bytes();
         [a, b, c, low, high, (self.exponent as u8).wrapping_add(64)]
     }
 
-    /// What was sent so.
+    /// The law of these bytes.
     pub const fn from_bytes(bytes: [u8; Self::LEN]) -> BrakeLaw {
         let [a, b, c, low, high, exponent] = bytes;
         BrakeLaw {
@@ -107,14 +106,13 @@ impl BrakeLaw {
         self.slowest
     }
 
-    /// By how much an interval of 2⁻⁸ ticks grows over 2^bits steps, in 2⁻⁸ ticks: rounded down, and
-    /// at most `u32::MAX`.
+    /// The growth of an interval over 2^bits steps, both in 2⁻⁸ ticks: rounded down, and at most `u32::MAX`.
     pub const fn growth(self, interval: u32, bits: u8) -> u32 {
         let (cube, shift) = self.cube(interval);
         grown(cube, shift, bits)
     }
 
-    /// The growth over one step is `cube` · 2^shift.
+    /// The growth over one step, as `cube` · 2^shift.
     #[inline(always)]
     const fn cube(self, interval: u32) -> (u32, i8) {
         if interval == 0 {
@@ -154,14 +152,14 @@ const fn grown(cube: u32, shift: i8, bits: u8) -> u32 {
     }
 }
 
-/// An axis that brakes: records that lead from any speed to rest.
+/// A braking axis: an iterator of records that lead from any speed to rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Braking {
-    /// The interval before the step that is due.
+    /// The interval before the next step.
     last: u32,
-    /// The interval behind it.
+    /// The interval after the next step.
     next: u32,
-    /// What is left of that, once the step was made.
+    /// The remainder of that interval after the step, in 2⁻⁸ ticks.
     rest: u32,
 }
 
@@ -169,7 +167,7 @@ impl Braking {
     /// At rest.
     pub const NONE: Braking = Braking { last: u32::MAX, next: 0, rest: 0 };
 
-    /// From where a trail leads.
+    /// Begins where a trail leads.
     pub const fn from(trail: &Trail) -> Braking {
         if !trail.moves {
             return Braking::NONE;
@@ -179,7 +177,7 @@ impl Braking {
         Braking { last, next, rest: 0 }
     }
 
-    /// The next record; `None` once it rests with the end of the one before.
+    /// The next record; `None` once the axis rests with the end of the record before.
     #[inline(never)]
     pub fn next(&mut self, law: BrakeLaw) -> Option<Record> {
         if self.rest != 0 {
@@ -212,7 +210,7 @@ impl Braking {
         // 16 groups of 2^(bits − 4) steps, or 2^bits of one.
         let (bits, count) = if bits >= 4 { (bits.wrapping_sub(4), 16) } else { (0, 1 << bits) };
         let growth = grown(cube, shift, bits);
-        // A group has the interval of its middle, so that groups of other lengths go on without a jump.
+        // A group has the interval of its middle, so that groups of different lengths join without a jump.
         let half = growth >> 1;
         self.next = c.wrapping_add(growth.wrapping_mul(u32::from(count)));
         self.last = self.next.wrapping_sub(growth.wrapping_sub(half));
@@ -220,7 +218,7 @@ impl Braking {
         Some(Record { act, interval: c.wrapping_add(half), growth: growth as i32 })
     }
 
-    /// The next piece of what is left to wait: 2^halvings parts of this length.
+    /// The next piece of the remaining wait: the length of a part and `halvings`, for 2^halvings parts.
     fn part(&mut self) -> (u32, u8) {
         let (mut part, mut halvings) = (self.rest, 0u8);
         while part >= PART && halvings < 7 {
@@ -228,7 +226,7 @@ impl Braking {
             halvings = halvings.wrapping_add(1);
         }
         part = part.min(PART);
-        // What falls off is shorter than half a tick.
+        // The loss by rounding is less than half a tick.
         self.rest = self.rest.wrapping_sub(part << halvings);
         if self.rest < 128 {
             self.rest = 0;
@@ -239,7 +237,7 @@ impl Braking {
     }
 }
 
-/// An interval of 2^halvings parts, at most `u32::MAX`.
+/// The interval of 2^halvings parts, at most `u32::MAX`.
 const fn shifted(part: u32, halvings: u8) -> u32 {
     if part.leading_zeros() >= halvings as u32 { part << (halvings & 31) } else { u32::MAX }
 }

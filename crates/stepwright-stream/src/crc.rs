@@ -1,10 +1,10 @@
-//! The checksum of frames and answers.
+//! The checksum of frames and credits.
 
-/// What a checksum begins with.
+/// The initial value of the checksum.
 pub const BEGIN: u16 = 0xFFFF;
 
-/// CRC-16/MCRF4XX with one byte more: polynomial 0x1021, the lowest bit first. No table, no loop:
-/// some 25 cycles on an AVR.
+/// Adds a byte to a checksum: CRC-16/MCRF4XX, polynomial 0x1021, the lowest bit first. It uses no table
+/// and no loop, and takes some 25 cycles on an AVR.
 ///
 /// ```
 /// use stepwright_stream::crc;
@@ -19,7 +19,7 @@ pub const fn with(sum: u16, byte: u8) -> u16 {
     ((d as u16) << 8 | sum >> 8) ^ (d >> 4) as u16 ^ (d as u16) << 3
 }
 
-/// Of all these bytes.
+/// The checksum of these bytes.
 pub fn of(bytes: &[u8]) -> u16 {
     bytes.iter().fold(BEGIN, |sum, byte| with(sum, *byte))
 }

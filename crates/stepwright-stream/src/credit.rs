@@ -1,4 +1,4 @@
-//! What a board answers to frames.
+//! Credit: a board's answer to frames.
 //!
 //! ```text
 //!   ┌──────┬──────────┬────────┬────────┬───────┬───────┬───────┐
@@ -6,50 +6,49 @@
 //!   └──────┴──────────┴────────┴────────┴───────┴───────┴───────┘
 //! ```
 //!
-//! It may stand in the middle of a text answer, whose bytes are all below 0x80.
+//! It may come in the middle of a text answer, as bytes of text are all below 0x80.
 
 use crate::crc;
 
-/// Its first byte.
+/// The first byte of a credit.
 pub const HEAD: u8 = 0x80;
-/// Its bytes.
+/// The number of bytes of a credit.
 pub const LEN: usize = 7;
 
-/// How a board's stream stands.
+/// The state of a board's stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Credit {
-    /// The number of the frame that is expected: all before it are there.
+    /// The number of the next expected frame: the board has all frames before it.
     pub next: u8,
-    /// Frames of data that were opened since the last setup, modulo 256.
+    /// The number of data frames opened since the last setup, modulo 256.
     pub opened: u8,
-    /// Free bytes of the FIFO, in 8 and rounded down; 255 for more.
+    /// Free bytes of the FIFO divided by 8, rounded down; 255 for more.
     pub free: u8,
-    /// Of the constants below.
+    /// The flags below.
     pub flags: u8,
 }
 
 impl Credit {
-    /// An axis has braked: off the path until the next setup.
+    /// The board has braked, and is off the path until the next setup.
     pub const OFF: u8 = 1;
-    /// A frame came damaged: nothing is heard until four [`FILL`](crate::frame::FILL).
+    /// The board received a broken frame, and is deaf until four [`FILL`](crate::frame::FILL).
     pub const DEAF: u8 = 2;
-    /// An axis moves, or waits for what follows.
+    /// An axis moves, or waits for its next entry.
     pub const MOVES: u8 = 4;
-    /// A record was none that can be played.
+    /// The board has refused a record.
     pub const WRONG: u8 = 8;
-    /// A start was obeyed since the last setup.
+    /// The run was started since the last setup.
     pub const STARTED: u8 = 16;
 
-    /// An input that is watched has stopped the axes: it has closed, or opened where it is one that
-    /// stops then.
+    /// A watched input has stopped the axes: it has closed, or has opened if it stops when it opens.
     pub const TRIPPED: u8 = 32;
 
-    /// Whether a flag is there.
+    /// Whether a flag is set.
     pub const fn is(self, flag: u8) -> bool {
         self.flags & flag != 0
     }
 
-    /// As it is sent.
+    /// The bytes on the line.
     pub fn bytes(self) -> [u8; LEN] {
         let Credit { next, opened, free, flags } = self;
         let [low, high] = crc::of(&[HEAD, next, opened, free, flags]).to_le_bytes();
@@ -57,30 +56,30 @@ impl Credit {
     }
 }
 
-/// Finds answers among the bytes that come, and leaves the others as text.
+/// Separates credits from the text among the bytes of a board.
 #[derive(Clone, Debug, Default)]
 pub struct CreditReader {
     bytes: [u8; LEN],
     len: u8,
 }
 
-/// What a byte has completed.
+/// A credit or a byte of text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answered {
-    /// How the stream stands.
+    /// The state of the stream.
     Credit(Credit),
     /// A byte of text.
     Text(u8),
 }
 
 impl CreditReader {
-    /// At the beginning.
+    /// A reader that has read nothing.
     pub const fn new() -> CreditReader {
         CreditReader { bytes: [0; LEN], len: 0 }
     }
 
-    /// Takes a byte; tells what that has completed. What began as an answer and is none is looked
-    /// through again behind its first byte.
+    /// Takes a byte, and calls `told` with each credit or byte of text that it completes. Bytes that began
+    /// like a credit but are not one are searched again from the second byte on.
     ///
     /// ```
     /// use stepwright_stream::credit::{Answered, Credit, CreditReader};

@@ -1,23 +1,23 @@
-//! Bytes between a board's link and its decoder.
+//! The bytes between a board's link and its decoder.
 //!
 //! ```text
 //!   take ──► whole frames ──► put ──► bytes of the frame that comes ──► …
 //! ```
 //!
-//! A frame is there when its checksum was right, and not before. Where a frame comes without room,
-//! as a damaged or repeated one may, nothing that has not been read is written over.
+//! A frame counts only after its checksum was right. A frame without room, as a damaged or repeated frame may
+//! be, overwrites no byte that has not been read.
 
-/// Room for `LEN` bytes, at most 32768.
+/// A FIFO of `LEN` bytes: 64 to 32,768.
 #[derive(Clone, Debug)]
 pub struct Fifo<const LEN: usize> {
     bytes: [u8; LEN],
-    /// The oldest byte.
+    /// The place of the oldest byte.
     take: u16,
     /// Bytes of whole frames.
     used: u16,
-    /// Where the next byte goes.
+    /// The place of the next byte written.
     part: u16,
-    /// Bytes behind the whole frames; [`NO_ROOM`](Fifo::NO_ROOM) once one had none.
+    /// Bytes of the incomplete frame; [`NO_ROOM`](Fifo::NO_ROOM) once one of them had no room.
     fresh: u16,
 }
 
@@ -30,7 +30,7 @@ impl<const LEN: usize> Fifo<LEN> {
     /// More than any FIFO has.
     const NO_ROOM: u16 = u16::MAX;
 
-    /// An empty one.
+    /// An empty FIFO.
     pub const fn new() -> Fifo<LEN> {
         Fifo { bytes: [0; LEN], take: 0, used: 0, part: 0, fresh: 0 }
     }
@@ -46,24 +46,24 @@ impl<const LEN: usize> Fifo<LEN> {
         if sum >= Self::SIZE { sum.wrapping_sub(Self::SIZE) } else { sum }
     }
 
-    /// Bytes of whole frames.
+    /// The number of bytes in whole frames.
     #[inline(always)]
     pub const fn used(&self) -> u16 {
         self.used
     }
 
-    /// Bytes that are free but for those of the frame that comes.
+    /// The number of bytes not in whole frames; the incomplete frame may take some of them.
     pub const fn free(&self) -> u16 {
         Self::SIZE.wrapping_sub(self.used)
     }
 
-    /// A frame begins.
+    /// Begins a frame, and forgets an incomplete one.
     pub fn begin(&mut self) {
         self.part = Self::plus(self.take, self.used);
         self.fresh = 0;
     }
 
-    /// A byte of the frame that comes.
+    /// Adds a byte to the incomplete frame.
     #[inline(always)]
     pub fn write(&mut self, byte: u8) {
         let room = self.fresh < Self::SIZE.wrapping_sub(self.used);
@@ -76,7 +76,7 @@ impl<const LEN: usize> Fifo<LEN> {
         }
     }
 
-    /// The frame that came is whole; false if it had no room, and is gone.
+    /// Completes the frame; false if it had no room and is dropped.
     pub fn commit(&mut self) -> bool {
         let fits = self.fresh != Self::NO_ROOM;
         if fits {
@@ -86,14 +86,14 @@ impl<const LEN: usize> Fifo<LEN> {
         fits
     }
 
-    /// The byte `ahead` of the oldest; 0 where there is none.
+    /// The byte `ahead` places after the oldest; 0 if there is none.
     #[inline(always)]
     pub fn peek(&self, ahead: u16) -> u8 {
         let at = usize::from(Self::plus(self.take, ahead));
         if ahead < self.used { self.bytes.get(at).copied().unwrap_or(0) } else { 0 }
     }
 
-    /// Takes the oldest byte; 0 where there is none.
+    /// Takes the oldest byte; 0 if there is none.
     #[inline(always)]
     pub fn read(&mut self) -> u8 {
         if self.used == 0 {
@@ -105,13 +105,13 @@ impl<const LEN: usize> Fifo<LEN> {
         byte
     }
 
-    /// Forgets whole frames; one that comes goes on.
+    /// Forgets all whole frames. An incomplete frame continues.
     pub fn forget(&mut self) {
         self.take = Self::plus(self.take, self.used);
         self.used = 0;
     }
 
-    /// Forgets whole frames but for the first `keep` bytes, and what has come of another.
+    /// Keeps the first `keep` bytes of whole frames, and forgets the others and an incomplete frame.
     pub fn cut(&mut self, keep: u16) {
         self.used = self.used.min(keep);
         self.begin();
@@ -137,7 +137,7 @@ mod tests {
         fifo.begin();
         (100..104).for_each(|byte| fifo.write(byte));
         fifo.write(104);
-        // Room that comes too late is none.
+        // Room that comes after a byte was lost does not help.
         assert_eq!(fifo.read(), 0);
         fifo.write(105);
         assert!(!fifo.commit());

@@ -1,18 +1,18 @@
-//! Steps with times become records: the fewest cycles of a chip, within a tolerance.
+//! The fitter: steps with times become records that cost a chip the fewest cycles within a tolerance.
 //!
-//! Of all records that begin with the step that is due and keep each of their steps within the
-//! tolerance, the one is taken that costs an 8-bit chip the fewest cycles a step: 400 a record, 200
-//! for each of its bytes, 200 for each of its groups. Nothing adds up: a record begins where the one
-//! before has led, and is held against the steps' own times.
+//! Among all records that begin with the due step and keep each of their steps within the tolerance, the
+//! fitter takes the one with the fewest cycles per step on an 8-bit chip: 400 for a record, 200 for each of
+//! its bytes, 200 for each of its groups. Errors do not add up: a record begins where the record before has
+//! led, and is compared with the steps' own times.
 
 use stepwright::Ticks;
 
 use crate::record::{FAR, Record, RecordAct, RecordBytes, Trail};
 
-/// What happens on an axis.
+/// An event on an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
-    /// Nothing: an axis begins so.
+    /// No event: an axis begins with it.
     Nothing,
     /// A step.
     Step,
@@ -22,69 +22,70 @@ pub enum What {
     End,
 }
 
-/// What happens, and when.
+/// An event and its time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Moment {
-    /// 2⁻⁸ ticks since the start.
+    /// The time, in 2⁻⁸ ticks since the start.
     pub at: u64,
-    /// What happens.
+    /// The event.
     pub what: What,
 }
 
-/// How closely records keep to their steps.
+/// The terms of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FitTerms {
-    /// A step is no farther from its time than this many 2⁻⁸ ticks, unless it has to.
+    /// The largest deviation of a step from its time, in 2⁻⁸ ticks. Only a step that is due too soon after
+    /// the last may deviate by more.
     pub tolerance: u32,
-    /// A record of groups takes no longer than this many 2⁻⁸ ticks, one of steps at one interval
+    /// The longest duration of a record of groups, in 2⁻⁸ ticks. A record of steps at one interval may last
     /// twice as long.
     pub longest: u32,
-    /// No wait is shorter than this many ticks.
+    /// The shortest wait, in ticks.
     pub shortest: Ticks,
-    /// A record waits no longer than this many 2⁻⁸ ticks for a next step, or else than for
-    /// [`longest`](FitTerms::longest): what is rest can soon be told to be something else.
+    /// The longest wait of one record for a next step, in 2⁻⁸ ticks. Other waits last
+    /// [`longest`](FitTerms::longest) at most, so that an axis that rests can soon get other orders.
     pub patience: u32,
 }
 
-/// The longest part of a wait, and the most that a record waits.
+/// The longest part of a wait, and the longest wait of a record, in 2⁻⁸ ticks.
 const PART: u64 = 0x7D00 << 8;
 const MOST: u64 = PART << 7;
 
-/// Makes records of the moments of an axis.
+/// Makes records from the moments of an axis.
 #[derive(Clone, Debug)]
 pub struct EntryFitter {
     terms: FitTerms,
-    /// When what is due is played, in 2⁻⁸ ticks since the start.
+    /// When the due event is played, in 2⁻⁸ ticks since the start.
     played: u64,
     trail: Trail,
-    /// What was due has happened, and a rest of its wait is left.
+    /// The due event has happened, and a remainder of its wait is left.
     waits: bool,
 }
 
 impl EntryFitter {
-    /// At the start.
+    /// A fitter at the start of a stream.
     pub const fn new(terms: FitTerms) -> EntryFitter {
         EntryFitter { terms, played: 0, trail: Trail::NONE, waits: false }
     }
 
-    /// Keeps to its steps in another way from here on.
+    /// Changes the terms for the records to come.
     pub const fn set_terms(&mut self, terms: FitTerms) {
         self.terms = terms;
     }
 
-    /// When the next record starts, in 2⁻⁸ ticks since the start.
+    /// The start of the next record, in 2⁻⁸ ticks since the start of the stream.
     pub const fn played(&self) -> u64 {
         self.played
     }
 
-    /// Whether what is due has happened, and a rest of its wait is left.
+    /// Whether the due event has happened, and a remainder of its wait is left.
     pub const fn waits(&self) -> bool {
         self.waits
     }
 
-    /// The next record, and how many moments are played with it. `moments` begins with the one that is
-    /// due, and has all up to twice [`longest`](FitTerms::longest) behind it and one more, or to the end.
-    /// `None` at the end, and while there is no second one.
+    /// The next record, and the number of moments that it plays. `moments` begins with the due moment. It has
+    /// all moments up to twice [`longest`](FitTerms::longest) after that and one more, or all up to the end.
+    /// `None` at the end, and while there is no second moment.
     pub fn next(&mut self, moments: &[Moment]) -> Option<(Record, usize)> {
         let [first, second, ..] = moments else { return None };
         if first.what == What::End {
@@ -92,7 +93,7 @@ impl EntryFitter {
         }
         let shortest = u64::from(self.terms.shortest) << 8;
         let wait = second.at.saturating_sub(self.played).max(shortest);
-        // The last of them is the next moment of the record that ends before it.
+        // The last step is not played by this record: the record ends with the wait before it.
         let steps = moments.iter().take_while(|moment| moment.what == What::Step).count();
         let steps = steps.saturating_sub(1);
         if self.waits || steps == 0 || wait >= PART {
@@ -102,7 +103,7 @@ impl EntryFitter {
             return Some(self.single([first.what, second.what], wait, most, round_up(shortest)));
         }
         let record = self.best(moments, steps).unwrap_or(Record {
-            // A single step, whatever it costs.
+            // A single step, at any cost.
             act: RecordAct::Steps(1),
             interval: (wait.wrapping_add(8) as u32 & !15).max(round_up(shortest)),
             growth: 0,
@@ -116,10 +117,10 @@ impl EntryFitter {
         self.trail.pass(record);
     }
 
-    /// One event, and a wait of any length.
+    /// A record of one event and a wait of any length.
     fn single(&mut self, events: [What; 2], wait: u64, most: u64, least: u32) -> (Record, usize) {
         let ([what, next], whole) = (events, wait <= most);
-        // Two parts of a length, where there are two.
+        // A wait longer than `most` is divided: at most half of it now.
         let (mut part, mut halvings) = (if whole { wait } else { most.min(wait >> 1) }, 0u8);
         while part >= PART && halvings < 7 {
             part >>= 1;
@@ -138,8 +139,8 @@ impl EntryFitter {
         (record, usize::from(whole))
     }
 
-    /// The cheapest record of several steps, or of one that is on time: one whose groups leave a chip
-    /// the time to prepare the next, if there is one.
+    /// The cheapest record of one or more steps within the tolerance. Records whose groups leave a chip the
+    /// time to prepare the next group are preferred.
     fn best(&self, moments: &[Moment], steps: usize) -> Option<Record> {
         self.cheapest(moments, steps, true).or_else(|| self.cheapest(moments, steps, false))
     }
@@ -167,8 +168,9 @@ impl EntryFitter {
         best.map(|(_, _, record)| record)
     }
 
-    /// The record with the most steps of a kind: at one interval, or in groups of 2^bits. By doubling
-    /// and halving, as what is too long stays so but for a few.
+    /// The record with the most steps of a form: at one interval, or in groups of 2^bits. The count is found
+    /// by doubling and halving: with few exceptions a record longer than one that does not fit does not fit
+    /// either.
     fn longest(&self, moments: &[Moment], steps: usize, bits: Option<u8>) -> Option<Record> {
         let (unit, least, most) = match bits {
             None => (1, 1, 65_535),
@@ -190,14 +192,14 @@ impl EntryFitter {
         Some(best)
     }
 
-    /// `count` steps or groups; `None` if one of them is beyond the tolerance.
+    /// A record of `count` steps or groups; `None` if one of the steps is beyond the tolerance.
     fn fit(&self, moments: &[Moment], bits: Option<u8>, count: usize) -> Option<Record> {
         let group = 1usize << bits.unwrap_or(0);
         let n = group * count;
         let played = self.played as i64;
         let time = |k: usize| moments.get(k).map(|moment| moment.at as i64);
         let whole = time(n)?.wrapping_sub(played);
-        // At one speed twice as long: then there are few, and a fast axis can hardly afford their ends.
+        // At one interval twice as long: a fast axis has few cycles for the end of a record.
         let longest = i64::from(self.terms.longest) << u8::from(bits.is_none());
         if n > 1 && whole > longest {
             return None;
@@ -240,8 +242,7 @@ impl EntryFitter {
     }
 }
 
-/// Whether a group leaves time for the next one to be prepared, which takes some 220 cycles besides
-/// the 70 of each step.
+/// Whether a group leaves time to prepare the next group: some 220 cycles besides the 70 of each step.
 const fn is_calm(record: &Record) -> bool {
     let group = match record.act {
         RecordAct::Steps(count) => count as u32,
@@ -253,15 +254,15 @@ const fn is_calm(record: &Record) -> bool {
     interval >= 1_024 || group * interval.saturating_sub(70) >= 400
 }
 
-/// To the nearest.
+/// A quotient rounded to the nearest integer.
 const fn divided(by: i64, of: i64) -> i64 {
     (2 * by + of).div_euclid(2 * of)
 }
 
-/// The next multiple of 16.
+/// Rounds up to a multiple of 16.
 const fn round_up(wait: u64) -> u32 {
     (wait as u32).wrapping_add(15) & !15
 }
 
-/// Less than any record is long enough for a chip.
+// The longest part fits into the wait of one event.
 const _: () = assert!(PART < FAR as u64);

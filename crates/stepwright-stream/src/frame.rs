@@ -6,16 +6,15 @@
 //!   └─────────┴─────┴─────┴──────────────────┴───────┴───────┘
 //! ```
 //!
-//! A first byte of 0x80 and more begins a frame, any other is of a text line. The checksum is that
-//! of all bytes before it ([`crate::crc`]). Frames count 0 to 255 and round again; a board
-//! takes the one that it expects and no other.
+//! A first byte of 0x80 or more begins a frame; any other byte belongs to a text line. The checksum covers
+//! all bytes before it ([`crate::crc`]). The sequence number counts from 0 to 255 and wraps. A board takes
+//! the number that it expects and no other.
 //!
-//! No frame has four bytes of [`FILL`] in a row, whatever is in it: four of them end a board's
-//! [deafness](crate::link).
+//! No frame contains four bytes of [`FILL`] in a row: four of them end a board's [deafness](crate::link).
 
 use crate::crc;
 
-/// Four in a row bring a board's link to its beginning.
+/// Four of these bytes in a row reset a board's link.
 pub const FILL: u8 = 0xFF;
 /// The most bytes of a payload.
 pub const LONGEST: usize = 59;
@@ -24,33 +23,33 @@ pub const AROUND: usize = 5;
 /// The most bytes of a frame.
 pub const MOST: usize = LONGEST + AROUND;
 
-/// The most bytes of data that a cut brings with it.
+/// The most bytes of data in a cut.
 pub const CUT: usize = 16;
 
-/// What a frame is.
+/// The kind of a frame: its first byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
-    /// Nothing but a sign of life, which is answered. It has no number, and no payload.
+    /// A sign of life. The board answers it. A ping has no number and no payload.
     Ping = 0x80,
     /// A [gate](crate::record) and records.
     Data = 0x81,
-    /// The [brakes](crate::brake::BrakeLaw) of all axes, 6 bytes each. All else is forgotten.
+    /// The [brakes](crate::brake::BrakeLaw) of all axes, 6 bytes each. The board forgets everything else.
     Setup = 0x82,
-    /// All axes begin: which ones; the lease in 8 ms, 0 for none; inputs that stop, as bits: 0 to 2
-    /// the axes' switches, 6 the drivers' fault, 7 the emergency stop; of these, the ones that stop
-    /// when they open, not when they close.
+    /// Starts the run. Four bytes: the axes that take part; the lease in 8 ms, 0 for none; the inputs that
+    /// stop, as bits: 0 to 2 the axes' switches, 6 the drivers' fault, 7 the emergency stop; and those among
+    /// them that stop when they open, not when they close.
     Start = 0x83,
-    /// Frames of data from this number on are forgotten, and the end: modulo 256, counted from the setup. Then, if
-    /// any, a gate and records of at most [`CUT`] bytes, which come in their place. A board that has
-    /// opened such a frame, or has come to its end, does not take the cut.
+    /// Takes back the data frames from this number on, and the end: the number counts data frames since the
+    /// setup, modulo 256. A gate and records of at most [`CUT`] bytes may follow, which come in their place.
+    /// A board that has opened such a frame, or has reached the end of the run, does not take the cut.
     Cut = 0x84,
-    /// No more will come: the last record's end is the end.
+    /// Ends the run with the last record.
     End = 0x85,
 }
 
 impl Kind {
-    /// The kind whose first byte this is.
+    /// The kind with this first byte.
     pub const fn of(head: u8) -> Option<Kind> {
         Some(match head {
             0x80 => Kind::Ping,
@@ -72,7 +71,7 @@ pub struct FrameBytes {
 }
 
 impl FrameBytes {
-    /// A frame with this number. What is longer than [`LONGEST`] falls off.
+    /// A frame with this number. Payload beyond [`LONGEST`] is dropped.
     ///
     /// ```
     /// use stepwright_stream::frame::{FrameBytes, Kind};
@@ -107,7 +106,7 @@ impl FrameBytes {
         self.bytes.get(..usize::from(self.len)).unwrap_or(&[])
     }
 
-    /// Whether it has four bytes of [`FILL`] in a row.
+    /// Whether the frame has four bytes of [`FILL`] in a row.
     pub fn is_barred(&self) -> bool {
         self.as_bytes().windows(4).any(|four| four == [FILL; 4])
     }

@@ -1,10 +1,10 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
-//! Runs that a host streams to a board.
+//! Streamed runs: a host plans, a board plays.
 //!
-//! A host plans, at any length and by any law; a board plays, and brakes by itself when nothing
-//! comes any more. What goes over the line are [entries](stepwright::entry) of all axes, compressed
-//! to some five bytes, in frames beside the text lines of the same wire.
+//! The host plans runs of any length by any law. The board plays them, and brakes by itself when nothing
+//! comes any more. The line carries [entries](stepwright::entry) of all axes, compressed to some five bytes
+//! each, in frames beside the text lines of the same wire.
 //!
 //! ```text
 //!   host                                              │  board
@@ -16,16 +16,16 @@
 //!
 //! | file | content |
 //! | --- | --- |
-//! | [`frame`], [`crc`] | frames, host to board |
-//! | [`credit`] | answers, board to host |
+//! | [`frame`], [`crc`] | frames, from host to board |
+//! | [`credit`] | answers, from board to host |
 //! | [`record`] | compressed entries: encoder and decoder |
-//! | [`fifo`], [`link`] | a board's end of the line |
+//! | [`fifo`], [`link`] | the board's end of the line |
 //! | [`brake`] | how an axis comes to rest by itself |
 //! | [`player`] | the board's state machine over the queues of its axes |
-//! | [`fit`] | steps with times become entries |
-//! | [`pack`], [`send`] | a host's end: entries into frames, frames onto the wire |
+//! | [`fit`] | steps with times become records |
+//! | [`pack`], [`send`] | the host's end: records into frames, frames onto the wire |
 //!
-//! The whole format, its state machines and what was measured: `docs/stream.md` in the repository.
+//! The whole format, its state machines and measurements: `docs/stream.md` in the repository.
 
 pub mod brake;
 pub mod crc;

@@ -1,4 +1,4 @@
-//! A board's end of the link: bytes become frames, and text.
+//! The board's end of the link: bytes become frames and text.
 //!
 //! ```text
 //!             0x80 …            ┌──────────────────────────────────────────┐
@@ -8,16 +8,15 @@
 //!   │   └──────── four FILL in a row ◄──────────── deaf ◄────────┘
 //! ```
 //!
-//! After a frame whose first byte was damaged, its payload looks like text: so a link that has heard
-//! something broken is *deaf*, for text too, until four [`FILL`] in a row. A byte below 0x20 that ends
-//! no line is broken as well. No frame has four of them in it, and they bring the link to its
-//! beginning at any time.
+//! If the first byte of a frame is damaged, its payload looks like text. A link that has received a broken
+//! frame is therefore *deaf*, for text too, until four [`FILL`] in a row. A byte below 0x20 that ends no line
+//! is broken as well. Four [`FILL`] reset the link at any time; no frame contains them.
 
 use crate::crc;
 use crate::fifo::Fifo;
 use crate::frame::{FILL, Kind, LONGEST};
 
-/// Where the link is.
+/// The state of the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     Idle,
@@ -29,34 +28,34 @@ enum Phase {
     High,
 }
 
-/// What a byte was.
+/// The meaning of a received byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Came {
     /// A part of a frame, or nothing.
     Nothing,
-    /// Of a text line.
+    /// A byte of a text line.
     Text(u8),
-    /// A frame is whole, of this kind and this number. One of data waits in the FIFO, to be
-    /// [committed](FrameLink::data) or left.
+    /// The last byte of a frame of this kind and number. A data frame is in the FIFO, to be
+    /// [committed](FrameLink::data) or dropped.
     Frame(Kind, u8),
-    /// Something broken: the link is deaf from here on.
+    /// A broken frame or byte: the link is deaf from now on.
     Broken,
-    /// A byte of a text line was lost, or is the first of a call.
+    /// A lost byte of a text line, or the first [`FILL`] of a call.
     Garbled,
-    /// Four [`FILL`]: all begins again, a text line too.
+    /// Four [`FILL`]: the link is reset, and a text line begins again.
     Called,
 }
 
-/// The most bytes of a payload that is no data.
+/// The most bytes of a payload other than data.
 pub const SMALL: usize = 18;
 
-/// A board's end of the link, with the FIFO where data go.
+/// The board's end of the link, with the FIFO for data.
 #[derive(Clone, Debug)]
 pub struct FrameLink<const LEN: usize> {
     phase: Phase,
     fills: u8,
     head: u8,
-    /// Bytes of the payload, and those that came.
+    /// The length of the payload, and the number of its bytes received.
     need: u8,
     have: u8,
     number: u8,
@@ -67,7 +66,7 @@ pub struct FrameLink<const LEN: usize> {
 }
 
 impl<const LEN: usize> FrameLink<LEN> {
-    /// Nothing has come.
+    /// A link that has received nothing.
     pub const fn new() -> FrameLink<LEN> {
         FrameLink {
             phase: Phase::Idle,
@@ -83,33 +82,33 @@ impl<const LEN: usize> FrameLink<LEN> {
         }
     }
 
-    /// Whether it hears nothing.
+    /// Whether the link waits for four [`FILL`].
     pub fn is_deaf(&self) -> bool {
         self.phase == Phase::Deaf
     }
 
-    /// Where data wait.
+    /// The FIFO of data frames.
     #[inline(always)]
     pub fn fifo(&mut self) -> &mut Fifo<LEN> {
         &mut self.fifo
     }
 
-    /// The payload of the last frame that was no data; what it lacked is 0.
+    /// The payload of the last frame other than data, filled up with 0.
     pub fn small(&self) -> &[u8; SMALL] {
         &self.small
     }
 
-    /// Bytes of that payload, at most [`SMALL`].
+    /// The number of bytes of that payload, at most [`SMALL`].
     pub fn small_len(&self) -> u8 {
         self.have.min(SMALL as u8)
     }
 
-    /// Puts the frame of data that has just come behind those in the FIFO; false if there was no room.
+    /// Appends the data frame that has just come to the FIFO; false if there was no room.
     pub fn data(&mut self) -> bool {
         self.fifo.commit()
     }
 
-    /// Takes a byte; `None` is one that was lost or damaged, of which a small chip says [`FILL`].
+    /// Takes a byte. `None` stands for a lost or damaged byte, and counts as [`FILL`].
     #[inline(always)]
     pub fn hear(&mut self, byte: Option<u8>) -> Came {
         let byte = match byte {
@@ -171,7 +170,7 @@ impl<const LEN: usize> FrameLink<LEN> {
         Came::Nothing
     }
 
-    /// A byte between two frames.
+    /// Takes a byte between two frames.
     #[inline(always)]
     fn begin(&mut self, byte: u8) -> Came {
         match byte {
@@ -187,7 +186,7 @@ impl<const LEN: usize> FrameLink<LEN> {
     }
 
     fn broken(&mut self) -> Came {
-        // Of what is broken anyway nothing new is said.
+        // A deaf link reports no further breaks.
         if self.phase == Phase::Deaf {
             return Came::Nothing;
         }

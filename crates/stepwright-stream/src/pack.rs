@@ -3,12 +3,12 @@
 use crate::frame::LONGEST;
 use crate::record::{AXES, Record, RecordBytes, Trail};
 
-/// The payload of a frame of data.
+/// The payload of a data frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DataBytes {
     bytes: [u8; LONGEST],
     len: u8,
-    /// When its first record starts, in 2⁻⁸ ticks since the start of the stream.
+    /// The start of the first record, in 2⁻⁸ ticks since the start of the stream.
     pub start: u64,
 }
 
@@ -36,16 +36,16 @@ const WHOLE: u8 = LONGEST as u8 - 1;
 pub struct FramePacker {
     frame: DataBytes,
     span: u64,
-    /// Bytes of frames at most, and how many are so short.
+    /// The most bytes of the next short frames, and the number of these frames.
     most: u8,
     short: u8,
     trails: [Trail; AXES],
 }
 
 impl FramePacker {
-    /// The starts of a frame's records lie within `span`, in 2⁻⁸ ticks.
+    /// A packer. The records of one frame start within `span`, in 2⁻⁸ ticks.
     pub const fn new(span: u64) -> FramePacker {
-        // One byte is left for what may have to end the frame.
+        // One byte is left for `NOTHING`, which may have to end the frame.
         FramePacker {
             frame: DataBytes::NONE,
             span,
@@ -55,28 +55,27 @@ impl FramePacker {
         }
     }
 
-    /// Whether the next record is the first of a frame.
+    /// Whether the next record will be the first of a frame.
     pub const fn is_empty(&self) -> bool {
         self.frame.len == 0
     }
 
-    /// Where the last record of each axis leads.
+    /// The trails of all axes after their last records.
     pub const fn trails(&self) -> [Trail; AXES] {
         self.trails
     }
 
-    /// Goes on as if the last record of each axis led there. The frame that has not been handed out is
-    /// forgotten; the next `short` ones have at most `most` bytes.
+    /// Continues as if the last records had led to these trails. Forgets the frame that was not handed out.
+    /// The next `short` frames have at most `most` bytes.
     pub fn rewind(&mut self, trails: [Trail; AXES], short: u8, most: u8) {
         (self.trails, self.frame) = (trails, DataBytes::NONE);
         (self.short, self.most) = (short, most);
     }
 
-    /// Adds a record of an axis, and hands out the frame that had no room for it. The error is a
-    /// record that has no bytes, or an axis that there is not: nothing has changed then.
+    /// Adds a record of an axis. Returns the frame before, if it had no room for the record.
     ///
     /// # Errors
-    /// [`Unsent`]
+    /// [`Unsent`] if the record cannot be encoded, or the axis does not exist. Nothing has changed then.
     pub fn add(
         &mut self,
         axis: u8,
@@ -99,7 +98,7 @@ impl FramePacker {
         Ok(done)
     }
 
-    /// Hands out what has been collected.
+    /// Hands out the frame with the collected records; `None` if there are none.
     pub fn flush(&mut self) -> Option<DataBytes> {
         if self.frame.len == 0 {
             return None;
@@ -109,6 +108,6 @@ impl FramePacker {
     }
 }
 
-/// A record that can't be sent.
+/// The record cannot be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unsent;

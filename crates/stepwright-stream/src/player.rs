@@ -1,5 +1,5 @@
-//! A board's stream: frames come in, entries go to the queues of the axes, and what is missing is
-//! braked.
+//! The board's half of a streamed run: frames come in, entries go to the queues of the axes, and the axes
+//! brake when entries are missing.
 //!
 //! ```text
 //!           setup            start                end, and all played
@@ -9,14 +9,14 @@
 //!     └─────────────── off the path ◄─ braking
 //! ```
 //!
-//! **When a frame is opened.** Its gate says when its first record starts. It is opened some
-//! [`AHEAD`] before that, so that what is in the queues ends at about the same time for all axes,
-//! and a hold finds the rest in the FIFO.
+//! **When a frame is opened.** The gate of a frame says when its first record starts. The player opens the
+//! frame about [`AHEAD`] before that, so that the queues of all axes end at about the same time, and a hold
+//! finds everything later still in the FIFO.
 //!
-//! **What brakes.** The FIFO is empty, no end was said or an axis is at speed there, and an axis that
-//! moves has no more than one entry waiting; or no whole frame came for the lease. Then each axis goes on
-//! from where its last entry leads, by its own [`BrakeLaw`], and rests. All that comes afterwards is
-//! refused until the next setup.
+//! **When the axes brake.** If an axis that moves has at most one entry waiting while the FIFO is empty and
+//! no end has come (or an axis is at speed at the end); or if no whole frame came for the lease. Each axis
+//! then continues from its last entry by its own [`BrakeLaw`] until it rests. The player refuses all frames
+//! until the next setup.
 
 use stepwright::drive::Axes;
 use stepwright::entry::Wiring;
@@ -29,22 +29,22 @@ use crate::frame::Kind;
 use crate::link::{Came, FrameLink};
 use crate::record::{self, AXES, RecordAct, Trail};
 
-/// A frame is opened this many 2¹⁶ ticks before its first record starts, and up to one more.
+/// How long before its first record starts a frame is opened, in 2¹⁶ ticks: this, and up to one more.
 pub const AHEAD: i16 = 3;
-/// A gate this many 2¹⁶ ticks behind the last one and more is one before it.
+/// A gate that seems to be this far after the last one, or farther, is before it, in 2¹⁶ ticks.
 const BEFORE: u8 = 0xC0;
-/// Records that are decoded in a visit.
+/// The most records decoded in one call of `poll`.
 const PIECE: u8 = 3;
-/// Entries of a braking axis that wait.
+/// The most entries of a braking axis that wait in its queue.
 const BRAKES: u8 = 4;
-/// Thousandths of a second in one of the lease.
+/// Milliseconds in one unit of the lease.
 const LEASE: u8 = 8;
 
-/// An axis of a stream.
+/// The state of one axis.
 #[derive(Debug)]
 struct Lane {
     trail: Trail,
-    /// It faces backward, and a stream begins forward: its first record turns it.
+    /// The axis faces backward. A stream begins forward, so the first record has to turn DIR.
     turns: bool,
     law: BrakeLaw,
     braking: Braking,
@@ -55,7 +55,7 @@ impl Lane {
         Lane { trail: Trail::NONE, turns: false, law: BrakeLaw::NONE, braking: Braking::NONE };
 }
 
-/// What a board does with a stream. `Q` entries are queued for each axis, `LEN` bytes of frames.
+/// Plays a stream on a board. The queue of each axis holds `Q` entries, the FIFO `LEN` bytes of frames.
 pub struct StreamPlayer<'q, E, const Q: usize, const LEN: usize> {
     engine: E,
     feeds: [Producer<'q, Q>; AXES],
@@ -65,36 +65,37 @@ pub struct StreamPlayer<'q, E, const Q: usize, const LEN: usize> {
     lanes: [Lane; AXES],
     /// The number of the next frame.
     expected: u8,
-    /// Frames of data opened.
+    /// The number of data frames opened, modulo 256.
     opened: u8,
-    /// Bytes left of the frame that is open.
+    /// Bytes left of the open frame.
     left: u8,
-    /// Of [`Credit`].
+    /// Flags of [`Credit`].
     flags: u8,
     set_up: bool,
     ended: bool,
-    /// All that is left to be queued is queued.
+    /// Nothing is left to be queued.
     closed: bool,
     owes: bool,
-    /// Ms since a whole frame came, in 8; and at most this many.
+    /// The time since the last whole frame in units of 8 ms, and ms of the present unit.
     quiet: u8,
     millis: u8,
     lease: u8,
-    /// Inputs that stop, of these the ones that do when they open, and whether one of them was closed when they were last looked at.
+    /// The inputs that stop; those among them that stop when they open; and whether one was active at the
+    /// last look.
     watched: u8,
     high: u8,
     closing: bool,
-    /// 2¹⁶ ticks since the start, the gate of the frame that was opened last, in the same count, and
-    /// the timer when it was last seen.
+    /// The 2¹⁶ ticks since the start, the gate of the last opened frame in the same count, and the last
+    /// reading of the timer.
     epoch: u16,
     gate: u16,
     seen: u16,
-    /// Axes whose position is not known: they were stopped at once while they moved.
+    /// Axes of unknown position: they were stopped at once while they moved.
     unknown: Axes,
 }
 
 impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LEN> {
-    /// A board whose axes rest. No wait may be shorter than `least` ticks.
+    /// A player for axes that rest. A record with a wait shorter than `least` ticks is refused.
     pub const fn new(
         engine: E,
         feeds: [Producer<'q, Q>; AXES],
@@ -134,22 +135,22 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         &mut self.engine
     }
 
-    /// The queues of the axes, for a board that lends them once the player is where it stays.
+    /// The queues of the axes, for a board that lends them after the player has its final address.
     pub fn feeds(&mut self) -> &mut [Producer<'q, Q>; AXES] {
         &mut self.feeds
     }
 
-    /// Whether an axis moves, or waits for what follows.
+    /// Whether an axis moves or waits for its next entry.
     pub fn is_busy(&self) -> bool {
         (0..AXES as u8).any(|axis| !self.engine.is_idle(axis))
     }
 
-    /// Where an axis is; `None` if that is not known.
+    /// The position of an axis in steps; `None` if it is unknown.
     pub fn position(&self, axis: u8) -> Option<i64> {
         (self.unknown >> axis & 1 == 0).then(|| self.engine.position(axis))
     }
 
-    /// The present position of an axis, which rests, is 0.
+    /// Makes the present position of an axis 0. An axis that moves is left alone.
     pub fn set_zero(&mut self, axis: u8) {
         if self.engine.is_idle(axis) {
             self.engine.set_position(axis, 0);
@@ -157,7 +158,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         }
     }
 
-    /// How the stream stands.
+    /// The state of the stream, as it is told to the host.
     pub fn credit(&mut self) -> Credit {
         let mut flags = self.flags;
         if self.link.is_deaf() {
@@ -170,7 +171,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         Credit { next: self.expected, opened: self.opened, free, flags }
     }
 
-    /// What is to be answered to frames now, once.
+    /// The answer that is due to the host now; returned once.
     #[inline(always)]
     pub fn answer(&mut self) -> Option<Credit> {
         if !self.owes {
@@ -180,8 +181,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         Some(self.credit())
     }
 
-    /// Takes a byte from the line; `None` is one that was damaged. What comes back is never a frame:
-    /// that has been obeyed.
+    /// Takes a byte from the line; `None` stands for a damaged byte. Frames are obeyed here and never returned.
     #[inline(always)]
     pub fn hear(&mut self, byte: Option<u8>) -> Came {
         match self.link.hear(byte) {
@@ -196,7 +196,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         }
     }
 
-    /// A frame is whole.
+    /// Obeys a complete frame.
     #[inline(never)]
     fn accept(&mut self, kind: Kind, number: u8) {
         (self.owes, self.quiet) = (true, 0);
@@ -226,8 +226,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         self.expected = self.expected.wrapping_add(1);
     }
 
-    /// Forgets frames of data from one on, and puts what came with the cut in their place. False if that
-    /// one was opened, if nothing plays any more, or without room: the frame is not taken then.
+    /// Forgets the data frames from the named one on, and puts the data of the cut in their place. False, and
+    /// the cut is not taken, if the named frame is open already, if nothing plays any more, or without room.
     #[inline(never)]
     fn cut(&mut self) -> bool {
         let len = self.link.small_len();
@@ -249,7 +249,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         if len <= 1 {
             return true;
         }
-        // A frame of data begins with its length.
+        // In the FIFO a data frame begins with its length.
         bytes[0] = len.wrapping_sub(1);
         for byte in bytes.iter().take(len.into()) {
             fifo.write(*byte);
@@ -264,7 +264,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     fn begin(&mut self) {
         self.set_up = true;
         self.link.fifo().cut(0);
-        // What was filled and never started is in the queues.
+        // Entries of a stream that was set up but never started are still in the queues.
         self.engine.kill((1 << AXES) - 1);
         let mut bytes = self.link.small().iter().copied();
         for (axis, lane) in (0..).zip(&mut self.lanes) {
@@ -294,13 +294,13 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         self.engine.start(axes & ((1 << AXES) - 1));
     }
 
-    /// Whether the drivers are to be on: from the first setup on.
+    /// Whether a setup has come: the drivers are to be on from then on.
     pub const fn is_set_up(&self) -> bool {
         self.set_up
     }
 
-    /// A millisecond has passed, and these inputs are closed: one that is [watched](Kind::Start)
-    /// and stops twice in a row has all axes brake.
+    /// Notes that a millisecond has passed, and the inputs that are closed. A [watched](Kind::Start) input
+    /// that is active twice in a row makes all axes brake.
     pub fn tick(&mut self, inputs: u8) {
         let closed = (inputs ^ self.high) & self.watched != 0;
         if closed && self.closing && !self.closed && !self.is_off() {
@@ -315,8 +315,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         }
     }
 
-    /// A piece of work; `now` is the step timer, or its lower 16 bits. To be called as often as can
-    /// be, at least every 2¹⁵ ticks.
+    /// Decodes some records, or continues braking. `now` is the step timer, or its lower 16 bits. To be called
+    /// as often as possible, at least every 2¹⁵ ticks.
     #[inline(never)]
     pub fn poll(&mut self, now: u16) {
         let started = self.flags & Credit::STARTED != 0;
@@ -348,8 +348,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         }
     }
 
-    /// Forgets what has not been decoded: what is queued is played, and then all axes brake. What was not
-    /// started yet is not started any more.
+    /// Stops along the brakes: forgets the FIFO, plays the queued entries, then brakes all axes. A stream that
+    /// has not started does not start any more.
     pub fn stop(&mut self) {
         let filled = self.set_up && self.flags & (Credit::STARTED | Credit::OFF) == 0;
         if self.closed && !filled {
@@ -360,7 +360,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         self.go_off();
     }
 
-    /// Stops all axes at once.
+    /// Stops all axes at once. The position of an axis that moved is unknown from then on.
     pub fn kill(&mut self) {
         self.link.fifo().forget();
         self.left = 0;
@@ -374,7 +374,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         self.engine.kill((1 << AXES) - 1);
     }
 
-    /// From here on there is no path.
+    /// Leaves the path: from now on each axis brakes by itself.
     fn go_off(&mut self) {
         self.flags |= Credit::OFF;
         self.owes = true;
@@ -383,7 +383,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         }
     }
 
-    /// Decodes a record, if there is one whose time has come and whose queue has room.
+    /// Opens the next frame or decodes the next record, if its time has come and its queue has room. Returns
+    /// whether it did.
     #[inline(never)]
     fn record(&mut self) -> bool {
         let fifo = self.link.fifo();
@@ -393,7 +394,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             }
             let len = fifo.peek(0);
             if len != 0 {
-                // Close to the last one, however far ahead both are.
+                // A gate is modulo 256: the one closest to the last gate is meant.
                 let behind = fifo.peek(1).wrapping_sub(self.gate as u8);
                 let back = if behind >= BEFORE { 256 } else { 0 };
                 let gate = self.gate.wrapping_add(behind.into()).wrapping_sub(back);
@@ -444,11 +445,11 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         true
     }
 
-    /// The FIFO is empty: the end, or nobody sends.
+    /// Handles an empty FIFO: ends the stream, or brakes. Returns whether entries were queued or all is done.
     #[inline(never)]
     fn dry(&mut self) -> bool {
         if !self.is_off() {
-            // An end behind an axis at speed is none: it brakes as if nothing followed.
+            // An end while an axis is at speed is no end: the axis brakes as if the host were silent.
             if self.ended && !self.lanes.iter().any(|lane| lane.trail.moves) {
                 for feed in &mut self.feeds {
                     feed.set_open(false);

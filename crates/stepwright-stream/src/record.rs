@@ -1,8 +1,8 @@
 //! Records: entries of all axes, compressed.
 //!
-//! A frame of data is a *gate*, the start of its first record in 2¹⁶ ticks modulo 256, and records
-//! of all axes in the order of their starts. A record is an [entry](stepwright::entry): pins, then a
-//! wait, many times over. It does not say when it starts: that is where the last one of its axis
+//! A data frame has a *gate*, the start of its first record in 2¹⁶ ticks modulo 256, and records of all axes
+//! in the order of their starts. A record is an [entry](stepwright::entry): an event on the pins and a wait,
+//! repeated many times. A record does not say when it starts: it starts where the last record of its axis
 //! ends.
 //!
 //! ```text
@@ -21,30 +21,30 @@
 //!   0xC0    nothing    one byte, at the end of a frame
 //! ```
 //!
-//! Waits are in 2⁻⁸ ticks. Those of few steps (less than 64, and forms 2 and 3) are whole
-//! sixteenths of a tick. A number is the difference from what the axis' last record leads to, in
-//! its units, with a prefix: `0b00` and 6 bits, `0b01` and 14, `0b10` and 22, the highest first,
-//! with a sign.
+//! Waits are in 2⁻⁸ ticks. Waits of records with less than 64 steps, and of forms 2 and 3, are multiples of
+//! 2⁻⁴ ticks, and sent in that unit. A number is the difference from the value that the axis' last record
+//! leads to. It is signed, and has a prefix: `0b00` and 6 bits, `0b01` and 14, `0b10` and 22, the highest
+//! bits first.
 
 use stepwright::Ticks;
 use stepwright::entry::{Entry, EntryParts, NEAR, Wiring};
 
-/// The most axes of a stream: the fourth number is left free.
+/// The most axes of a stream. The fourth number of the two bits is free.
 pub const AXES: usize = 3;
-/// Ends a frame that may not end as it would.
+/// A byte that ends a frame which would otherwise have four bytes of 0xFF in a row.
 pub const NOTHING: u8 = 0xC0;
 /// The most bytes of a record.
 pub const MOST: usize = 8;
 
-/// A wait of this many 2⁻⁸ ticks is one event no more.
+/// The first wait that is too long for one event, in 2⁻⁸ ticks.
 pub const FAR: u32 = NEAR << 8;
 
-/// What a record does besides waiting.
+/// The events of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordAct {
-    /// This many steps, 1 … 65535, at one interval.
+    /// Steps at one interval: 1 … 65535 of them.
     Steps(u16),
-    /// Groups of 2^bits steps, whose interval grows from one to the next.
+    /// Groups of 2^bits steps. The interval grows from group to group.
     Groups {
         /// 0 … 8.
         bits: u8,
@@ -67,19 +67,19 @@ pub enum RecordAct {
     },
 }
 
-/// An entry of an axis, as a stream has it.
+/// One entry of an axis, as it is streamed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// What it does.
+    /// The events.
     pub act: RecordAct,
     /// The wait after each event of the first group, in 2⁻⁸ ticks.
     pub interval: u32,
-    /// By how much that grows from group to group, in 2⁻⁸ ticks.
+    /// The growth of the interval from group to group, in 2⁻⁸ ticks.
     pub growth: i32,
 }
 
 impl RecordAct {
-    /// Steps that it makes.
+    /// The number of steps.
     pub const fn steps(self) -> u32 {
         match self {
             RecordAct::Steps(count) => count as u32,
@@ -89,7 +89,7 @@ impl RecordAct {
         }
     }
 
-    /// Bits that its numbers lack behind the point.
+    /// The number of low bits that are not sent, as they are 0.
     const fn coarse(self) -> u32 {
         match self {
             RecordAct::Steps(64..) => 0,
@@ -100,7 +100,7 @@ impl RecordAct {
 }
 
 impl Record {
-    /// What it takes, in 2⁻⁸ ticks.
+    /// The duration of the record, in 2⁻⁸ ticks.
     pub const fn time(&self) -> u64 {
         match self.act {
             RecordAct::Steps(count) => self.interval as u64 * count as u64,
@@ -115,7 +115,7 @@ impl Record {
         }
     }
 
-    /// The interval of its last group.
+    /// The interval of the last group, in 2⁻⁸ ticks.
     pub const fn last(&self) -> u32 {
         match self.act {
             RecordAct::Groups { count, .. } => self
@@ -125,8 +125,8 @@ impl Record {
         }
     }
 
-    /// Whether step interrupts can play it: its count is within its range, and no wait is shorter than
-    /// `least` ticks, or as long as [`NEAR`].
+    /// Whether step interrupts can play the record: its count is within its range, and each wait is at least
+    /// `least` ticks and shorter than [`NEAR`].
     #[inline(always)]
     pub const fn is_playable(&self, least: Ticks) -> bool {
         let (least, span) = (least << 8, FAR.wrapping_sub(least << 8));
@@ -137,7 +137,7 @@ impl Record {
             && self.last().wrapping_sub(least) < span
     }
 
-    /// The entry that is played.
+    /// The entry for the queue of an axis with this wiring.
     #[inline(always)]
     pub const fn entry(&self, wiring: Wiring) -> Entry {
         let (mut events, mut groups, mut pins, mut then) = (1, 1, wiring.step, wiring.step);
@@ -157,16 +157,16 @@ impl Record {
     }
 }
 
-/// Where the last record of an axis leads.
+/// The state that the last record of an axis leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trail {
-    /// The interval of its last group, in 2⁻⁸ ticks: a part of the wait, if that has parts.
+    /// The interval of the last group, in 2⁻⁸ ticks; of a wait in parts the length of one part.
     pub last: u32,
-    /// By how much that grew from group to group.
+    /// The growth of that interval from group to group.
     pub growth: i32,
-    /// The wait has 2^halvings parts.
+    /// The wait has 2^halvings equal parts.
     pub halvings: u8,
-    /// The next event is a step, and the wait an interval.
+    /// The next event is a step the same way: the wait is a step interval.
     pub moves: bool,
 }
 
@@ -174,18 +174,18 @@ impl Trail {
     /// Before the first record.
     pub const NONE: Trail = Trail { last: 0, growth: 0, halvings: 0, moves: false };
 
-    /// The interval that would come next.
+    /// The interval that would come next if the record went on.
     #[inline(always)]
     pub const fn next(&self) -> u32 {
         self.last.wrapping_add(self.growth as u32)
     }
 
-    /// What its first number is the difference from, without bits that the number lacks.
+    /// The value that a record's first number is relative to, without the bits that are not sent.
     const fn from(&self, coarse: u32) -> u32 {
         (self.next() & 0xFF_FFFF) >> coarse
     }
 
-    /// A record came.
+    /// Moves on over a record.
     #[inline(always)]
     pub const fn pass(&mut self, record: &Record) {
         self.last = record.last();
@@ -209,8 +209,8 @@ pub struct RecordBytes {
 }
 
 impl RecordBytes {
-    /// A record of an axis, 0 … 2, behind this trail. `None` if a number has no room, or the interval
-    /// has bits that are not sent.
+    /// Encodes a record of an axis, 0 … 2, that follows this trail. `None` if a number is too large to be
+    /// sent, if the interval has bits that are not sent, or if a count is out of range.
     pub fn new(axis: u8, record: &Record, trail: &Trail) -> Option<RecordBytes> {
         let mut to = RecordBytes { bytes: [0; MOST], len: 0 };
         let (coarse, head) = (record.act.coarse(), axis << 6);
@@ -266,7 +266,7 @@ impl RecordBytes {
         }
     }
 
-    /// With its prefix.
+    /// Appends a number with its prefix.
     fn number(&mut self, number: i32) -> Option<()> {
         let [_, high, middle, low] = number.to_be_bytes();
         match number {
@@ -291,7 +291,7 @@ impl RecordBytes {
     }
 }
 
-/// A number of 6, 14 or 22 bits.
+/// Reads a number of 6, 14 or 22 bits.
 #[inline(never)]
 fn number(mut byte: impl FnMut() -> u8) -> i32 {
     let first = byte();
@@ -307,8 +307,8 @@ fn number(mut byte: impl FnMut() -> u8) -> i32 {
     i32::from_be_bytes([sign, top as u8, second, byte()])
 }
 
-/// Reads a record behind its first byte, by which its [axis](axis_of) and its trail are known, and
-/// goes on with the trail. Whatever the bytes are, a record comes of them: see
+/// Decodes a record. The caller has read the first byte, `head`, which tells the [axis](axis_of) and so the
+/// trail; `byte` returns the following bytes. The trail moves on. Any bytes decode to a record: check it by
 /// [`is_playable`](Record::is_playable).
 #[inline(always)]
 pub fn decode(head: u8, trail: &mut Trail, mut byte: impl FnMut() -> u8) -> Record {
@@ -330,7 +330,7 @@ pub fn decode(head: u8, trail: &mut Trail, mut byte: impl FnMut() -> u8) -> Reco
         _ => RecordAct::Wait { halvings: small & 7, turn: small & 8 != 0 },
     };
     let coarse = act.coarse() != 0;
-    // By four bits or by none: an 8-bit chip shifts by constants alone.
+    // Shifts by four bits or none: an 8-bit chip is slow at shifts by a variable.
     let mut interval = trail.next() & if coarse { 0xFF_FFF0 } else { 0xFF_FFFF };
     let apart = number(&mut byte);
     interval = interval.wrapping_add((if coarse { apart << 4 } else { apart }) as u32);
@@ -346,7 +346,7 @@ pub fn decode(head: u8, trail: &mut Trail, mut byte: impl FnMut() -> u8) -> Reco
     record
 }
 
-/// The axis of a record by its first byte; `None` of [`NOTHING`], and of an axis that there is not.
+/// The axis of a record, from its first byte; `None` for [`NOTHING`] and for the free axis number.
 #[inline(always)]
 pub const fn axis_of(head: u8) -> Option<u8> {
     let axis = head >> 6;

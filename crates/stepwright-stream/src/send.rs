@@ -1,18 +1,18 @@
-//! A host's end of the link: what is sent when, and again.
+//! The host's end of the link: sends frames, and sends them again until the board has taken them.
 //!
-//! Up to [`WINDOW`] frames are under way. Those of data never have more bytes than the board's FIFO
-//! had free when it told last, and no more is handed to the wire than it sends in [`QUEUED`] µs, so
-//! that what is urgent is not behind much, or in as many µs as [`queue`](FrameSender::queue) says.
-//! When the board says that it is deaf, or nothing has gone forward for some time, four [`FILL`] call it,
-//! and all frames that it has not taken are sent again.
+//! Up to [`WINDOW`] frames are under way. The data frames among them never have more bytes than the board's
+//! FIFO had free by its last credit. The queue before the wire is short, so that urgent frames wait for
+//! little: [`QUEUED`] µs of bytes, or as many as [`queue`](FrameSender::queue) says. If the board is deaf, or
+//! nothing has gone forward for some time, four [`FILL`] call the board, and all frames that it has not taken
+//! are sent again.
 
 use crate::credit::Credit;
 use crate::frame::{CUT, FILL, FrameBytes, Kind, LONGEST, MOST};
 use crate::record::NOTHING;
 
-/// Frames under way.
+/// The most frames under way.
 pub const WINDOW: usize = 16;
-/// µs of bytes that wait before the wire.
+/// The usual queue before the wire, in µs of bytes.
 pub const QUEUED: u64 = 3_000;
 
 /// A frame that the board has not taken yet.
@@ -21,24 +21,24 @@ struct Held {
     kind: Kind,
     bytes: [u8; LONGEST],
     len: u8,
-    /// Bytes of the FIFO that it frees.
+    /// The bytes of the FIFO that a cut frees.
     frees: u32,
 }
 
 impl Held {
     const NONE: Held = Held { kind: Kind::Ping, bytes: [0; LONGEST], len: 0, frees: 0 };
 
-    /// Bytes of the FIFO that it takes.
+    /// The bytes of the FIFO that the frame takes.
     fn cost(&self) -> u32 {
         match self.kind {
             Kind::Data => u32::from(self.len).wrapping_add(1),
-            // The number of the frame is none of it, and the length is.
+            // The cut's number takes no byte of the FIFO, the length of its data takes one.
             Kind::Cut if self.len > 1 => self.len.into(),
             _ => 0,
         }
     }
 
-    /// Bytes of the FIFO that are taken behind it, with those before it.
+    /// The bytes taken after this frame, if the frames before it take `taken`.
     fn behind(&self, taken: i32) -> i32 {
         taken.saturating_sub_unsigned(self.frees).saturating_add_unsigned(self.cost())
     }
@@ -58,21 +58,21 @@ impl Held {
     }
 }
 
-/// Times of a link, in µs.
+/// The times of a link, in µs where no other unit is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinkTimes {
-    /// A byte on the wire, in ns.
+    /// The time of a byte on the wire, in ns.
     pub byte: u32,
-    /// Without progress for this long, all is sent again.
+    /// All frames are sent again after this long without progress.
     pub again: u64,
-    /// From a call of a deaf board to the next one.
+    /// The time between two calls of a deaf board.
     pub call: u64,
-    /// A sign of life comes this long after the last byte.
+    /// The time from the last byte to a ping.
     pub ping: u64,
 }
 
 impl LinkTimes {
-    /// For a serial line of this many baud, 8 bits and two more, on a computer.
+    /// The times of a computer's serial line at this baud rate, with 10 bits per byte.
     ///
     /// ```
     /// use stepwright_stream::send::LinkTimes;
@@ -83,7 +83,7 @@ impl LinkTimes {
     /// ```
     pub const fn of_baud(baud: u32) -> LinkTimes {
         let byte = 10_000_000_000 / if baud == 0 { 1 } else { baud as u64 };
-        // Four of the longest frames; a call and the answer to it.
+        // Four of the longest frames; a call and its answer.
         let (frames, call) = (byte * (4 * MOST as u64) / 1_000, byte * 16 / 1_000);
         let again = if frames > 30_000 { frames } else { 30_000 };
         let call = if call > 6_000 { call } else { 6_000 };
@@ -92,30 +92,30 @@ impl LinkTimes {
     }
 }
 
-/// Sends frames until the board has taken them. It does no I/O: times are µs from any beginning.
+/// Sends frames until the board has taken them. It does no I/O. Times are in µs from any origin.
 #[derive(Clone, Debug)]
 pub struct FrameSender {
     times: LinkTimes,
     held: [Held; WINDOW],
-    /// Frames that are held, and of these the ones that were sent.
+    /// The number of frames held, and of those sent since the last call.
     have: u8,
     sent: u8,
-    /// Of the frames that are held, those that were sent at any time.
+    /// The number of held frames that were sent at any time.
     high: u8,
-    /// The number of the first one.
+    /// The sequence number of the first held frame.
     base: u8,
-    /// Free bytes of the FIFO before the first one.
+    /// Free bytes of the FIFO before the first held frame.
     free: u32,
     opened: u64,
     flags: u8,
-    /// The board has to be called.
+    /// Whether the board must be called.
     calls: bool,
-    /// A ping has not been answered.
+    /// Whether a ping is unanswered.
     pinged: bool,
-    /// When the wire has sent all, in ns; and µs of bytes that may wait before it.
+    /// When the wire has sent everything, in ns; and the longest queue before it, in µs of bytes.
     wire: u64,
     queued: u64,
-    /// When something last went forward, was called, and was sent.
+    /// The times of the last progress, the last call, and the last bytes sent.
     forward: u64,
     called: u64,
     said: u64,
@@ -123,7 +123,7 @@ pub struct FrameSender {
 }
 
 impl FrameSender {
-    /// Nothing is under way. The first frame is a [`Setup`](Kind::Setup), of number 0.
+    /// A sender with nothing under way. Its first frame must be a [`Setup`](Kind::Setup); it has number 0.
     pub const fn new(times: LinkTimes) -> FrameSender {
         FrameSender {
             times,
@@ -151,53 +151,53 @@ impl FrameSender {
         usize::from(self.have) < WINDOW
     }
 
-    /// Whether the board has taken all.
+    /// Whether the board has taken all frames.
     pub fn is_empty(&self) -> bool {
         self.have == 0
     }
 
-    /// Frames of data that the board has opened.
+    /// The number of data frames that the board has opened.
     pub fn opened(&self) -> u64 {
         self.opened
     }
 
-    /// The flags that the board told last, of [`Credit`].
+    /// The flags of the board's last [`Credit`].
     pub fn flags(&self) -> u8 {
         self.flags
     }
 
-    /// Free bytes of the FIFO behind all that the board has taken, as it told last.
+    /// Free bytes of the FIFO after all frames that the board has taken, by its last credit.
     pub fn free(&self) -> u32 {
         self.free
     }
 
-    /// How often all was sent again.
+    /// The number of times that all frames were sent again.
     pub fn again(&self) -> u64 {
         self.again
     }
 
-    /// µs since something last went forward.
+    /// The time since the last progress, in µs; 0 if nothing is under way.
     pub fn stuck(&self, now: u64) -> u64 {
         if self.have == 0 { 0 } else { now.saturating_sub(self.forward) }
     }
 
-    /// From now on bytes of this many µs may wait before the wire: a computer that is away for a while has
-    /// handed over more then, and what is urgent comes later.
+    /// Sets the longest queue before the wire, in µs of bytes. A longer queue bridges the pauses of a busy
+    /// computer, and delays urgent frames.
     pub fn queue(&mut self, micros: u64) {
         self.queued = micros;
     }
 
-    /// µs of bytes that wait before the wire.
+    /// The queue before the wire, in µs of bytes.
     pub fn waiting(&self, now: u64) -> u64 {
         self.wire.saturating_sub(now.saturating_mul(1_000)) / 1_000
     }
 
-    /// Frames of data, and cuts that bring some, that the board has not taken.
+    /// The number of data frames, and of cuts with data, that the board has not taken.
     pub fn data(&self) -> u64 {
         self.held.iter().take(self.have.into()).filter(|held| held.cost() != 0).count() as u64
     }
 
-    /// Hands over the next frame; false if there is no room, or its payload is too long.
+    /// Hands over the next frame; false if there is no room or the payload is too long.
     pub fn offer(&mut self, kind: Kind, payload: &[u8], now: u64) -> bool {
         let mut held = Held { kind, len: payload.len() as u8, ..Held::NONE };
         let (Some(to), Some(place)) =
@@ -214,9 +214,9 @@ impl FrameSender {
         true
     }
 
-    /// Hands over a [cut](Kind::Cut) as the next frame: frames of data before number `keep` are kept, and
-    /// at most [`CUT`] bytes of data come in place of the others, which have `frees`
-    /// bytes of the FIFO. False if there is no room.
+    /// Hands over a [cut](Kind::Cut) as the next frame. Data frames before number `keep` stay. At most [`CUT`]
+    /// bytes of data replace the other frames, which take `frees` bytes of the FIFO. False if there is no
+    /// room.
     pub fn offer_cut(&mut self, keep: u64, data: &[u8], frees: u32, now: u64) -> bool {
         let mut payload = [keep as u8; CUT + 1];
         let len = data.len().wrapping_add(1);
@@ -233,8 +233,8 @@ impl FrameSender {
         offered
     }
 
-    /// Drops frames that were never sent, from the last one on: how many of data, and whether the end
-    /// was one of them.
+    /// Drops the frames that were never sent. Returns the number of data frames among them, and whether the
+    /// end was among them.
     pub fn retract(&mut self) -> (u64, bool) {
         let of = |kind: Kind| {
             let unsent = self.held.iter().take(self.have.into()).skip(self.high.into());
@@ -245,8 +245,8 @@ impl FrameSender {
         dropped
     }
 
-    /// Whether the board has opened a frame that the first one that is held was to cut: it never takes
-    /// that one.
+    /// Whether the first held frame is a cut whose named frame the board has opened: the board never takes
+    /// that cut.
     pub fn is_cut_late(&self) -> bool {
         let late = |held: &&Held| {
             let by = (self.opened as u8).wrapping_sub(held.bytes[0]);
@@ -255,26 +255,26 @@ impl FrameSender {
         self.is_next(Kind::Cut) && self.held.first().filter(late).is_some()
     }
 
-    /// Whether one of this kind is held.
+    /// Whether a frame of this kind is held.
     pub fn holds(&self, kind: Kind) -> bool {
         self.held.iter().take(self.have.into()).any(|held| held.kind == kind)
     }
 
-    /// Whether the first that is held is of this kind.
+    /// Whether the first held frame is of this kind.
     pub fn is_next(&self, kind: Kind) -> bool {
         self.have != 0 && self.held.first().is_some_and(|held| held.kind == kind)
     }
 
-    /// Drops all that is held: the first is a cut that the board never takes, and so nothing behind it.
+    /// Drops all held frames: the first is a cut that the board never takes, so it takes none of the others.
     pub fn withdraw(&mut self, now: u64) {
         (self.have, self.sent, self.high, self.forward) = (0, 0, 0, now);
     }
 
-    /// The board told how it stands.
+    /// Takes a credit of the board.
     pub fn hear(&mut self, credit: Credit, now: u64) {
         self.pinged = false;
         let taken = credit.next.wrapping_sub(self.base);
-        // An older one than the last tells nothing.
+        // A credit older than the last one is ignored.
         if taken > self.high {
             return;
         }
@@ -302,8 +302,8 @@ impl FrameSender {
         self.again = self.again.saturating_add(1);
     }
 
-    /// What may be handed to the wire now, written to `out`: how many bytes, 0 if nothing. To be asked
-    /// again until there is nothing, whenever bytes came, and every millisecond.
+    /// Writes the next bytes for the wire to `out`, and returns their number: 0 if nothing may be sent now.
+    /// To be called after bytes came and every millisecond, until it returns 0.
     pub fn next(&mut self, now: u64, out: &mut [u8; MOST]) -> usize {
         if self.waiting(now) > self.queued {
             return 0;
@@ -312,7 +312,7 @@ impl FrameSender {
         if self.sent != 0 && !self.calls && now.saturating_sub(since) > self.times.again {
             self.go_back(now);
         }
-        // Deaf, and what told so was lost: with nothing under way nothing else calls it.
+        // The board may be deaf, and the credit that said so lost. With nothing under way only this calls it.
         let silent = now.saturating_sub(self.said) > self.times.ping;
         if silent && core::mem::take(&mut self.pinged) {
             self.go_back(now);
@@ -346,7 +346,7 @@ impl FrameSender {
         let held = self.held.get(usize::from(self.sent))?;
         let before = self.held.iter().take(self.sent.into());
         let taken = before.fold(0, |taken, before| before.behind(taken));
-        // All begin when all before is there; and the first tells what is free.
+        // A start waits until the board has all data. The answer to a setup tells the free bytes.
         let alone = matches!(held.kind, Kind::Start | Kind::Setup);
         if alone && self.sent != 0 || held.cost() != 0 && held.behind(taken) > self.free as i32 {
             return None;

@@ -1,4 +1,4 @@
-//! What a board is, and whether it can do what is ordered.
+//! The description of a board, and whether the board can carry out an order.
 
 use crate::clamp;
 use crate::drive::Axes;
@@ -14,29 +14,29 @@ pub type StepTicks = format::Step;
 
 /// What a step costs, in ticks, while 1, 2 … N axes move.
 ///
-/// Measured: the highest rates without a late step. What holds STEP high longer than the
-/// board's own way from edge to edge takes its time from the other axes.
+/// Measured: the highest rates without a late step. If STEP must stay high for longer than the code
+/// takes from edge to edge, holding it takes time from the other axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cost<const N: usize> {
-    /// With pulses of at most [`pulse`](Cost::pulse).
+    /// With pulses of at most [`pulse`](Cost::pulse) ticks.
     pub ticks: [StepTicks; N],
-    /// The longest pulse for which these hold.
+    /// The longest pulse for which `ticks` is right.
     pub pulse: StepTicks,
-    /// With longer ones, up to the longest that can be set.
+    /// With longer pulses, up to the longest that can be set.
     pub longer: [StepTicks; N],
-    /// The shortest interval of an axis: one that waits for the steps of all others is not late.
-    /// Where a pulse is held, what the others hold comes on top.
+    /// The shortest interval of an axis at which it is not late after waiting for one step of each
+    /// other axis. Where a pulse is held, the pulses of the others are added.
     pub shortest: [StepTicks; N],
 }
 
 impl<const N: usize> Cost<N> {
-    /// A step costs so much whatever its pulse, which is held by hardware.
+    /// The cost of steps whose pulses are held by hardware: the same for all pulses.
     pub const fn any_pulse(ticks: [StepTicks; N]) -> Cost<N> {
         Cost { ticks, pulse: StepTicks::MAX, longer: ticks, shortest: [0; N] }
     }
 
-    /// A step takes no time of another axis: each has hardware of its own, which makes a step every
-    /// `ticks` at most (65,535 of them with the feature `compact`).
+    /// The cost of steps that take no time from other axes: each axis has hardware of its own,
+    /// which makes at most one step every `ticks` (65,535 at most with the feature `compact`).
     ///
     /// ```
     /// use stepwright::{Board, Cost, Rate, Speed};
@@ -49,7 +49,7 @@ impl<const N: usize> Cost<N> {
         Cost { ticks: [0; N], pulse: StepTicks::MAX, longer: [0; N], shortest }
     }
 
-    /// The same in other ticks.
+    /// The cost with all its ticks converted by `to`.
     pub fn map(&self, mut to: impl FnMut(StepTicks) -> StepTicks) -> Cost<N> {
         let Cost { ticks, pulse, longer, shortest } = *self;
         let (ticks, pulse) = (ticks.map(&mut to), to(pulse));
@@ -57,9 +57,9 @@ impl<const N: usize> Cost<N> {
     }
 }
 
-/// What a board is: its timer, its drivers' times, and what a step costs.
+/// A board: its timer, its drivers' times, and the cost of a step.
 ///
-/// Without a fit, `Board<N, ()>`, it is what a planner keeps of it, which has made its numbers of
+/// Without a fit, `Board<N, ()>` is the part that a planner keeps after deriving its numbers from
 /// the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Board<const N: usize, F = Fit> {
@@ -67,34 +67,38 @@ pub struct Board<const N: usize, F = Fit> {
     pub rate: Rate,
     /// The drivers' times.
     pub timing: Timing,
-    /// What a step costs: an order is refused when the steps of all moving axes
-    /// would take more than all the time.
+    /// The cost of a step: an order is refused if the steps of all moving axes would take more than
+    /// all the time.
     pub cost: Cost<N>,
-    /// Runs that can be planned in a second while axes move: an order is refused when the ramps
-    /// of all moving axes would ask for more, of three and more for more than 15/16 of it, or those of
-    /// an axis for more than 7/8. One axis with ramps of a steps/s² asks for (612·a)^0.4, or its highest speed in
-    /// steps/s if that is less, and a limit of jerk for four times as many;
-    /// beside other axes a jerk of j steps/s³ asks for 2.5·(612·√(2j))^0.5, or four times its highest
-    /// speed if that is less, however gentle the ramps are. Ramps of less than four steps each, with a level
-    /// of less than 15 ms between them, ask for half their highest speed; changed on the way, for all
-    /// of it. Beside a ramp of another axis it takes a run
-    /// for each 65.5 steps/s of its highest speed, if those are more. Measured; `u16::MAX` where
-    /// nobody need wait for planning, as in a simulation.
+    /// The runs that can be planned in a second while axes move. An order is refused if the ramps
+    /// of all moving axes would need more: all of this for up to two axes, 15/16 of it for three
+    /// and more, and 7/8 for any one axis.
+    ///
+    /// One axis with ramps of a steps/s² needs (612·a)^0.4 runs a second, or its top speed in
+    /// steps/s if that is less, and four times as many with a jerk limit. Beside other axes a jerk
+    /// of j steps/s³ needs 2.5·(612·√(2j))^0.5, or four times its top speed if that is less,
+    /// however gentle the ramps are. Ramps of fewer than four steps each, with a cruise of less
+    /// than 15 ms between them, need half the top speed; all of it if they are changed during the
+    /// move. Beside a ramp of another axis, an axis needs a run for each 65.5 steps/s of its top
+    /// speed, if that is more.
+    ///
+    /// Measured; `u16::MAX` where nothing waits for planning, as in a simulation.
     pub runs: u16,
-    /// How closely runs follow their law.
+    /// How closely runs follow the law.
     pub fit: F,
     /// How far ahead to plan, in ticks.
     pub horizon: Ticks,
-    /// From the start of a travel to its first pulse, beyond hold and set-up.
+    /// Ticks from the start of a travel to its first pulse, in addition to hold and set-up time.
     pub lead: Ticks,
 }
 
 impl<const N: usize> Board<N> {
-    /// A board that nobody has measured, with a step timer of this rate.
+    /// A board that has not been measured, with a step timer of this rate.
     ///
-    /// A step is taken to cost 100 µs: 10,000 steps/s for one axis, 5,000 each for two and so
-    /// on, and 2,900 runs can be planned in a second, which a chip of 16 MHz and more can do. Pulses of 2 µs, DIR 1 µs before and after;
-    /// planned 16 ms ahead. All of it can be changed.
+    /// A step is assumed to cost 100 µs: 10,000 steps/s for one axis, 5,000 each for two and so on.
+    /// 2,900 runs can be planned in a second, which a chip of 16 MHz and more can do. Pulses last 2
+    /// µs, DIR is set 1 µs before a step and held 1 µs after it, and steps are planned 16 ms ahead.
+    /// All fields can be changed.
     ///
     /// ```
     /// use stepwright::{Board, Rate, Speed};
@@ -121,7 +125,7 @@ impl<const N: usize> Board<N> {
         }
     }
 
-    /// The same without its fit.
+    /// This board without its fit.
     pub(crate) const fn kept(self) -> Board<N, ()> {
         let Board { rate, timing, cost, runs, fit: _, horizon, lead } = self;
         Board { rate, timing, cost, runs, fit: (), horizon, lead }
@@ -134,53 +138,53 @@ impl<const N: usize, F> Board<N, F> {
         self.max_alone(&Clock::new(self.rate, &Fit::EXACT))
     }
 
-    /// Likewise, on a chip that has its clock.
+    /// [`max_speed`](Board::max_speed) with a clock that exists already.
     pub(crate) fn max_alone(&self, clock: &Clock) -> Speed {
         self.max_beside(clock, 0, 1)
     }
 
-    /// Ticks that a step costs while this many axes move, with the present pulse.
+    /// Ticks that a step costs while this many axes move, with the present pulse length.
     pub fn step_cost(&self, moving: usize) -> Ticks {
         let ticks = if self.holds() { &self.cost.longer } else { &self.cost.ticks };
         ticks.get(moving.saturating_sub(1)).map_or(Ticks::MAX, |&ticks| format::wide(ticks))
     }
 
-    /// Whether pulses are held.
+    /// Whether the interrupt holds pulses to lengthen them.
     fn holds(&self) -> bool {
         self.timing.pulse > format::wide(self.cost.pulse)
     }
 
-    /// The shortest interval of an axis while this many move.
+    /// The shortest interval of an axis while this many axes move.
     fn shortest(&self, moving: usize) -> Ticks {
         let others = moving.saturating_sub(1);
         let mut shortest = self.cost.shortest.get(others).map_or(0, |&ticks| format::wide(ticks));
         if self.holds() {
-            // Each of them once, in half of the interval.
+            // The pulse of each other axis once, in half of the interval.
             let held = self.timing.pulse.wrapping_mul(2).wrapping_mul(others as Ticks);
             shortest = clamp::sum(shortest, held);
         }
         shortest.max(self.timing.min_interval)
     }
 
-    /// Has other drivers' times. Two steps of an axis keep a pulse and as long a pause
-    /// apart, and what the board can do.
+    /// Sets the drivers' times. The minimum interval becomes a pulse and a pause of the same
+    /// length, or the cost of a step if that is longer.
     pub fn set_drivers(&mut self, pulse: Ticks, setup: Ticks, hold: Ticks) {
         self.timing = Timing { pulse, setup, hold, min_interval: 0 };
         self.timing.min_interval = self.step_cost(1).max(clamp::sum(pulse, pulse));
     }
 
-    /// The highest speed beside other axes, which make `others` thousandths of
-    /// a step per second together, `moving` axes in all.
+    /// The highest speed of an axis beside other axes, which make `others` thousandths of a step
+    /// per second together; `moving` axes move in all.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn max_beside(&self, clock: &Clock, others: u32, moving: u8) -> Speed {
-        // (What takes no time at all may be as fast as numbers go.)
+        // (With a step cost of 0 the limit is the largest number.)
         let shared = clock.in_a_second(self.step_cost(moving.into()));
         let alone = clock.in_a_second(self.shortest(moving.into()));
         Speed::from_millisteps(clamp::less(shared, others).min(alone)).unwrap_or(Speed::MAX)
     }
 
-    /// Can the board step an axis beside what will move then? The highest speeds are not more than
-    /// 2³² thousandths of a step/s together.
+    /// Checks that the board can step an axis beside all that will move then. The top speeds add up
+    /// to at most 2³² thousandths of a step/s.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn check_speed(
         &self,
@@ -202,9 +206,10 @@ impl<const N: usize, F> Board<N, F> {
         if own > max.millisteps() { Err(Refusal::TooFast { max }) } else { Ok(()) }
     }
 
-    /// Can it plan for all that will move then, if anything ramps? A change on the way takes the time
-    /// of a few runs: of one axis an eighth is left for it, of two the queues last longer. Three that
-    /// are stopped at once, while they rise, take more, and a sixteenth is left for that.
+    /// Checks that the board can plan for all that will move then, if anything ramps. A change
+    /// during a move takes the time of a few runs: for one axis an eighth is kept back for it; with
+    /// two, the queues last longer. Three axes that are stopped at once while they accelerate need
+    /// more: a sixteenth is kept back.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn check_ramps(
         &self,
@@ -215,7 +220,7 @@ impl<const N: usize, F> Board<N, F> {
         if self.runs == u16::MAX {
             return Ok(());
         }
-        // One axis alone ramps while it is slow.
+        // An axis that moves alone ramps only while it is slow.
         let alone = moving.is_power_of_two();
         let (mut left, mut own, mut ramps, mut count) = (self.runs, 0u16, 0u16, 0u8);
         for (other, load) in (0u8..).zip(loads) {

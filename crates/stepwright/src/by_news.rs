@@ -1,4 +1,4 @@
-//! An engine for a planner that has no clock: the news of the step interrupt alone wake it.
+//! An engine for a planner without a clock, which only the news of the step interrupt wakes.
 
 use crate::board::Board;
 use crate::control::Control;
@@ -6,14 +6,14 @@ use crate::drive::Axes;
 use crate::engine::{Playing, Report, Timing};
 use crate::units::Ticks;
 
-/// An engine, or what reaches it, for a planner that sleeps until there is news of
-/// [`Engine::on_compare`](crate::Engine::on_compare) or an order.
+/// Wraps an engine, or a handle to one, for a planner that sleeps until an order comes or
+/// [`Engine::on_compare`](crate::Engine::on_compare) reports news.
 ///
-/// A planner that is called every few milliseconds queues nothing behind a wait that is longer than
-/// its [horizon](Board::horizon), so that a change of mind is obeyed there. One that is called at news
-/// alone would come too late then: the next news is the step itself. Behind this engine it always
-/// has the next step queued. So a change takes hold one step later on an axis whose interval is
-/// longer than the horizon, 16 ms: one that is slower than some 60 steps/s.
+/// A planner that is called every few milliseconds queues nothing after a wait longer than its
+/// [horizon](Board::horizon), so that a change takes effect there. A planner that is called only at
+/// news would then plan too late, because the next news is the step itself. With this wrapper the
+/// next step is always queued. In return, on an axis whose interval is longer than the horizon, 16
+/// ms (slower than some 60 steps/s), a change takes effect one step later.
 ///
 /// ```
 /// # use stepwright::{Axis, Board, ByNews, MoveError, Steppers};
@@ -32,18 +32,18 @@ use crate::units::Ticks;
 /// ```
 pub struct ByNews<E> {
     engine: E,
-    /// From this many ticks on a present entry counts nothing: less than the horizon by more than
-    /// that is rounded.
+    /// A present entry with this many ticks left or more counts as having none left: less than the
+    /// horizon, by more than its rounding.
     far: Ticks,
 }
 
 impl<E: Control> ByNews<E> {
-    /// That of a board.
+    /// Wraps the engine of a board.
     pub const fn new<const N: usize, F>(engine: E, board: &Board<N, F>) -> ByNews<E> {
         ByNews { engine, far: board.horizon - board.horizon / 8 }
     }
 
-    /// The engine, or what reaches it.
+    /// The engine, or the handle to it.
     pub fn inner(&mut self) -> &mut E {
         &mut self.engine
     }

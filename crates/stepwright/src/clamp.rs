@@ -1,5 +1,5 @@
-//! Sums and differences that stay within 32 bits, out of line on a small chip: in place,
-//! an 8-bit one takes 40 bytes for each.
+//! Saturating sums and differences of 32 bits. On a small chip they are functions: inlined, each
+//! takes 40 bytes on an 8-bit chip.
 
 /// a + b, at most `u32::MAX`.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]

@@ -1,14 +1,14 @@
-//! What the foreground asks of an engine.
+//! The foreground's interface to an engine.
 
 use crate::drive::{Axes, Drive};
 use crate::engine::{Engine, Playing, Report, Timing};
 use crate::queue::Source;
 use crate::timer::StepTimer;
 
-/// The few things that the foreground asks of the engine.
+/// The calls that the foreground makes to the engine.
 ///
-/// [`Engine`] itself where there is no interrupt (a simulation); on a chip a
-/// wrapper that holds the step interrupt off for each call.
+/// Implemented by [`Engine`] itself where there is no interrupt (a simulation); on a chip, by a
+/// wrapper that holds the step interrupt off during each call.
 pub trait Control {
     /// See [`Engine::start`].
     fn start(&mut self, axes: Axes);
@@ -16,17 +16,16 @@ pub trait Control {
     fn kill(&mut self, axes: Axes);
     /// See [`Engine::report`].
     fn report(&self, axis: u8) -> Report;
-    /// Whether no travel of an axis is in progress. Asked often: an engine
-    /// behind an interrupt should not hold that off for it, see
-    /// [`Engine::is_idle`].
+    /// Whether no travel of an axis is in progress. Called often: for this call an engine behind an
+    /// interrupt should not hold that interrupt off, see [`Engine::is_idle`].
     fn is_idle(&self, axis: u8) -> bool {
         self.report(axis).idle
     }
-    /// The position of [`report`](Control::report).
+    /// The position of an axis, as in [`report`](Control::report).
     fn position(&self, axis: u8) -> i64 {
         self.report(axis).position
     }
-    /// The direction of [`report`](Control::report).
+    /// The direction of an axis, as in [`report`](Control::report).
     fn is_forward(&self, axis: u8) -> bool {
         self.report(axis).forward
     }
@@ -40,8 +39,8 @@ pub trait Control {
     fn late(&self) -> u32;
     /// See [`Engine::clear_late`].
     fn clear_late(&mut self);
-    /// Something may have been queued since the last call: an engine that prepares its
-    /// queue in the foreground does so now.
+    /// Called after entries may have been queued: an engine that prepares its queue in the
+    /// foreground does so now.
     fn refill(&mut self) {}
 }
 

@@ -1,4 +1,4 @@
-//! Plans the moves of N motors: orders go in, runs come out.
+//! Plans the moves of N motors: orders in, runs out.
 
 mod start;
 
@@ -12,7 +12,7 @@ use crate::planner::{Clock, Layout, Load, Work};
 use crate::queue::Producer;
 use crate::units::{Speed, Ticks};
 
-/// A board with the constants that planning derives from it, for a chip that has them in flash.
+/// A board and the constants that planning derives from it, for a chip that has them in flash.
 #[derive(Clone, Copy, Debug)]
 pub struct PlannedBoard<const N: usize> {
     board: Board<N, ()>,
@@ -21,7 +21,7 @@ pub struct PlannedBoard<const N: usize> {
 }
 
 impl<const N: usize> PlannedBoard<N> {
-    /// Of a board.
+    /// Derives the constants of a board.
     #[inline(always)]
     pub const fn new(board: Board<N>) -> PlannedBoard<N> {
         let clock = Clock::new(board.rate, &board.fit);
@@ -29,22 +29,22 @@ impl<const N: usize> PlannedBoard<N> {
     }
 }
 
-/// The travels of N motors, each with `Q` queued entries; positions are known, or known to be
-/// unknown. Each call is lent the engine.
+/// The travels of N motors, each with `Q` queued entries, and which positions are known. Each call
+/// borrows the engine.
 pub(crate) struct Group<'q, const N: usize, const Q: usize> {
     feeds: [Producer<'q, Q>; N],
     motors: [Motor<Q>; N],
-    /// What the travel of each axis asks of the board, since it was ordered or changed.
+    /// What the travel of each axis requires of the board, as of its order or its last change.
     loads: [Load; N],
     given: PlannedBoard<N>,
-    /// The run that is being planned, of the axis whose turn it is.
+    /// The run that is being planned, for the axis `turn`.
     work: Work,
-    /// Axes whose travel waits until all of them have their queues filled.
+    /// Axes whose travels start once the queues of all of them are filled.
     starting: Axes,
     uncertain: Axes,
-    /// Axes that rested when time passed last.
+    /// Axes that were at rest at the last call of `pass`.
     rested: Axes,
-    /// The axis whose run is planned.
+    /// The axis whose run is being planned.
     turn: u8,
 }
 
@@ -65,7 +65,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Makes a group of zeros what [`new`](Group::new) makes. `feed` writes the feed of an axis,
+    /// Initialises a group of zeros as [`new`](Group::new) does. `feed` writes the feed of an axis,
     /// `fill` the board.
     #[inline(always)]
     pub fn power_up(
@@ -90,26 +90,26 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.given.board.max_alone(&self.given.clock)
     }
 
-    /// The board, to be changed: holds for travels that begin from now on. New
-    /// drivers' times belong into the engine too, see [`Control::set_timing`].
+    /// The board, for changes: they apply to travels that begin from now on. Pass new drivers'
+    /// times to the engine too, see [`Control::set_timing`].
     pub fn board_mut(&mut self) -> &mut Board<N, ()> {
         &mut self.given.board
     }
 
-    /// Changes the travels that these axes are on, all or none: another target,
-    /// or another limit from here on.
+    /// Changes the travels of these axes, all or none: another target, or another limit from now
+    /// on.
     ///
-    /// Takes hold after what is planned already, which lasts for the board's
-    /// [`horizon`](Board::horizon) and one run at most, or for the present step where that takes
-    /// longer. A travel that has to turn brakes to rest and goes back by itself; its axis is busy
+    /// The change takes effect after the steps that are already planned. These last for the board's
+    /// [`horizon`](Board::horizon) and at most one run, or for the present step if that takes
+    /// longer. A travel that has to turn brakes to rest and comes back by itself; its axis is busy
     /// all the while.
     ///
-    /// A change of several axes is judged by their top speeds, whether they reach them or not: to look
-    /// for what each reaches takes as long as some runs, and nothing is planned meanwhile. (Of the way back
-    /// to a target behind this is said of axes with a limit of jerk alone.)
+    /// A change of several axes is checked with their top speeds, whether they reach them or not:
+    /// to compute the speed that each reaches takes as long as some runs, and nothing is planned
+    /// meanwhile. (For the way back to a target behind, this is so only of axes with a jerk limit.)
     ///
     /// # Errors
-    /// [`Refusal`], and all goes on as it was.
+    /// [`Refusal`]; then all axes continue unchanged.
     pub fn change(
         &mut self,
         engine: &mut impl Control,
@@ -121,9 +121,9 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         if resting != 0 {
             return Err(if resting & !Self::ALL == 0 { Refusal::Resting } else { Refusal::NoAxis });
         }
-        // Each is tried first, alone: a chip has no room for copies of them all.
+        // Each axis is tried first, on one copy: a chip has no room for copies of all.
         let mut loads = self.loads;
-        // (Any: a constant to begin with would have a place in RAM.)
+        // (Any motor will do: a constant as the initial value would take RAM.)
         let Some(mut copy) = self.motors.first().copied() else { return Ok(()) };
         let alone = axes.is_power_of_two();
         let (mut pass, mut done) = (if alone { Pass::Exact } else { Pass::Quick }, false);
@@ -141,7 +141,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
                         motor
                     };
                     let whole = motor.change(&self.given.clock, &change, load, pass)?;
-                    // Of one axis the copy is what it is to be.
+                    // For a single axis, the copy is already the result.
                     done = whole && pass == Pass::Exact;
                 }
                 left >>= 1;
@@ -165,7 +165,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     /// All axes.
     const ALL: Axes = if N < 8 { (1 << N) - 1 } else { Axes::MAX };
 
-    /// These axes, and those that move.
+    /// These axes and those that move.
     #[inline(never)]
     fn moving(&self, engine: &impl Control, mut moving: Axes) -> Axes {
         let mut bit = 1;
@@ -178,7 +178,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         moving
     }
 
-    /// Queues the beginning of what an axis has set up.
+    /// Queues the beginning of the travel that is set up for an axis.
     fn begin(&mut self, axis: u8) {
         let lead = clamp::sum(self.given.board.timing.setup, self.given.board.lead);
         let index = usize::from(axis);
@@ -187,16 +187,15 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// This many ticks have passed since the last call. Two travels of an axis lie an interval
-    /// of the start speed apart, or from rest the first interval of a ramp, √(2/a), and no
-    /// less than one of the top speed; what has passed of that since the last pulse the next
-    /// travel need not wait for. Without these calls it waits for all of it. To be called
-    /// every few milliseconds.
+    /// Reports that this many ticks have passed since the last call. Two travels of an axis are one
+    /// interval of the start speed apart, or from rest the first interval of a ramp, √(2/a), and at
+    /// least one interval of the top speed. The time since the last pulse counts as part of that.
+    /// Without these calls the next travel waits for all of it. Call it every few milliseconds.
     pub fn pass(&mut self, engine: &impl Control, ticks: Ticks) {
         let mut bit = 1;
         for (axis, motor) in self.motors.iter_mut().enumerate() {
-            // What passed before it was seen at rest does not count: the last pulse may
-            // have come in between.
+            // The time before the axis was first seen at rest does not count: the last pulse may
+            // have come within it.
             let rests = self.starting & bit == 0 && engine.is_idle(axis as u8);
             if rests && self.rested & bit != 0 {
                 motor.pass(ticks);
@@ -206,8 +205,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Does one piece of planning: a part of one run of the axis whose queue lasts the
-    /// shortest. Call it again at once while it answers true, and at least every millisecond.
+    /// Does one piece of planning: a part of one run, for the axis whose queue runs out first. Call
+    /// it again at once while it returns true, and at least every millisecond.
     pub fn poll(&mut self, engine: &mut impl Control) -> bool {
         if !self.work.is_begun() {
             let (mut least, mut turns, mut begins, mut axis) = (u8::MAX, false, false, 0);
@@ -242,7 +241,8 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         true
     }
 
-    /// Begins the next leg of an axis that rests before it. False if there is none.
+    /// Begins the next leg of an axis that had to come to rest for it. Returns false if there is
+    /// none.
     #[inline(never)]
     fn turn_round(&mut self, engine: &impl Control) -> bool {
         let mut bit = 1;
@@ -260,20 +260,20 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         false
     }
 
-    /// Stops an axis along its ramp; the position stays known.
-    /// Takes effect after what is queued: see [`Board::horizon`].
+    /// Stops an axis along its ramp; the position stays known. Takes effect after the queued steps:
+    /// see [`Board::horizon`].
     pub fn stop(&mut self, axis: u8) {
         if let Some(motor) = self.motors.get_mut(usize::from(axis)) {
             motor.brake();
-            // If it is this axis that is planned, its run starts again; if not, another's
-            // does, which costs a little time and nothing else. A run that has been taken is
-            // queued yet: the axis brakes from its end.
+            // The run that is being planned starts again, even if it belongs to another axis, which
+            // costs a little time and nothing else. A run that has already been taken is still
+            // queued: the axis brakes from its end.
             self.work.drop();
         }
     }
 
-    /// Stops these axes between two steps. A motor that moved may have lost steps: its
-    /// position is uncertain from now on.
+    /// Stops these axes between two steps. A motor that moved may have lost steps: its position is
+    /// unknown from now on.
     pub fn kill(&mut self, engine: &mut impl Control, axes: Axes) {
         for axis in 0..N as u8 {
             if axes >> axis & 1 != 0 && !engine.is_idle(axis) {
@@ -283,14 +283,15 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.kill_at_switch(engine, axes);
     }
 
-    /// Stops these axes between two steps. The position is where the last step
-    /// led to, and stays known: only for a motor that stops where it is told.
+    /// Stops these axes between two steps. The position is that of the last step and stays known:
+    /// use this only for a motor that stops without slipping.
     pub fn kill_at_switch(&mut self, engine: &mut impl Control, axes: Axes) {
-        // What rests already goes on resting, whatever was set up for it and refused.
+        // An axis at rest stays at rest, even if a travel was set up for it and refused.
         let moving = axes & self.moving(engine, 0);
         engine.kill(axes);
         self.starting &= !axes;
-        // Its run is never queued; another axis' may have been taken from its travel.
+        // A run of a killed axis is never queued; a run of another axis may already count in its
+        // travel.
         if axes >> self.turn & 1 != 0 {
             self.work.clear();
         }
@@ -302,33 +303,31 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Where the part of a travel that is planned leads to, in steps from where
-    /// the travel began: a change takes hold there. `None` if that is more than
-    /// 2³¹ steps away, or there is no such axis.
+    /// The end of the planned part of a travel, in steps from where the travel began: a change
+    /// takes effect there. `None` if that is more than 2³¹ steps away, or if there is no such axis.
     pub fn planned(&self, axis: u8) -> Option<i32> {
         self.motors.get(usize::from(axis)).and_then(Motor::planned)
     }
 
-    /// Whether a target this many steps from where the travel of an axis began lies
-    /// forward of where that is [`planned`](Group::planned) to; false if there is
-    /// no such axis.
+    /// Whether a target, in steps from where the travel of an axis began, lies forward of the
+    /// [`planned`](Group::planned) part of the travel; false if there is no such axis.
     pub fn is_ahead(&self, axis: u8, target: i32) -> bool {
         self.motors.get(usize::from(axis)).is_some_and(|motor| motor.is_ahead(target))
     }
 
-    /// Whether the last or present travel of an axis leads forward, as far as
-    /// it is planned; false if there is no such axis.
+    /// Whether the last or present travel of an axis goes forward, at the end of its planned part;
+    /// false if there is no such axis.
     pub fn is_forward(&self, axis: u8) -> bool {
         self.motors.get(usize::from(axis)).is_some_and(Motor::is_forward)
     }
 
-    /// Whether a travel of this axis is in progress; false if there is no
-    /// such axis.
+    /// Whether a travel of this axis is in progress; false if there is no such axis.
     #[inline(never)]
     pub fn is_busy(&self, engine: &impl Control, axis: u8) -> bool {
         match self.motors.get(usize::from(axis)) {
             Some(motor) => {
-                // What is ordered has no direction yet, and rests until it begins.
+                // A prepared order has no direction yet; its axis is at rest until the order
+                // begins.
                 let begins = self.starting >> axis & 1 != 0 && motor.ordered() == Layout::Nothing;
                 motor.planning() || begins || !engine.is_idle(axis)
             }
@@ -341,19 +340,19 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         (0..N as u8).any(|axis| self.is_busy(engine, axis))
     }
 
-    /// Whether any axis goes on until it is stopped.
+    /// Whether any axis has a travel without an end.
     pub fn any_endless(&self) -> bool {
         self.motors.iter().any(Motor::is_endless)
     }
 
-    /// The position of an axis in steps, also on the way; `None` when it is
-    /// uncertain, or there is no such axis.
+    /// The position of an axis in steps, also during a move; `None` if it is unknown, or if there
+    /// is no such axis.
     pub fn position(&self, engine: &impl Control, axis: u8) -> Option<i64> {
         let known = usize::from(axis) < N && self.uncertain >> axis & 1 == 0;
         known.then(|| engine.position(axis))
     }
 
-    /// Calls the present position 0; it is certain again.
+    /// Sets the present position to 0; it is known again.
     pub fn zero(&mut self, engine: &mut impl Control, axis: u8) {
         if usize::from(axis) < N {
             engine.set_position(axis, 0);
@@ -361,7 +360,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Calls the present position this many steps; it is certain again. For an axis at rest.
+    /// Sets the present position of an axis at rest; it is known again.
     pub fn set_position(&mut self, engine: &mut impl Control, axis: u8, position: i64) {
         if usize::from(axis) < N {
             engine.set_position(axis, position);
@@ -369,21 +368,21 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         }
     }
 
-    /// Where the travel of an axis is to end, in steps from where it began, also after a
-    /// stop. `None` for one that goes on until it is stopped, one that ends more than 2³¹
-    /// steps away, and an axis that there is not.
+    /// The target of the travel of an axis, in steps from where the travel began, also after a
+    /// stop. `None` for a travel without an end, for one that ends more than 2³¹ steps away, and if
+    /// there is no such axis.
     pub fn target(&self, axis: u8) -> Option<i32> {
         self.motors.get(usize::from(axis)).and_then(Motor::target)
     }
 
-    /// Whether an axis goes on until it is stopped; false if there is no such axis.
+    /// Whether the travel of an axis has no end; false if there is no such axis.
     pub fn is_endless(&self, axis: u8) -> bool {
         self.motors.get(usize::from(axis)).is_some_and(Motor::is_endless)
     }
 
-    /// How long planning may wait, in ticks: half of what is queued, but for a present run of
-    /// which nobody knows how much is left, of the axis whose queue lasts the shortest, or of
-    /// one that is to turn. `None` if there is nothing to plan.
+    /// How long planning may wait, in ticks: half of the time that is queued, for the axis whose
+    /// queue runs out first or that is to turn. A present run whose remaining time is not known
+    /// does not count. `None` if there is nothing to plan.
     pub fn may_wait(&mut self, engine: &mut impl Control) -> Option<Ticks> {
         let mut least = None;
         for (axis, (motor, feed)) in (0u8..).zip(self.motors.iter_mut().zip(&self.feeds)) {
@@ -403,7 +402,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         self.uncertain |= axes;
     }
 
-    /// Axes whose position is uncertain.
+    /// The axes whose position is unknown.
     pub fn uncertain(&self) -> Axes {
         self.uncertain
     }

@@ -1,16 +1,16 @@
-//! When a step is late: one rule for every player, and for who measures them.
+//! When a step is late: one rule for all players and all measurements.
 
 use crate::units::{Rate, Ticks};
 
-/// µs that a step may come after the middle of its interval and is still on time.
+/// How many µs after the middle of its interval a step may come and still be on time.
 const GRACE: u32 = 1;
 
-/// Ticks after its deadline at which a step is late: half the interval to the next deadline
-/// (of the last step: from the one before), and 1 µs.
+/// How many ticks after its deadline a step is late: half the interval to the next deadline (for
+/// the last step: from the previous one), plus 1 µs.
 ///
-/// Half an interval, as a motor then still finds its next step ahead; the µs, as above some
-/// 100,000 steps/s half an interval is no more than what any player needs for another axis's
-/// step.
+/// After half an interval a motor still finds its next step ahead of it. The 1 µs is added because
+/// above some 100,000 steps/s half an interval is no longer than a player needs for the step of
+/// another axis.
 ///
 /// ```
 /// use stepwright::{Rate, late_after};

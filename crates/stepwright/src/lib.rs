@@ -1,5 +1,15 @@
 #![no_std]
 //! Real-time motion for stepper motors.
+//!
+//! Begin with [`Steppers`]: motors with limits and positions, moved in the background by a step
+//! interrupt.
+//!
+//! - `SharedEngine` (feature `critical-section`) is the engine of such an interrupt on any chip;
+//!   [`timer::StepTimer`] and [`drive::Drive`] are what a chip implements.
+//! - [`OrderedMotors`] take orders that have their own limits, as on a serial line.
+//! - [`profile`] computes the delays of a travel exactly, on a host; [`compress`] makes runs of
+//!   them.
+//! - [`engine`], [`entry`] and [`queue`] play runs: deadlines, pulses, directions.
 
 mod board;
 mod by_news;

@@ -1,27 +1,25 @@
 //! A straight line of several axes, by one order.
 //!
-//! Every axis runs the law of the one that goes furthest, scaled by its share of the
-//! way: then they begin together, end together, and each is on the line all the time.
-//! From the first pulse to the last an axis makes a step less than pulses, so
+//! Every axis follows the law of the axis with the longest way, scaled by its share of that way. So
+//! all axes begin together, end together, and stay on the line all the time. Between its first and
+//! its last pulse an axis makes one step less than it makes pulses, so
 //!
 //! ```text
 //!   share = (n − 1) / (n_furthest − 1)       start, top, a, d, jerk · share
 //! ```
 //!
-//! **Error.** Speeds are rounded to 0.001 steps/s and accelerations to 0.001 steps/s²: a
-//! share of 20 steps/s is good to 2.5 · 10⁻⁵ of the time. So an axis is on the line to a
-//! step as long as it travels less than some 10,000 times as fast as that. An axis of one
-//! step makes it at the beginning.
+//! **Error.** Speeds are rounded to 0.001 steps/s and accelerations to 0.001 steps/s². At a share
+//! of 20 steps/s the error is 2.5 · 10⁻⁵ of the time. So an axis stays on the line to a step while
+//! it travels less than some 10,000 times as fast as that. A single step is made at the beginning.
 
 use crate::order::{Order, Travel};
 use crate::profile::{Ramp, Unfit};
 use crate::units::{Accel, Jerk, Speed};
 
 impl Order {
-    /// Orders for the axes of a group that lead them along a straight line: axis 0 by
-    /// `way[0]` steps, axis 1 by `way[1]` … The speeds and ramps of this order are those
-    /// of the axis that goes furthest; its own travel does not count. An axis that has
-    /// nowhere to go gets no order.
+    /// The orders for the axes of a group that move it along a straight line: axis 0 by `way[0]`
+    /// steps, axis 1 by `way[1]`, … The speeds and ramps of this order are those of the axis with
+    /// the longest way; its own travel is ignored. An axis with 0 steps gets no order.
     ///
     /// ```
     /// use stepwright::{Accel, Order, Speed, Travel, profile::Ramp};
@@ -58,7 +56,7 @@ impl Order {
     }
 }
 
-/// A share of the longest way; all of it where nothing is to be shared.
+/// A share of the longest way; the whole of it if the longest way has no interval.
 #[derive(Clone, Copy)]
 struct Share {
     part: u64,
@@ -75,12 +73,12 @@ impl Share {
         }
     }
 
-    /// To the nearest, `least` at least.
+    /// `x` times the share, rounded to nearest; at least `least`.
     fn number(self, x: u64, least: u64) -> u64 {
-        // Less than 2^60 · 2^31: not in 64 bits.
+        // The product is below 2^60 · 2^31 and needs more than 64 bits.
         let product = u128::from(x) * u128::from(self.part) + u128::from(self.whole / 2);
         let share = product.checked_div(self.whole.into()).unwrap_or(0);
-        // No more than x.
+        // The result is at most x.
         u64::try_from(share).unwrap_or(x).max(least)
     }
 

@@ -1,4 +1,4 @@
-//! What a user orders, and why it may be refused.
+//! Orders, and why they are refused.
 
 use crate::profile::{Path, Ramp, RampSteps, SCurve, Unfit};
 use crate::units::{Accel, Jerk, Rate, Speed};
@@ -7,14 +7,14 @@ use core::fmt;
 /// How far to travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Travel {
-    /// This many steps, forward or backward; 0 is a travel that is over at once.
+    /// This many steps, forward or backward; 0 is a travel that ends at once.
     By(i32),
-    /// On and on until it is stopped; forward if true.
+    /// Without an end, until it is stopped; forward if true.
     Endless(bool),
 }
 
 impl Travel {
-    /// Whether it leads forward.
+    /// Whether the travel goes forward.
     pub const fn forward(self) -> bool {
         match self {
             Travel::By(steps) => steps >= 0,
@@ -23,7 +23,7 @@ impl Travel {
     }
 }
 
-/// A motion of one axis: speeds, ramps and how far.
+/// The motion of one axis: speeds, ramps and distance.
 ///
 /// ```
 /// use stepwright::{Order, Speed, Travel, profile::Ramp};
@@ -40,18 +40,18 @@ impl Travel {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Order {
-    /// Speed that the motor jumps to and stops from; 0 allowed.
+    /// The speed that the motor jumps to and stops from; may be 0.
     pub start: Speed,
-    /// Speed after the ramp. At or below the start speed: no ramp.
+    /// The speed after the ramp. At or below the start speed there is no ramp.
     pub top: Speed,
-    /// From start to top speed.
+    /// The ramp from start to top speed.
     pub up: Ramp,
-    /// From top to start speed.
+    /// The ramp from top to start speed.
     pub down: Ramp,
-    /// How fast the acceleration comes and goes at both ends of each ramp: an
-    /// S-curve. None: at once.
+    /// The jerk limit at both ends of each ramp, which makes an S-curve. `None`: the acceleration
+    /// changes at once.
     pub jerk: Option<Jerk>,
-    /// How far.
+    /// How far to travel.
     pub travel: Travel,
 }
 
@@ -68,8 +68,8 @@ impl Order {
         RampSteps::mixed(rate, self.start, self.top, self.up, self.down)
     }
 
-    /// The law of an order with a limit of jerk; `None` without. A ramp in steps stands
-    /// for the acceleration that it takes without its bends.
+    /// The law of an order with a jerk limit; `None` without one. A ramp in steps stands for the
+    /// acceleration that it would have without a jerk limit.
     ///
     /// # Errors
     /// [`Unfit::NoRamp`] for a ramp of 0 steps.
@@ -80,7 +80,7 @@ impl Order {
         Some(both.map(|(up, down)| law(up, down)))
     }
 
-    /// The acceleration of one of its ramps, to 0.001 steps/s².
+    /// The acceleration of a ramp of this order, to 0.001 steps/s².
     ///
     /// # Errors
     /// [`Unfit::NoRamp`] for a ramp of 0 steps.
@@ -89,7 +89,7 @@ impl Order {
         match ramp {
             Ramp::Accel(accel) => Ok(accel),
             Ramp::Steps(0) => Err(Unfit::NoRamp),
-            // 10⁻⁶ (steps/s)² a step, to 10⁻³ steps/s².
+            // From 10⁻⁶ (steps/s)² per step to 10⁻³ steps/s².
             Ramp::Steps(steps) => {
                 let rise = squared(self.top).saturating_sub(squared(self.start));
                 let by = 2000 * u64::from(steps);
@@ -100,10 +100,10 @@ impl Order {
         }
     }
 
-    /// Its motion in closed form.
+    /// The motion of this order in closed form.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent the motion.
     pub fn path(&self, rate: Rate) -> Result<Path, Unfit> {
         let law = self.law(rate)?;
         match self.travel {
@@ -113,54 +113,53 @@ impl Order {
     }
 }
 
-/// What can be changed of a travel in progress.
+/// A change of a travel in progress.
 ///
-/// It holds for this travel only; the next order says its own. The motion goes
-/// on from the speed it has, keeps the limits, and ends on its target exactly.
+/// It applies to this travel only; the next order has its own values. The motion continues from its
+/// present speed, keeps the limits, and ends exactly on its target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// It ends this many steps from where it began. A target that can't be
-    /// reached without overshooting, or that lies behind, is come back to: the
-    /// axis brakes to rest and travels back. An endless travel ends here.
+    /// The travel ends this many steps from where it began. If the target lies behind, or can't be
+    /// reached without overshooting, the axis brakes to rest and travels back. An endless travel
+    /// ends here.
     Target(i32),
-    /// Another top speed; not below the start speed, which the travel ends with. A travel
-    /// that was ordered without ramps (in steps, its top speed not above its start speed)
-    /// needs an [`Accel`](Change::Accel) and a [`Decel`](Change::Decel) first.
+    /// Another top speed; not below the start speed, with which the travel ends. A travel that was
+    /// ordered without ramps (in steps, with a top speed not above its start speed) needs an
+    /// [`Accel`](Change::Accel) and a [`Decel`](Change::Decel) first.
     Top(Speed),
-    /// The acceleration from here on.
+    /// The acceleration from now on.
     Accel(Accel),
-    /// The deceleration from here on; a lower one may overshoot the target
-    /// and come back.
+    /// The deceleration from now on; with a lower one the axis may overshoot its target and come
+    /// back.
     Decel(Accel),
 }
 
-/// Why an order was refused. Nothing has moved, or goes on as it was.
+/// Why an order was refused. Axes at rest stay at rest, and moving axes continue unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The axis is still moving.
     Busy,
     /// The axis is at rest: there is no travel to change.
     Resting,
-    /// There is no such axis.
+    /// The axis does not exist.
     NoAxis,
-    /// Faster than this board can step with this many axes moving; at most
-    /// `max` for this axis now.
+    /// Too fast for this board with this many axes moving: at most `max` for this axis now.
     TooFast {
         /// The highest speed that would be accepted.
         max: Speed,
     },
-    /// Its ramps, or those of an axis beside it, ask for more runs than the board can plan with all
+    /// The ramps of this axis, or of one beside it, need more runs than the board can plan for all
     /// that moves.
     TooSteep {
         /// Runs a second that are left for this axis: see [`Board::runs`](crate::Board::runs).
         runs: u16,
     },
-    /// The timer can't hold it.
+    /// The timer can't represent the motion.
     Unfit(Unfit),
 }
 
 impl Refusal {
-    /// One short word, as in the status line.
+    /// The name of the reason, as in the status line.
     pub const fn name(self) -> &'static str {
         match self {
             Refusal::Busy => "busy",
@@ -195,7 +194,7 @@ impl fmt::Display for Refusal {
                 write!(f, "too fast for this board: at most {max} steps/s for this axis now")
             }
             Refusal::TooSteep { runs } => {
-                // (612·a)^0.4 runs a second.
+                // Ramps of a steps/s² need (612·a)^0.4 runs a second.
                 let runs = u64::from(*runs);
                 let accel = runs * (runs * runs * runs).isqrt() / 612;
                 write!(

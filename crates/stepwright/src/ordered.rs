@@ -1,4 +1,4 @@
-//! Motors whose orders have their own limits: a controller's, behind a serial line.
+//! Motors whose orders have their own limits, as those of a controller behind a serial line.
 
 use core::mem::MaybeUninit;
 use core::task::Poll;
@@ -12,16 +12,16 @@ use crate::queue::Producer;
 use crate::steppers::{Axis, AxisSet};
 use crate::units::{Speed, Ticks};
 
-/// N motors that take [orders](Order), each with its own limits: those of a controller, whose
-/// orders come over a serial line. A program that sets the limits of an axis once takes
+/// N motors that take [orders](Order), each with its own limits, as a controller does that gets its
+/// orders over a serial line. A program that sets the limits of an axis once uses
 /// [`Steppers`](crate::Steppers).
 ///
-/// Made of an engine, or what reaches it behind its interrupt (`E`, a [`Control`]), of the
-/// feeds of that engine's queues (`Q` runs each) and of the board.
+/// Made of an engine or a handle to one in an interrupt (`E`, a [`Control`]), the feeds of the
+/// engine's queues (`Q` runs each) and the board.
 ///
-/// An order may be started in one call, [`start`](OrderedMotors::start), or in pieces of 200 µs
-/// on a 16 MHz AVR: [`prepare`](OrderedMotors::prepare), [`commit`](OrderedMotors::commit). The
-/// main loop calls [`plan`](OrderedMotors::plan).
+/// An order may be started in one call, [`start`](OrderedMotors::start), or in pieces of 200 µs on
+/// a 16 MHz AVR: [`prepare`](OrderedMotors::prepare), [`commit`](OrderedMotors::commit). The main
+/// loop calls [`plan`](OrderedMotors::plan).
 pub struct OrderedMotors<'q, E, const N: usize, const Q: usize = 8> {
     pub(crate) group: Group<'q, N, Q>,
     pub(crate) engine: E,
@@ -30,25 +30,25 @@ pub struct OrderedMotors<'q, E, const N: usize, const Q: usize = 8> {
 impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> {
     /// All motors at rest at position 0.
     ///
-    /// `feeds` MUST be those of the engine's queues, in the order of its axes.
+    /// `feeds` MUST be the feeds of the engine's queues, in the order of its axes.
     pub const fn new(engine: E, feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
         OrderedMotors { group: Group::new(feeds, board), engine }
     }
 
-    /// Motors that have yet to power up: zeros but for the engine, for a static of a chip,
-    /// where they take no flash and are not moved over the stack.
+    /// Motors before power-up, for a static on a chip: all zeros except the engine, so they take no
+    /// flash and are not moved over the stack.
     ///
     /// # Safety
-    /// No other method is called before [`power_up`](OrderedMotors::power_up) or
-    /// [`fill`](OrderedMotors::fill), but for [`engine`](OrderedMotors::engine).
+    /// Before [`power_up`](OrderedMotors::power_up) or [`fill`](OrderedMotors::fill) no method may
+    /// be called except [`engine`](OrderedMotors::engine).
     pub const unsafe fn blank(engine: E) -> Self {
-        // SAFETY: numbers, and enums that begin at 0. What is not yet a queue is a raw
-        // pointer, and the caller lets nobody follow it.
+        // SAFETY: zeros are valid numbers, and the enums begin at 0. A queue that is not set yet is
+        // a raw pointer, which the caller promises not to use.
         OrderedMotors { group: unsafe { MaybeUninit::zeroed().assume_init() }, engine }
     }
 
-    /// Makes [blank](OrderedMotors::blank) motors what [`new`](OrderedMotors::new) makes.
-    /// `feed` writes the feed of an axis, `fill` the board.
+    /// Initialises [blank](OrderedMotors::blank) motors as [`new`](OrderedMotors::new) does. `feed`
+    /// writes the feed of an axis, `fill` the board.
     #[inline(always)]
     pub fn power_up(
         &mut self,
@@ -58,8 +58,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.power_up(feed, fill);
     }
 
-    /// Makes [blank](OrderedMotors::blank) motors what [`new`](OrderedMotors::new) makes, where they
-    /// lie: they are never on the stack.
+    /// Initialises [blank](OrderedMotors::blank) motors as [`new`](OrderedMotors::new) does, in
+    /// place: they are never on the stack.
     #[inline]
     pub fn fill(&mut self, engine: E, feeds: [Producer<'q, Q>; N], board: &Board<N>) {
         self.engine = engine;
@@ -72,7 +72,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.power_up(feed, |given| *given = PlannedBoard::new(*board));
     }
 
-    /// Starts the ordered axes together, all or none.
+    /// Starts the axes of these orders together, all or none.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -87,7 +87,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
     /// ```
     ///
     /// # Errors
-    /// [`Refusal`], and nothing moves.
+    /// [`Refusal`]; then nothing moves.
     pub fn start(
         &mut self,
         orders: impl IntoIterator<Item = (Axis<N>, Order)>,
@@ -96,8 +96,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.start(&mut self.engine, orders)
     }
 
-    /// Takes one travel of an order. [`commit`](OrderedMotors::commit) starts all that were
-    /// taken, together.
+    /// Takes an order for one axis. [`commit`](OrderedMotors::commit) starts all prepared axes
+    /// together.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -114,14 +114,14 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
     /// ```
     ///
     /// # Errors
-    /// [`Refusal`]; then [`cancel`](OrderedMotors::cancel) what was prepared before.
+    /// [`Refusal`]; then [`cancel`](OrderedMotors::cancel) the axes that were prepared before.
     #[inline(always)]
     pub fn prepare(&mut self, axis: Axis<N>, order: &Order) -> Result<(), Refusal> {
         self.group.prepare(&mut self.engine, axis.number(), order)
     }
 
-    /// Does one piece of starting what was prepared, to be called until it is ready. It
-    /// starts `wait` ticks later than it could.
+    /// Does one piece of starting the prepared orders; call it until it is ready. The axes start
+    /// `wait` ticks later than they could.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -137,7 +137,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
     /// ```
     ///
     /// # Errors
-    /// [`Refusal`], and nothing moves; then [`cancel`](OrderedMotors::cancel) it.
+    /// [`Refusal`]; then nothing moves, and [`cancel`](OrderedMotors::cancel) must be called.
     #[inline(always)]
     pub fn commit(&mut self, wait: impl FnOnce() -> Ticks) -> Poll<Result<(), Refusal>> {
         self.group.commit(&mut self.engine, wait)
@@ -161,7 +161,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.max_speed()
     }
 
-    /// Forgets what was prepared; a motor that moves goes on.
+    /// Forgets the prepared orders; moving motors continue.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -180,7 +180,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.cancel();
     }
 
-    /// Changes the travels that these axes are on, all or none: see [`Change`].
+    /// Changes the travels of these axes, all or none: see [`Change`].
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -196,14 +196,14 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
     /// ```
     ///
     /// # Errors
-    /// [`Refusal`], and all goes on as it was.
+    /// [`Refusal`]; then all axes continue unchanged.
     #[inline(always)]
     pub fn change(&mut self, axes: impl Into<AxisSet<N>>, change: Change) -> Result<(), Refusal> {
         self.group.change(&mut self.engine, axes.into().bits(), change)
     }
 
-    /// Stops an axis along its ramp; its position stays known. The ramp begins behind the steps
-    /// that are planned already: see [`Board::horizon`].
+    /// Stops an axis along its ramp; its position stays known. The ramp begins after the steps that
+    /// are already planned: see [`Board::horizon`].
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -221,8 +221,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.stop(axis.number());
     }
 
-    /// Whether a target this many steps from where the travel of an axis began lies forward
-    /// of where that is planned to.
+    /// Whether a target, in steps from where the travel of an axis began, lies forward of the end
+    /// of the planned part of the travel.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -241,8 +241,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.is_ahead(axis.number(), target)
     }
 
-    /// Where the part of a travel that is planned leads to, in steps from where it began: a
-    /// change takes hold there. `None` if that is more than 2³¹ steps away.
+    /// The end of the planned part of a travel, in steps from where the travel began: a change
+    /// takes effect there. `None` if that is more than 2³¹ steps away.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -260,7 +260,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.planned(axis.number())
     }
 
-    /// Whether the last or present travel of an axis leads forward, as far as it is planned.
+    /// Whether the last or present travel of an axis goes forward, at the end of its planned part.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -278,7 +278,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.is_forward(axis.number())
     }
 
-    /// Whether any axis goes on until it is stopped.
+    /// Whether any axis has a travel without an end.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -296,7 +296,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.any_endless()
     }
 
-    /// Stops all axes at once, between two steps, and forgets what was prepared. The position of
+    /// Stops all axes at once, between two steps, and forgets the prepared orders. The position of
     /// a motor that moved becomes unknown.
     ///
     /// ```
@@ -317,8 +317,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.kill(&mut self.engine, Axes::MAX);
     }
 
-    /// Stops these axes at once, between two steps, at a limit switch: their positions are those
-    /// of their last steps, and stay known.
+    /// Stops these axes at once, between two steps, at a limit switch. Their positions are those of
+    /// their last steps and stay known.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -337,7 +337,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.kill_at_switch(&mut self.engine, axes.into().bits());
     }
 
-    /// Marks all positions as unknown: something else may have moved the motors.
+    /// Marks all positions as unknown, because something else may have moved the motors.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -355,7 +355,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.mark_positions_unknown();
     }
 
-    /// Axes whose position is not known; bits beyond N may be set.
+    /// The axes whose position is unknown; bits beyond N may be set.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -374,7 +374,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.uncertain()
     }
 
-    /// Sets the present position of an axis at rest to 0.
+    /// Sets the position of an axis at rest to 0.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, Change, Refusal, Speed, Travel};
@@ -392,9 +392,9 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.zero(&mut self.engine, axis.number());
     }
 
-    /// One piece of planning, at most 200 µs on a 16 MHz AVR: a part of one run of the axis
-    /// whose queue lasts the shortest, or the start of what waits for its queue. True if there
-    /// may be more; to be called until it is false, at least every millisecond.
+    /// Does one piece of planning, at most 200 µs on a 16 MHz AVR: a part of one run, for the axis
+    /// whose queue runs out first, or the start of axes that wait for their queues. Returns true if
+    /// there may be more to do. Call it until it returns false, at least every millisecond.
     #[inline(always)]
     pub fn plan(&mut self) -> bool {
         let more = self.group.poll(&mut self.engine);
@@ -402,14 +402,14 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         more
     }
 
-    /// Tells that this many ticks have passed since the last call: see
+    /// Reports that this many ticks have passed since the last call: see
     /// [`Steppers::pass`](crate::Steppers::pass).
     #[inline(always)]
     pub fn pass(&mut self, ticks: Ticks) {
         self.group.pass(&self.engine, ticks);
     }
 
-    /// Whether an axis moves, or is about to.
+    /// Whether an axis moves or is about to move.
     #[inline(always)]
     pub fn is_moving(&self, axis: Axis<N>) -> bool {
         self.group.is_busy(&self.engine, axis.number())
@@ -421,13 +421,13 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.any_busy(&self.engine)
     }
 
-    /// The position in steps, also on the way; `None` where it is not known.
+    /// The position in steps, also during a move; `None` if it is unknown.
     #[inline(always)]
     pub fn position(&self, axis: Axis<N>) -> Option<i64> {
         self.group.position(&self.engine, axis.number())
     }
 
-    /// Steps that came late since they were [cleared](OrderedMotors::clear_late), of all axes.
+    /// The number of late steps of all axes since they were [cleared](OrderedMotors::clear_late).
     #[inline(always)]
     pub fn late(&self) -> u32 {
         self.engine.late()
@@ -444,8 +444,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.board()
     }
 
-    /// Sets the times of the drivers, in ticks: how long STEP stays high, how long DIR is set
-    /// before a step, and kept after it. Meant for axes at rest.
+    /// Sets the drivers' times, in ticks: the length of the STEP pulse, and the set-up and hold
+    /// time of DIR. Call it while all axes are at rest.
     #[inline(always)]
     pub fn set_drivers(&mut self, pulse: Ticks, setup: Ticks, hold: Ticks) {
         let board = self.group.board_mut();
@@ -454,7 +454,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.engine.set_timing(timing);
     }
 
-    /// The engine, or what reaches it.
+    /// The engine, or the handle to it.
     #[inline(always)]
     pub fn engine(&mut self) -> &mut E {
         &mut self.engine

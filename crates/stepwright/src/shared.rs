@@ -1,4 +1,4 @@
-//! An engine that an interrupt plays and the main loop orders about.
+//! An engine that a step interrupt runs and the main loop controls.
 //!
 //! ```text
 //!   main loop                              step interrupt
@@ -22,20 +22,20 @@ use crate::engine::{Engine, Playing, Report, Timing, WIRING};
 use crate::queue::{Consumer, Producer, Queue};
 use crate::timer::StepTimer;
 
-/// Holds the step interrupt off, and none that is more urgent: its enable bit in the timer or in the
-/// interrupt controller. Those that are less urgent are best held off with it (BASEPRI on a
-/// Cortex-M3 and better): one that comes in between makes the step interrupt wait for its own end.
+/// Holds the step interrupt off, and no more urgent one: by its enable bit in the timer or in the
+/// interrupt controller. It is best to hold off less urgent interrupts too (BASEPRI on a Cortex-M3
+/// and better): if one comes in between, the step interrupt waits until it ends.
 ///
 /// # Safety
-/// From the return of [`hold`](HoldOff::hold) to [`release`](HoldOff::release) the interrupt that calls
-/// [`SharedEngine::on_compare`] MUST NOT run, on any core, nor before the first `release`. Both
-/// MUST be barriers for the compiler, and for the processor where it needs one: on a Cortex-M
-/// `NVIC::mask` with `dsb` and `isb` behind it. What is pending when `hold` comes, or becomes so
-/// before `release`, MUST come after `release`.
+/// From the return of [`hold`](HoldOff::hold) to [`release`](HoldOff::release), and before the
+/// first `release`, the interrupt that calls [`SharedEngine::on_compare`] MUST NOT run on any core.
+/// Both calls MUST be barriers for the compiler, and for the processor where it needs one: on a
+/// Cortex-M `NVIC::mask` followed by `dsb` and `isb`. A request that is pending at `hold`, or
+/// becomes pending before `release`, MUST be served after `release`.
 pub unsafe trait HoldOff {
     /// Holds the interrupt off. Calls do not nest.
     fn hold();
-    /// Lets the interrupt come.
+    /// Enables the interrupt again.
     fn release();
 }
 
@@ -45,9 +45,10 @@ type Shared<T, D, const N: usize, const Q: usize> = Engine<T, D, Consumer<'stati
 /// A place for an engine and its queues, for a static that the step interrupt and the main loop
 /// share.
 ///
-/// The main loop holds off the step interrupt alone, for the microseconds that a call takes; the
-/// interrupt takes no lock. Empty, it takes no flash. The crate `critical-section` decides
-/// who fills it first, once; of its implementations the program chooses that of its chip.
+/// The main loop holds off only the step interrupt, for the microseconds that a call takes; the
+/// interrupt takes no lock. While empty, the static takes no flash. The crate `critical-section`
+/// ensures that it is filled only once; the program links the implementation of `critical-section`
+/// for its chip.
 ///
 /// ```
 /// # use critical_section as _;
@@ -91,18 +92,18 @@ type Shared<T, D, const N: usize, const Q: usize> = Engine<T, D, Consumer<'stati
 /// ```
 #[repr(C)] // what each visit reads is near its beginning
 pub struct SharedEngine<T: StepTimer, D, H, const N: usize, const Q: usize = 8> {
-    /// There is an engine.
+    /// Whether there is an engine.
     filled: AtomicBool,
-    /// Somebody fills it, or has filled it.
+    /// Whether it is being filled, or has been.
     taken: Mutex<Cell<bool>>,
     engine: UnsafeCell<MaybeUninit<Shared<T, D, N, Q>>>,
     queues: [Queue<Q>; N],
     interrupt: PhantomData<fn() -> H>,
 }
 
-// SAFETY: the engine is written by `fill`, once, before `filled` says that it is there and the
-// interrupt is let in. From then on it is reached by the interrupt, and by the one handle while
-// the interrupt is held off: see `HoldOff`. The engine itself may go from one to the other: `Send`.
+// SAFETY: `fill` writes the engine once, before it sets `filled` and lets the interrupt in. From
+// then on the interrupt accesses the engine, and so does the one handle while the interrupt is held
+// off: see `HoldOff`. The engine may move between the two contexts: `Send`.
 unsafe impl<T, D, H, const N: usize, const Q: usize> Sync for SharedEngine<T, D, H, N, Q>
 where
     T: StepTimer + Send,
@@ -114,7 +115,7 @@ where
 impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize>
     SharedEngine<T, D, H, N, Q>
 {
-    /// No engine yet: its interrupt does nothing.
+    /// A place without an engine: its interrupt does nothing.
     pub const fn empty() -> Self {
         SharedEngine {
             engine: UnsafeCell::new(MaybeUninit::uninit()),
@@ -125,8 +126,8 @@ impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize>
         }
     }
 
-    /// Makes the engine of a timer that counts and of the pins, and lets the step interrupt in.
-    /// Returns the main loop's hold on it and the feeds of its queues, for
+    /// Makes the engine from a running timer and the pins, and enables the step interrupt. Returns
+    /// the main loop's handle to the engine and the feeds of its queues, for
     /// [`Steppers`](crate::Steppers); `None` if it was filled before.
     pub fn fill(
         &'static self,
@@ -137,10 +138,10 @@ impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize>
         if critical_section::with(|section| self.taken.borrow(section).replace(true)) {
             return None;
         }
-        // SAFETY: this is the only call that comes here, and it asks once for each queue.
+        // SAFETY: only one call gets here, and it asks once for each queue.
         let feeds = self.queues.each_ref().map(|queue| unsafe { queue.producer(WIRING) });
         let entries = self.queues.each_ref().map(Queue::consumer);
-        // SAFETY: `filled` is false, so nobody else looks.
+        // SAFETY: `filled` is false, so nothing else accesses the engine.
         let engine = unsafe { &mut *self.engine.get() };
         let engine = engine.write(Engine::off(timer, drive, entries, board.timing, board.rate));
         engine.begin();
@@ -149,23 +150,24 @@ impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize>
         Some((EngineHandle { shared: Some(self), one_thread: PhantomData }, feeds))
     }
 
-    /// The step interrupt: see [`Engine::on_compare`]. True if there is news for the main loop:
-    /// a queue has room for more, a travel has ended, or a step was late. A main loop that sleeps
-    /// is to be woken then. One that plans at such news alone, and not every few milliseconds, gives its
-    /// motors the handle in a [`ByNews`](crate::ByNews), or slow axes step late.
+    /// The step interrupt: see [`Engine::on_compare`]. Returns true if there is news for the main
+    /// loop: a queue has room for more, a travel has ended, or a step was late. Wake a sleeping
+    /// main loop then. A main loop that plans only at such news, and not every few milliseconds,
+    /// must wrap the handle in a [`ByNews`](crate::ByNews), or slow axes step late.
     ///
     /// # Safety
-    /// Called by the interrupt that `H` holds off, and by nothing else.
+    /// Only the interrupt that `H` holds off may call this.
     #[inline]
     pub unsafe fn on_compare(&self) -> bool {
-        // An interrupt that was not held off at power-up finds nothing.
+        // An interrupt that was not held off at power-up finds no engine.
         self.filled.load(Ordering::Acquire)
-            // SAFETY: it is there, and the handle holds this interrupt off while it has it.
+            // SAFETY: the engine exists, and the handle accesses it only while this interrupt is
+            // held off.
             && unsafe { (*self.engine.get()).assume_init_mut() }.on_compare()
     }
 }
 
-/// The main loop's hold on the engine in a [`SharedEngine`].
+/// The main loop's handle to the engine in a [`SharedEngine`].
 pub struct EngineHandle<
     T: StepTimer + 'static,
     D: 'static,
@@ -175,29 +177,29 @@ pub struct EngineHandle<
 > {
     /// `None` before [`fill`](SharedEngine::fill).
     shared: Option<&'static SharedEngine<T, D, H, N, Q>>,
-    /// Not for two threads at once, as some calls go by a shared reference.
+    /// Makes the handle `!Sync`, because some calls use a shared reference.
     one_thread: PhantomData<Cell<()>>,
 }
 
 impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize>
     EngineHandle<T, D, H, N, Q>
 {
-    /// No engine yet, for [blank](crate::OrderedMotors::blank) motors in a static: zeros, which take no
-    /// flash.
+    /// A handle without an engine, for [blank](crate::OrderedMotors::blank) motors in a static:
+    /// zeros, which take no flash.
     ///
     /// # Safety
-    /// Nothing is asked of it: [`OrderedMotors::fill`](crate::OrderedMotors::fill) puts another in its
-    /// place.
+    /// No method may be called on it: [`OrderedMotors::fill`](crate::OrderedMotors::fill) replaces
+    /// it.
     pub const unsafe fn none() -> Self {
         EngineHandle { shared: None, one_thread: PhantomData }
     }
 
     fn with<R>(&self, ask: impl FnOnce(&mut Shared<T, D, N, Q>) -> R) -> R {
-        // SAFETY: `fill` made this handle; of one without an engine nobody asks.
+        // SAFETY: `fill` made this handle; a handle without an engine is never used.
         let shared = unsafe { self.shared.unwrap_unchecked() };
         H::hold();
         // SAFETY: `fill` made the engine and this handle, of which there is one; the interrupt is
-        // held off, and `ask` of one call does not reach another.
+        // held off, and the closures `ask` do not nest.
         let answer = ask(unsafe { (*shared.engine.get()).assume_init_mut() });
         H::release();
         answer
@@ -224,11 +226,11 @@ impl<T: StepTimer, D: Drive, H: HoldOff, const N: usize, const Q: usize> Control
         let shared = unsafe { self.shared.unwrap_unchecked() };
         let engine = shared.engine.get().cast::<Shared<T, D, N, Q>>();
         let Some((timer, track)) = Engine::places(engine, axis) else { return Playing::Unknown };
-        // Asked often, and long to compute: the interrupt waits for the look alone. By an address that is
-        // computed here: a step may wait for what comes behind it.
+        // Called often, and long to compute: the interrupt is held off only for the reading. The
+        // address is computed before that, because a step may have to wait for what follows `hold`.
         let track = black_box(track);
         H::hold();
-        // SAFETY: as in `with`, parts of that engine.
+        // SAFETY: as in `with`; the places are parts of that engine.
         let seen = unsafe { (*track).glance((*timer).now()) };
         H::release();
         seen.playing()

@@ -1,4 +1,4 @@
-//! What a user holds: N motors that move in the background.
+//! N motors that move in the background: the type that a program holds.
 
 mod axis;
 mod error;
@@ -19,18 +19,18 @@ pub use axis::{Axis, AxisSet};
 pub use error::MoveError;
 pub use limits::AxisLimits;
 
-/// Pieces of planning that make a run, at most.
+/// The most pieces of planning that make a run.
 const PIECES: u8 = 4;
 
 /// N motors, each with its limits and a position of 64 bits.
 ///
-/// Made of an engine, or what reaches it behind its interrupt (`E`, a [`Control`]), of the
-/// feeds of that engine's queues (`Q` runs each) and of the board. A board-support crate and
-/// the virtual board make one in a line.
+/// Made of an engine or a handle to one in an interrupt (`E`, a [`Control`]), the feeds of the
+/// engine's queues (`Q` runs each) and the board. A board-support crate and the virtual board make
+/// one in a line.
 ///
-/// A move begins at once and goes on in the background: the step interrupt makes the steps,
-/// and [`poll`](Steppers::poll), called in the main loop, plans ahead. Every call says no
-/// before anything moves, or does all that was asked.
+/// A move begins at once and continues in the background: the step interrupt makes the steps, and
+/// [`poll`](Steppers::poll), called in the main loop, plans ahead. A call either does all that was
+/// asked or returns an error before anything moves.
 ///
 /// | to | call |
 /// | --- | --- |
@@ -60,7 +60,7 @@ const PIECES: u8 = 4;
 /// }
 /// ```
 ///
-/// Where every order brings its own limits, as those of a serial line do, see [`OrderedMotors`].
+/// Where each order has its own limits, as on a serial line, see [`OrderedMotors`].
 pub struct Steppers<'q, E, const N: usize, const Q: usize = 8> {
     motors: OrderedMotors<'q, E, N, Q>,
     axes: [Limited; N],
@@ -81,29 +81,29 @@ impl Limited {
 impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
     /// All motors at rest at position 0, with [`AxisLimits::DEFAULT`].
     ///
-    /// `feeds` MUST be those of the engine's queues, in the order of its axes.
+    /// `feeds` MUST be the feeds of the engine's queues, in the order of its axes.
     pub const fn new(engine: E, feeds: [Producer<'q, Q>; N], board: Board<N>) -> Self {
         let motors = OrderedMotors::new(engine, feeds, board);
         Steppers { motors, axes: [Limited::INITIAL; N] }
     }
 
-    /// Motors that have yet to power up: zeros but for the engine, for a static of a chip,
-    /// where they take no flash and are not moved over the stack.
+    /// Motors before power-up, for a static on a chip: all zeros except the engine, so they take no
+    /// flash and are not moved over the stack.
     ///
     /// # Safety
-    /// No other method is called before [`power_up`](Steppers::power_up), but for
+    /// Before [`power_up`](Steppers::power_up) no method may be called except
     /// [`engine`](Steppers::engine).
     pub const unsafe fn blank(engine: E) -> Self {
-        // SAFETY: limits and origins are numbers and an option of one; the rest is the
-        // caller's promise.
+        // SAFETY: zeros are valid limits and origins: numbers, and an option of a number. The
+        // caller promises the rest.
         unsafe {
             let axes = MaybeUninit::zeroed().assume_init();
             Steppers { motors: OrderedMotors::blank(engine), axes }
         }
     }
 
-    /// Makes [blank](Steppers::blank) motors what [`new`](Steppers::new) makes. `feed` writes the
-    /// feed of an axis, `fill` the board.
+    /// Initialises [blank](Steppers::blank) motors as [`new`](Steppers::new) does. `feed` writes
+    /// the feed of an axis, `fill` the board.
     #[inline(always)]
     pub fn power_up(
         &mut self,
@@ -114,11 +114,10 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         self.axes = [Limited::INITIAL; N];
     }
 
-    /// Plans ahead; to be called in the main loop. Returns the ticks of the step timer after
-    /// which it wants to be called again at the latest: 0 for at once, `None` for not before
-    /// the next order.
+    /// Plans ahead; call it in the main loop. Returns the ticks of the step timer after which it
+    /// must be called again at the latest: 0 for at once, `None` for not before the next order.
     ///
-    /// A call plans one run at most: on a 16 MHz AVR some 7,000 cycles, 0.4 ms.
+    /// A call plans at most one run: some 7,000 cycles on a 16 MHz AVR, 0.4 ms.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -143,9 +142,9 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         Some(0)
     }
 
-    /// One piece of planning, at most 200 µs on a 16 MHz AVR: a part of one run of the axis
-    /// whose queue lasts the shortest. True if there may be more. [`poll`](Steppers::poll) is
-    /// made of these.
+    /// Does one piece of planning, at most 200 µs on a 16 MHz AVR: a part of one run, for the axis
+    /// whose queue runs out first. Returns true if there may be more to do.
+    /// [`poll`](Steppers::poll) makes several of these calls.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -161,9 +160,9 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         self.motors.plan()
     }
 
-    /// Tells that this many ticks have passed since the last call. Optional: a motor rests
-    /// between two moves, √(2/a) from rest, and with these calls every few milliseconds the
-    /// time that has passed since the last move counts.
+    /// Reports that this many ticks have passed since the last call. Optional: a motor rests
+    /// between two moves, for √(2/a) from rest. With these calls every few milliseconds, the time
+    /// since the last move counts as part of that rest.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -180,8 +179,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
 
     /// Stops these axes along their ramps. Their positions stay known.
     ///
-    /// The braking begins behind the steps that are planned already, some 16 ms. An axis that
-    /// rests stays at rest.
+    /// Braking begins after the steps that are already planned, some 16 ms. An axis at rest stays
+    /// at rest.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -203,8 +202,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         }
     }
 
-    /// Stops these axes at once, between two steps. A motor that moved may slip further: its
-    /// [`position`](Steppers::position) is not known until it is set.
+    /// Stops these axes at once, between two steps. A motor that moved may slip further, so its
+    /// [`position`](Steppers::position) is unknown until it is set.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -226,7 +225,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         group.kill(engine, axes.into().bits());
     }
 
-    /// Whether an axis moves, or is about to.
+    /// Whether an axis moves or is about to move.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -261,8 +260,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         self.motors.any_moving()
     }
 
-    /// The position in steps, also on the way. `None` where it is not known: after a
-    /// [`kill`](Steppers::kill) on the way.
+    /// The position in steps, also during a move. `None` if it is unknown: after a
+    /// [`kill`](Steppers::kill) during a move, or after [`mark_unknown`](Steppers::mark_unknown).
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -282,7 +281,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         self.motors.position(axis)
     }
 
-    /// Says that an axis stands at this position.
+    /// Sets the position of an axis at rest.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -295,7 +294,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
     /// ```
     ///
     /// # Errors
-    /// [`Refusal::Busy`](crate::Refusal::Busy) while it moves.
+    /// [`Refusal::Busy`](crate::Refusal::Busy) while the axis moves.
     pub fn set_position(&mut self, axis: Axis<N>, position: i64) -> Result<(), MoveError> {
         self.must_rest(axis)?;
         let OrderedMotors { group, engine } = &mut self.motors;
@@ -303,8 +302,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         Ok(())
     }
 
-    /// Marks the positions of these axes as unknown: a motor has stalled, or its driver has let go of
-    /// it. What moves goes on moving; [`stop`](Steppers::stop) it as well.
+    /// Marks the positions of these axes as unknown, after a motor has stalled or its driver was
+    /// disabled. A moving axis continues; [`stop`](Steppers::stop) it as well.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -319,8 +318,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         self.motors.group.mark_unknown(axes.into().bits());
     }
 
-    /// Steps that came late since they were [cleared](Steppers::clear_late), of all axes: a
-    /// main loop that was too slow for `poll`, or other interrupts that took too long.
+    /// The number of late steps of all axes since they were [cleared](Steppers::clear_late). Steps
+    /// are late when the main loop calls `poll` too rarely, or when other interrupts take too long.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -342,7 +341,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         self.motors.late()
     }
 
-    /// Forgets late steps.
+    /// Sets the number of late steps to 0.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -371,8 +370,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         self.motors.board()
     }
 
-    /// Has other drivers' times from now on, in ticks: how long STEP stays high, how long DIR
-    /// is set before a step, and kept after it. Meant for axes at rest.
+    /// Sets the drivers' times from now on, in ticks: the length of the STEP pulse, and the set-up
+    /// and hold time of DIR. Call it while all axes are at rest.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -389,7 +388,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         self.motors.set_drivers(pulse, setup, hold);
     }
 
-    /// The engine, or what reaches it.
+    /// The engine, or the handle to it.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};

@@ -1,50 +1,49 @@
-//! The one hardware resource of the engine: a free-running counter with a
-//! compare register.
+//! The one hardware resource of the engine: a free-running counter with a compare register.
 
 use crate::units::Ticks;
 
 /// The width of a counter: `u16` or `u32`.
 ///
-/// Times are kept with 16 bits behind the point and wrap with the counter, so
-/// a 16-bit timer's deadline and interval are 32-bit numbers and cost an 8-bit
-/// chip four additions. Those of a 32-bit timer have their ticks in a word of their own, which a
-/// chip of 32 bits reads without a shift.
+/// Times have 16 fractional bits and wrap with the counter. With a 16-bit timer, deadlines and
+/// intervals are 32-bit numbers, whose sum costs an 8-bit chip four additions. With a 32-bit timer
+/// the whole ticks are a word of their own, which a 32-bit chip reads without a shift.
 pub trait Count: Copy + Eq + core::fmt::Debug + sealed::Sealed {
-    /// A count with at least 16 bits behind the point; wraps like the counter.
+    /// A count with at least 16 fractional bits; wraps like the counter.
     type Fine: Copy + core::fmt::Debug + Default;
 
-    /// The count 0, and as a time.
+    /// The count 0, also as a time.
     const ZERO: (Self, Self::Fine);
 
-    /// One hop of a long wait: 2^`HOP_BITS` ticks, a quarter of the counter.
+    /// The longest piece of a long wait, a hop: 2^`HOP_BITS` ticks, a quarter of the counter.
     const HOP_BITS: u8;
     /// The hop in ticks.
     const HOP: Ticks = 1 << Self::HOP_BITS;
 
-    /// Whether it tells 2²⁴ ticks.
+    /// Whether the counter can measure 2²⁴ ticks.
     const WIDE: bool = Self::HOP_BITS > 24;
 
-    /// Ticks and 2⁻¹⁶ ticks.
+    /// The time of `ticks` and `part` · 2⁻¹⁶ ticks.
     fn fine(ticks: Ticks, part: u16) -> Self::Fine;
-    /// The whole counts of a time.
+    /// The whole ticks of a time, as a count.
     fn of(fine: Self::Fine) -> Self;
-    /// A time, 2⁻¹⁶ ticks later.
+    /// The time that is `by` · 2⁻¹⁶ ticks later.
     fn later(fine: Self::Fine, by: u32) -> Self::Fine;
-    /// A time, 2⁻¹⁶ ticks earlier.
+    /// The time that is `by` · 2⁻¹⁶ ticks earlier.
     fn earlier(fine: Self::Fine, by: u32) -> Self::Fine;
-    /// A time, whole ticks later; earlier by as many as wrap below 0.
+    /// The time that is `ticks` whole ticks later; earlier if `ticks` is a negative number that has
+    /// wrapped.
     fn delayed(fine: Self::Fine, ticks: Ticks) -> Self::Fine;
-    /// A count, some ticks later.
+    /// The count that is `ticks` ticks later.
     fn plus(self, ticks: Ticks) -> Self;
-    /// Ticks from `earlier` to this count, negative if it is the other way
-    /// round; right while they are less than half the counter apart.
+    /// Ticks from `earlier` to this count; negative if this count is the earlier one. Correct while
+    /// they are less than half the counter apart.
     fn since(self, earlier: Self) -> i32;
     /// Whether this count is later than `now`.
     fn is_after(self, now: Self) -> bool;
-    /// Whether from `now` to this count there are at least this many ticks, which are less than
-    /// half the counter.
+    /// Whether this count is at least `ticks` ticks after `now`; `ticks` is less than half the
+    /// counter.
     fn leaves(self, now: Self, ticks: Ticks) -> bool;
-    /// The nearer of two counts, both seen from `now`.
+    /// The earlier of two counts, as seen from `now`.
     fn first(self, other: Self, now: Self) -> Self;
 }
 
@@ -160,65 +159,66 @@ impl Count for u32 {
 /// An implementation MUST
 /// - count up through all values of [`Count`] at a constant rate, the [`Rate`](crate::Rate) of its
 ///   board, and never be stopped or set while an engine uses it;
-/// - return counts from [`now`](StepTimer::now) that never go back: a counter that is read in parts is
-///   read as one;
+/// - return counts from [`now`](StepTimer::now) that never go back: a counter that is read in parts
+///   MUST be read consistently;
 /// - have its interrupt pending once the counter reaches the value of the last
-///   [`wake_at`](StepTimer::wake_at), and at once if the counter has reached or passed it by the
-///   time that `wake_at` returns. A value is passed that lies less than half the counter back;
-/// - keep what is pending while the interrupt is held off.
+///   [`wake_at`](StepTimer::wake_at), and at once if the counter has reached or passed that value
+///   when `wake_at` returns. A value has passed if it lies less than half the counter back;
+/// - keep a pending interrupt while it is held off.
 ///
-/// It MAY interrupt at other times: an engine that finds nothing due sets the compare register
-/// again, which costs time and nothing else. Its interrupt MAY come before there is an engine only if
-/// it is held off until then, as `SharedEngine` does.
+/// It MAY interrupt at other times: if nothing is due, the engine only sets the compare register
+/// again, which costs time and nothing else. Its interrupt MAY come before there is an engine only
+/// if it is held off until then, as `SharedEngine` does.
 ///
-/// The order that works on every timer is: write the compare register, clear the old request, read
-/// the counter, and pend the interrupt if the value has passed. An old request that is cleared after
-/// the look may be that of the new value.
+/// One order works on every timer: write the compare register, clear the old request, read the
+/// counter, and pend the interrupt if the value has passed. A request that is cleared after the
+/// counter was read may be that of the new value.
 ///
-/// The crate `stepwright-port-test` tries an implementation, on the chip or on a model of it.
+/// The crate `stepwright-port-test` tests an implementation, on the chip or on a model of it.
 pub trait StepTimer {
     /// The counter's width.
     type Count: Count;
 
-    /// While the next event is at most this many ticks away, the interrupt waits for it rather
-    /// than leave and enter again: about what that costs. A matter of speed alone; 0 is right.
+    /// If the next event is at most this many ticks away, the interrupt waits for it instead of
+    /// leaving and entering again: about the cost of that. It affects speed only; 0 is correct.
     const LINGER: Ticks = 0;
 
-    /// A pulse that has at most this many ticks left when everything else is done is waited for in
-    /// the interrupt. Of a longer one STEP stays high until the next visit, which comes at its end at
-    /// the latest, so that other axes and other interrupts are served meanwhile.
+    /// If a pulse has at most this many ticks left when all other work is done, the interrupt waits
+    /// for its end. If more, STEP stays high until the next interrupt, which comes at the end of
+    /// the pulse at the latest, so that other axes and other interrupts are served meanwhile.
     const SPIN: Ticks = Self::LINGER;
 
-    /// Ticks from a deadline to its edge where nothing holds the interrupt up: what the way into it
-    /// takes. The next edge is as late, so the minimum interval counts from that much before an
-    /// edge. Without it a chip whose way is long could not step as fast as its interval allows.
+    /// Ticks from a deadline to its edge if nothing delays the interrupt: the time to enter it. The
+    /// next edge is as late, so the minimum interval is counted from this much before an edge.
+    /// Otherwise a chip that enters its interrupt slowly could not step as fast as its interval
+    /// allows.
     const REACTION: Ticks = 0;
 
-    /// The counter now.
+    /// The present count.
     fn now(&mut self) -> Self::Count;
 
     /// Sets the compare register. If the counter has reached `at` by the end of the call, the
     /// interrupt is pending then: see the [contract](StepTimer).
     fn wake_at(&mut self, at: Self::Count);
 
-    /// [`wake_at`](StepTimer::wake_at) in the step interrupt, which looks at the counter afterwards
-    /// and serves itself what has passed: so a value that has passed may be forgotten. For a timer
-    /// whose look at the counter takes long.
+    /// [`wake_at`](StepTimer::wake_at) within the step interrupt, which reads the counter
+    /// afterwards and itself serves what has passed. So this method may drop a value that has
+    /// passed. For a timer whose counter takes long to read.
     #[inline(always)]
     fn set_compare(&mut self, at: Self::Count) {
         self.wake_at(at);
     }
 
-    /// When an interrupt for a deadline of an axis comes: at `at`, or at the next match
-    /// of a compare register that is coarser than the counter.
+    /// When an interrupt for a deadline of an axis comes: at `at`, or at the next match of a
+    /// compare register that is coarser than the counter.
     #[inline(always)]
     fn reach(&self, axis: u8, at: Self::Count) -> Self::Count {
         let _ = axis;
         at
     }
 
-    /// Waits until the counter has reached `at`; at once if it has. For the rest of a pulse, at
-    /// most [`SPIN`](StepTimer::SPIN) ticks.
+    /// Waits until the counter has reached `at`; returns at once if it has. For the rest of a
+    /// pulse, at most [`SPIN`](StepTimer::SPIN) ticks.
     #[inline]
     fn hold_until(&mut self, at: Self::Count) {
         while at.is_after(self.now()) {}

@@ -5,9 +5,9 @@
 //!                          │ one piece a call      └──► Ready(Err) ─► cancel
 //! ```
 //!
-//! Each call does what takes a chip no longer than a piece of planning does. What moves is
-//! planned on between them; it can be stopped or killed. The axes of the order rest
-//! until the last call, and are not busy.
+//! Each call takes a chip no longer than a piece of planning. Between the calls, moving axes are
+//! planned as before; they can be stopped or killed. The axes of the order are at rest until the
+//! last call, and are not busy.
 
 use core::task::Poll;
 
@@ -19,11 +19,11 @@ use crate::planner::Layout;
 use crate::units::Ticks;
 
 impl<const N: usize, const Q: usize> Group<'_, N, Q> {
-    /// Starts the ordered axes together, all or none. They move once their
-    /// queues are filled, within a few polls.
+    /// Starts the axes of these orders together, all or none. They move once their queues are
+    /// filled, within a few polls.
     ///
     /// # Errors
-    /// [`Refusal`], and nothing moves.
+    /// [`Refusal`]; then nothing moves.
     pub fn start(
         &mut self,
         engine: &mut impl Control,
@@ -47,11 +47,11 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
         result
     }
 
-    /// Takes the travel of one axis, as [`start`](Group::start) does for each.
-    /// [`commit`](Group::commit) starts all that were taken, together.
+    /// Takes an order for one axis, as [`start`](Group::start) does for each.
+    /// [`commit`](Group::commit) starts all prepared axes together.
     ///
     /// # Errors
-    /// [`Refusal`]; then [`cancel`](Group::cancel) what was prepared before.
+    /// [`Refusal`]; then [`cancel`](Group::cancel) the axes that were prepared before.
     #[inline(never)]
     pub fn prepare(
         &mut self,
@@ -66,19 +66,19 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
         Ok(motor.prepare(order)?)
     }
 
-    /// Does one piece of starting what was prepared, to be called until it is ready: lays a
-    /// part of a travel out, looks whether the board can step them all, or begins them
-    /// together, `wait` ticks later than it could.
+    /// Does one piece of starting the prepared orders; call it until it is ready. A piece sets up a
+    /// part of a travel, checks that the board can step all axes, or begins them together, `wait`
+    /// ticks later than it could.
     ///
     /// # Errors
-    /// [`Refusal`], and nothing moves; then [`cancel`](Group::cancel) it.
+    /// [`Refusal`]; then nothing moves, and [`cancel`](Group::cancel) must be called.
     #[inline(never)]
     pub fn commit(
         &mut self,
         engine: &mut impl Control,
         wait: impl FnOnce() -> Ticks,
     ) -> Poll<Result<(), Refusal>> {
-        // The axis whose turn it is: one with the earliest piece.
+        // The axis of this call: one with the earliest piece.
         let (mut turn, mut piece, mut prepared, mut bit) = (0, Layout::Nothing, 0, 1);
         for (axis, motor) in (0u8..).zip(&self.motors) {
             let own = motor.ordered();
@@ -122,8 +122,8 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
         Poll::Pending
     }
 
-    /// The board can step what is set up. All of it waits for this long before a turn,
-    /// and until each axis has rested.
+    /// Called once the board has admitted all that is set up. All axes wait for `hold` before a
+    /// turn, and until each has rested.
     fn wait_for_all(&mut self, mut hold: Ticks) {
         for motor in &self.motors {
             if motor.ordered() != Layout::Nothing {
@@ -140,7 +140,7 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
         }
     }
 
-    /// Forgets what was prepared; a motor that moves goes on.
+    /// Forgets the prepared orders; moving motors continue.
     #[inline(never)]
     pub fn cancel(&mut self) {
         let mut bit = 1;

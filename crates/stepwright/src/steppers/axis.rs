@@ -1,4 +1,4 @@
-//! Axis numbers and sets of axes that belong to a number of axes: there is none beyond.
+//! Axes and sets of axes, typed by the number of axes: an axis beyond the last does not exist.
 
 use core::ops::{BitOr, BitOrAssign};
 
@@ -7,7 +7,7 @@ use crate::units::OutOfRange;
 
 /// One of N axes, 1 ≤ N ≤ 8.
 ///
-/// The first three have names. An axis that N axes do not have does not compile:
+/// The first three have names. An axis beyond the last of N does not compile:
 ///
 /// ```
 /// use stepwright::Axis;
@@ -31,8 +31,8 @@ impl<const N: usize> Axis<N> {
     /// The third axis, index 2.
     pub const Z: Axis<N> = Axis::at::<2>();
 
-    /// The axis with this index, 0 … N − 1, which the program says as it is compiled. An
-    /// index beyond does not compile.
+    /// The axis with this index, 0 … N − 1, as a compile-time constant. An index beyond N − 1 does
+    /// not compile.
     pub const fn at<const INDEX: usize>() -> Axis<N> {
         const { assert!(INDEX < N && N <= 8, "there is no such axis") };
         Axis(INDEX as u8)
@@ -48,7 +48,7 @@ impl<const N: usize> Axis<N> {
     /// ```
     ///
     /// # Errors
-    /// [`OutOfRange`] from N on.
+    /// [`OutOfRange`] if the index is N or more.
     pub const fn new(index: usize) -> Result<Axis<N>, OutOfRange> {
         const { assert!(N >= 1 && N <= 8, "1 to 8 axes") };
         if index < N {
@@ -58,7 +58,7 @@ impl<const N: usize> Axis<N> {
         }
     }
 
-    /// Its index, 0 … N − 1.
+    /// The index of the axis, 0 … N − 1.
     pub const fn index(self) -> usize {
         self.0 as usize
     }
@@ -96,7 +96,7 @@ impl<const N: usize> AxisSet<N> {
     /// All N axes.
     pub const ALL: AxisSet<N> = AxisSet(if N < 8 { (1 << N) - 1 } else { Axes::MAX });
 
-    /// The set of which bit 0 stands for the first axis; bits beyond N are left out.
+    /// The set whose bit 0 stands for the first axis; bits beyond N are ignored.
     ///
     /// ```
     /// use stepwright::{Axis, AxisSet};
@@ -106,7 +106,7 @@ impl<const N: usize> AxisSet<N> {
         AxisSet(bits & AxisSet::<N>::ALL.0)
     }
 
-    /// Bit 0 stands for the first axis.
+    /// The set as bits; bit 0 stands for the first axis.
     pub const fn bits(self) -> Axes {
         self.0
     }
@@ -116,12 +116,12 @@ impl<const N: usize> AxisSet<N> {
         self.0 >> axis.0 & 1 != 0
     }
 
-    /// Whether there is no axis in the set.
+    /// Whether the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Its axes in order.
+    /// The axes of the set in order.
     pub fn iter(self) -> impl Iterator<Item = Axis<N>> + Clone {
         Axis::all().filter(move |axis| self.contains(*axis))
     }

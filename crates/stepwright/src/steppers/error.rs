@@ -6,8 +6,8 @@ use crate::order::Refusal;
 use crate::profile::Unfit;
 use crate::units::{Accel, OutOfRange, Speed};
 
-/// Why a call of [`Steppers`](crate::Steppers) was refused. Nothing has moved, or all goes on
-/// as it was.
+/// Why a call of [`Steppers`](crate::Steppers) was refused. Axes at rest stay at rest, and moving
+/// axes continue unchanged.
 ///
 /// The text says what was wrong, what is allowed and what to do:
 ///
@@ -24,7 +24,7 @@ use crate::units::{Accel, OutOfRange, Speed};
 pub enum MoveError {
     /// The planner or the board can't do it.
     Refused(Refusal),
-    /// The position of the axis is not known, so there is no way to an absolute one.
+    /// The position of the axis is unknown, so it cannot move to an absolute one.
     PositionUnknown,
     /// The speed is above the limit of the axis.
     AboveLimit {

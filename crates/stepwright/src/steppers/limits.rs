@@ -1,13 +1,13 @@
-//! What an axis is allowed: set once, kept by every move.
+//! The limits of an axis: set once, kept by every move.
 
 use crate::order::{Order, Travel};
 use crate::profile::Ramp;
 use crate::units::{Accel, Jerk, Speed};
 
-/// The limits of an axis: its highest speed and how fast the speed may change.
+/// The limits of an axis: its top speed, and how fast the speed may change.
 ///
-/// A move speeds up from the start speed with the acceleration, cruises at the highest
-/// speed, slows down with the deceleration and ends at the start speed.
+/// A move accelerates from the start speed, cruises at the top speed, decelerates and ends at the
+/// start speed.
 ///
 /// ```
 /// use stepwright::{Accel, AxisLimits, Speed};
@@ -18,26 +18,26 @@ use crate::units::{Accel, Jerk, Speed};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisLimits {
-    /// The speed of every move that is long enough to reach it.
+    /// The top speed of every move that is long enough to reach it.
     pub max_speed: Speed,
-    /// From the start speed to the highest.
+    /// Acceleration from the start speed to the top speed.
     pub acceleration: Accel,
-    /// From the highest speed to the start speed; also what a stop takes.
+    /// Deceleration from the top speed to the start speed; also that of a stop.
     pub deceleration: Accel,
-    /// The speed that the motor jumps to from rest and stops from; 0 is allowed.
+    /// The speed that the motor jumps to from rest and stops from; may be 0.
     pub start_speed: Speed,
-    /// The limit of the jerk, which makes an S-curve, on boards that have it. `None`: no limit,
-    /// a trapezoid.
+    /// The jerk limit, which makes an S-curve, on boards that support it. `None`: no limit, a
+    /// trapezoid.
     pub jerk: Option<Jerk>,
 }
 
 impl AxisLimits {
-    /// What an axis has until it is told otherwise: 500 steps/s, 1,000 steps/s², from rest,
-    /// without a limit of jerk. Slow enough for any usual motor in full steps.
+    /// The limits of an axis before they are set: 500 steps/s, 1,000 steps/s², start speed 0, no
+    /// jerk limit. Slow enough for any usual motor in full steps.
     pub const DEFAULT: AxisLimits = AxisLimits::new(Speed::of::<500>(), Accel::of::<1_000>());
 
-    /// Limits of this speed and this acceleration. The deceleration is the same, the start
-    /// speed is 0, the jerk is not limited.
+    /// Limits with this top speed and this acceleration. The deceleration is the same as the
+    /// acceleration, the start speed is 0, the jerk is not limited.
     pub const fn new(max_speed: Speed, acceleration: Accel) -> AxisLimits {
         AxisLimits {
             max_speed,
@@ -48,25 +48,25 @@ impl AxisLimits {
         }
     }
 
-    /// The same with another deceleration.
+    /// These limits with another deceleration.
     #[must_use]
     pub const fn deceleration(self, deceleration: Accel) -> AxisLimits {
         AxisLimits { deceleration, ..self }
     }
 
-    /// The same with another start speed.
+    /// These limits with another start speed.
     #[must_use]
     pub const fn start_speed(self, start_speed: Speed) -> AxisLimits {
         AxisLimits { start_speed, ..self }
     }
 
-    /// The same with a limit of jerk: an S-curve.
+    /// These limits with a jerk limit: an S-curve.
     #[must_use]
     pub const fn jerk(self, jerk: Jerk) -> AxisLimits {
         AxisLimits { jerk: Some(jerk), ..self }
     }
 
-    /// The order of a travel that keeps these limits.
+    /// The order of a travel with these limits.
     pub const fn order(&self, travel: Travel) -> Order {
         Order {
             start: self.start_speed,
@@ -78,15 +78,16 @@ impl AxisLimits {
         }
     }
 
-    /// The limits of the longest way of a line, `furthest` pulses, so that an axis of
-    /// `pulses` keeps its own limits, these, when it is scaled by its share.
+    /// The limits of an imaginary axis with the longest way of a line, `furthest` pulses: scaled
+    /// down by its share, an axis of `pulses` pulses then keeps these limits, its own.
     pub(super) fn stretched(&self, pulses: u32, furthest: u32) -> AxisLimits {
-        // The share is counted between the first pulse and the last: see `Order::split_line`.
+        // The share counts the intervals between the first pulse and the last: see
+        // `Order::split_line`.
         let (part, whole) = (pulses.saturating_sub(1), furthest.saturating_sub(1));
         if part == whole {
             return *self;
         }
-        // Less than 2^60 · 2^31: not in 64 bits.
+        // The product is below 2^60 · 2^31 and needs more than 64 bits.
         let stretch = |x: u64| {
             let product = u128::from(x) * u128::from(whole);
             let stretched = product.checked_div(part.into()).unwrap_or(product);

@@ -6,15 +6,16 @@ use crate::control::Control;
 use crate::order::Travel;
 
 impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
-    /// Moves axes that rest along a straight line to these positions, in steps: they begin
-    /// together and end together. Axes that are not named stay where they are. The line is
-    /// as fast as the limits of its axes allow.
+    /// Moves axes at rest along a straight line to these positions, in steps: they begin together
+    /// and end together. Axes that are not named stay where they are. The line is as fast as the
+    /// limits of its axes allow.
     ///
-    /// An axis of few steps in a long line ends a little before or after the others, for its share
-    /// of the speed and the acceleration is rounded to 0.001 steps/s and steps/s²: at a share of
-    /// v steps/s by some 0.0005/v of the line's time at most, which is 0.5 % at 0.1 steps/s. At
-    /// 600 steps/s and 1,000 steps/s², X of 90,000 steps ends after 150.6 s, Y of 2 after 143.5 s and
-    /// one of 60 after 150.7 s. A single step is made at the beginning.
+    /// An axis with few steps in a long line ends a little before or after the others, because its
+    /// share of the speed and of the acceleration is rounded to 0.001 steps/s and steps/s². At a
+    /// share of v steps/s the difference is at most some 0.0005/v of the line's time: 0.5 % at 0.1
+    /// steps/s. At 600 steps/s and 1,000 steps/s², X with 90,000 steps ends after 150.6 s, an axis
+    /// with 2 steps after 143.5 s and one with 60 after 150.7 s. A single step is made at the
+    /// beginning.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -27,12 +28,12 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// ```
     ///
     /// # Errors
-    /// As of [`move_to`](Steppers::move_to), for any of the axes, and
-    /// [`MoveError::NamedTwice`]. Then none moves.
+    /// Those of [`move_to`](Steppers::move_to), for any of the axes, and [`MoveError::NamedTwice`].
+    /// Then no axis moves.
     ///
-    /// [`Unfit::TooSlow`](crate::profile::Unfit::TooSlow) is also a line one of whose axes has so few
-    /// steps that two of them would lie more than 2³² ticks apart, 268 s on an Uno: 140,000 and 2
-    /// at 600 steps/s. Where the limits don't let it be faster, make several lines of it, or move
+    /// [`Unfit::TooSlow`](crate::profile::Unfit::TooSlow) also if an axis has so few steps that two
+    /// of them would be more than 2³² ticks apart, 268 s on an Uno: 2 steps beside 140,000 at 600
+    /// steps/s. Where the limits do not allow a faster line, split it into several lines, or move
     /// that axis by itself.
     pub fn move_line_to(
         &mut self,
@@ -52,7 +53,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         }
         let pulses = way.map(i32::unsigned_abs);
         let furthest = pulses.into_iter().max().unwrap_or(0);
-        // An axis of one step makes it at the beginning, and holds nothing up.
+        // A single step is made at the beginning and does not slow the line down.
         let ways = self.axes.iter().map(|own| &own.limits).zip(pulses);
         let ways = ways.filter(|(_, pulses)| *pulses > 1 || *pulses == furthest);
         let limits = ways.map(|(limits, pulses)| limits.stretched(pulses, furthest));
@@ -62,7 +63,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         for (axis, order) in whole.split_line(way)? {
             let axis = usize::from(axis);
             if let (Some(place), Some(own)) = (orders.get_mut(axis), self.axes.get(axis)) {
-                // A single step has no share of the line: it is a move of its own.
+                // A single step has no share of the line: it becomes a move of its own.
                 let single = order.travel == Travel::By(1) || order.travel == Travel::By(-1);
                 *place = Some(if single { own.limits.order(order.travel) } else { order });
             }

@@ -7,7 +7,7 @@ use crate::profile::Unfit;
 use crate::units::{Accel, Speed};
 
 impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
-    /// Sets the limits of an axis: they hold for moves that begin from now on.
+    /// Sets the limits of an axis. They apply to moves that begin from now on.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -42,7 +42,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         self.axes.get(axis.index()).map(|own| own.limits).unwrap_or_default()
     }
 
-    /// Moves an axis that rests to a position, in steps. Where it is already: done at once.
+    /// Moves an axis at rest to a position, in steps. If the axis is there already, the move ends
+    /// at once.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -55,9 +56,9 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// ```
     ///
     /// # Errors
-    /// [`MoveError::PositionUnknown`]; [`Refusal::Busy`] while it moves, see
-    /// [`retarget`](Steppers::retarget); [`Unfit::TooLong`] if the position is 2³¹ steps or
-    /// more away; or what the board or the timer can't do.
+    /// [`MoveError::PositionUnknown`]; [`Refusal::Busy`] while the axis moves, see
+    /// [`retarget`](Steppers::retarget); [`Unfit::TooLong`] if the position is 2³¹ steps or more
+    /// away; or what the board or the timer can't do.
     pub fn move_to(&mut self, axis: Axis<N>, position: i64) -> Result<(), MoveError> {
         self.must_rest(axis)?;
         let from = self.position(axis).ok_or(MoveError::PositionUnknown)?;
@@ -65,8 +66,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         self.travel(axis, self.limits(axis).order(Travel::By(steps)))
     }
 
-    /// Moves an axis that rests by this many steps, forward or backward. Its position need
-    /// not be known.
+    /// Moves an axis at rest by this many steps, forward or backward. Its position may be unknown.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -79,10 +79,10 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// ```
     ///
     /// # Errors
-    /// As of [`move_to`](Steppers::move_to), but for the position.
+    /// Those of [`move_to`](Steppers::move_to), except for the position.
     pub fn move_by(&mut self, axis: Axis<N>, steps: i32) -> Result<(), MoveError> {
         self.must_rest(axis)?;
-        // Neither the way nor its end may be beyond what is counted.
+        // Neither the distance nor the target may exceed the range of the counts.
         self.origin_now(axis).checked_add(steps.into()).ok_or(Unfit::TooLong)?;
         if steps == i32::MIN {
             return Err(Unfit::TooLong.into());
@@ -90,8 +90,9 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         self.travel(axis, self.limits(axis).order(Travel::By(steps)))
     }
 
-    /// Turns an axis until it is stopped, at this speed: forward if it is above 0, backward
-    /// below. An axis that runs the same way already has this speed from now on; 0 stops it.
+    /// Turns an axis at this speed until it is stopped: forward if the speed is above 0, backward
+    /// if it is below. An axis that already runs in this direction changes to the new speed. A
+    /// speed of 0 stops the axis.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -106,8 +107,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// ```
     ///
     /// # Errors
-    /// [`MoveError::AboveLimit`] above its limit; [`Refusal::Busy`] while it runs the other
-    /// way or moves to a target; or what the board or the timer can't do.
+    /// [`MoveError::AboveLimit`] above the axis's limit; [`Refusal::Busy`] while the axis runs in
+    /// the other direction or moves to a target; or what the board or the timer can't do.
     pub fn run(&mut self, axis: Axis<N>, steps_per_second: i32) -> Result<(), MoveError> {
         if steps_per_second == 0 {
             self.stop(axis);
@@ -127,9 +128,9 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         self.travel(axis, Order { top, ..limits.order(Travel::Endless(forward)) })
     }
 
-    /// Gives a move on the way, or a run, another target: a position in steps. A target that
-    /// can't be reached without overshooting is come back to; the axis moves all the while, and
-    /// keeps the limits that the move began with: along a line its share of them.
+    /// Gives a moving axis, or one that runs, another target: a position in steps. If the axis
+    /// cannot reach the target without overshooting, it comes back to it. The axis is busy all the
+    /// while and keeps the limits with which the move began; along a line, its share of them.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -143,8 +144,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// ```
     ///
     /// # Errors
-    /// [`Refusal::Resting`] at rest; [`MoveError::PositionUnknown`]; [`Unfit::TooLong`] if
-    /// the target is 2³¹ steps or more from where the move began. The move goes on as it was.
+    /// [`Refusal::Resting`] at rest; [`MoveError::PositionUnknown`]; [`Unfit::TooLong`] if the
+    /// target is 2³¹ steps or more from where the move began. Then the move continues unchanged.
     pub fn retarget(&mut self, axis: Axis<N>, position: i64) -> Result<(), MoveError> {
         if !self.is_moving(axis) {
             return Err(Refusal::Resting.into());
@@ -153,11 +154,13 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         self.change(axis, Change::Target(distance(self.origin(axis), position)?))
     }
 
-    /// Gives a move on the way, or a run, another top speed, within the limit of the axis. It
-    /// ramps there with the acceleration or the deceleration that it has, and still ends on its
-    /// target exactly. Limits and later moves stay as they are; an axis of a line leaves the line.
+    /// Gives a moving axis, or one that runs, another top speed, within the limit of the axis. The
+    /// axis ramps to that speed with its present acceleration or deceleration and still ends
+    /// exactly on its target. The limits and later moves stay unchanged; an axis of a line leaves
+    /// the line.
     ///
-    /// Takes hold after what is planned already, 24 ms at most, as do the next two.
+    /// The change takes effect after the steps that are already planned, 24 ms at most; so do those
+    /// of the next two methods.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -173,7 +176,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     ///
     /// # Errors
     /// [`MoveError::AboveLimit`]; [`Refusal::Resting`] at rest; [`Unfit::BelowStart`] below the
-    /// start speed; or what the board can't do beside what moves. The move goes on as it was.
+    /// start speed; or what the board can't do beside the other moving axes. Then the move
+    /// continues unchanged.
     pub fn set_top_speed(&mut self, axis: Axis<N>, top: Speed) -> Result<(), MoveError> {
         let max = self.limits(axis).max_speed;
         if top > max {
@@ -182,7 +186,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         self.change(axis, Change::Top(top))
     }
 
-    /// Gives a move on the way, or a run, another acceleration, within the limit of the axis.
+    /// Gives a moving axis, or one that runs, another acceleration, within the limit of the axis.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -196,8 +200,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// ```
     ///
     /// # Errors
-    /// [`MoveError::TooSteep`]; [`Refusal::Resting`] at rest; or what the board can't do. The move
-    /// goes on as it was.
+    /// [`MoveError::TooSteep`]; [`Refusal::Resting`] at rest; or what the board can't do. Then the
+    /// move continues unchanged.
     pub fn set_acceleration(&mut self, axis: Axis<N>, accel: Accel) -> Result<(), MoveError> {
         let max = self.limits(axis).acceleration;
         if accel > max {
@@ -206,8 +210,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         self.change(axis, Change::Accel(accel))
     }
 
-    /// Gives a move on the way, or a run, another deceleration, within the limit of the axis. With
-    /// a lower one the axis may overshoot its target and come back.
+    /// Gives a moving axis, or one that runs, another deceleration, within the limit of the axis.
+    /// With a lower one the axis may overshoot its target and come back.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -221,8 +225,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// ```
     ///
     /// # Errors
-    /// [`MoveError::TooSteep`]; [`Refusal::Resting`] at rest; or what the board can't do. The move
-    /// goes on as it was.
+    /// [`MoveError::TooSteep`]; [`Refusal::Resting`] at rest; or what the board can't do. Then the
+    /// move continues unchanged.
     pub fn set_deceleration(&mut self, axis: Axis<N>, decel: Accel) -> Result<(), MoveError> {
         let max = self.limits(axis).deceleration;
         if decel > max {
@@ -231,8 +235,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         self.change(axis, Change::Decel(decel))
     }
 
-    /// Steps that are left to the target of a move, + forward; of a stop to where it will
-    /// rest; 0 at rest. `None` for a run, which has no target.
+    /// The steps left to the target of a move, positive forward; during a stop, to where the axis
+    /// will come to rest; 0 at rest. `None` for a run, which has no target.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
@@ -256,12 +260,12 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         Ok(self.motors.change(axis, change)?)
     }
 
-    /// Starts a travel of an axis that rests.
+    /// Starts a travel of an axis at rest.
     fn travel(&mut self, axis: Axis<N>, order: Order) -> Result<(), MoveError> {
         self.begin([(axis, order)])
     }
 
-    /// Starts travels of axes that rest, all or none.
+    /// Starts travels of axes at rest, all or none.
     pub(super) fn begin(
         &mut self,
         orders: impl IntoIterator<Item = (Axis<N>, Order)>,
@@ -270,7 +274,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         Ok(self.motors.start(orders)?)
     }
 
-    /// Notes where the axes are that rest: there their next travels begin.
+    /// Records the positions of the axes at rest, where their next travels begin.
     fn note_origins(&mut self) {
         for axis in Axis::all() {
             if self.is_moving(axis) {
@@ -283,7 +287,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
         }
     }
 
-    /// The count of an axis that rests, whether its position is known or not.
+    /// The step count of an axis at rest, whether its position is known or not.
     fn origin_now(&self, axis: Axis<N>) -> i64 {
         self.motors.engine.position(axis.number())
     }
@@ -293,7 +297,7 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     }
 }
 
-/// From one position to another, in less than 2³¹ steps.
+/// The steps from one position to another, fewer than 2³¹.
 pub(super) fn distance(from: i64, to: i64) -> Result<i32, Unfit> {
     let steps = to.checked_sub(from).and_then(|steps| i32::try_from(steps).ok());
     steps.filter(|steps| *steps != i32::MIN).ok_or(Unfit::TooLong)

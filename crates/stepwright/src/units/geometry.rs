@@ -2,8 +2,8 @@
 
 use super::{Accel, OutOfRange, Speed};
 
-/// How a motor's steps relate to the world: steps (microsteps included) per
-/// turn of its shaft, and the distance that the load travels in a turn.
+/// How a motor's steps relate to physical units: the steps (microsteps included) per turn of its
+/// shaft, and the distance that the load travels in a turn.
 ///
 /// ```
 /// use stepwright::{Geometry, Turn};
@@ -17,7 +17,7 @@ pub struct Geometry {
     nm_per_turn: u32,
 }
 
-/// A unit that a geometry turns into steps.
+/// A unit that a [`Geometry`] converts to steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     /// Steps per second (squared).
@@ -55,8 +55,7 @@ impl Geometry {
         Ok(Geometry { steps_per_turn, nm_per_turn: 0 })
     }
 
-    /// The same motor on a belt or a screw: `nm` nanometres per turn
-    /// (40 mm = 40,000,000).
+    /// The same motor with a belt or a screw: `nm` nanometres per turn (40 mm = 40,000,000).
     ///
     /// # Errors
     /// [`OutOfRange`] for 0.
@@ -77,7 +76,7 @@ impl Geometry {
         self.steps_per_turn
     }
 
-    /// Nanometres per turn, if they were given.
+    /// Nanometres per turn, if set.
     pub const fn nm_per_turn(self) -> Option<u32> {
         if self.nm_per_turn == 0 { None } else { Some(self.nm_per_turn) }
     }
@@ -103,7 +102,7 @@ impl Geometry {
         Accel::from_millisteps(self.millisteps(milli, unit)?)
     }
 
-    /// Thousandths of a unit in thousandths of a step, to the nearest.
+    /// Thousandths of `unit` in thousandths of a step, rounded to nearest.
     fn millisteps(self, milli: u64, unit: Turn) -> Result<u64, OutOfRange> {
         let steps = u128::from(self.steps_per_turn);
         let (up, down) = match unit {

@@ -1,4 +1,4 @@
-//! How fast an acceleration changes, in thousandths of a step.
+//! The change of an acceleration per second, in thousandths of a step.
 
 use super::OutOfRange;
 use super::speed::{thousandths, times_1000};
@@ -6,7 +6,7 @@ use core::fmt;
 
 /// A jerk without a sign: 0.001 … 10¹⁵ steps/s³, held in 0.001 steps/s³.
 ///
-/// At the largest, the largest acceleration is there in 0.1 µs.
+/// At the largest jerk, the largest acceleration is reached in 0.1 µs.
 ///
 /// ```
 /// use stepwright::Jerk;
@@ -22,8 +22,8 @@ impl Jerk {
     /// 0.001 steps/s³.
     pub const MIN: Jerk = Jerk(1);
 
-    /// A jerk in whole steps per second cubed that a program names as it is compiled: 1 to 10¹⁵.
-    /// Another one does not compile.
+    /// A jerk in whole steps per second cubed, as a compile-time constant: 1 to 10¹⁵. Any other
+    /// value does not compile.
     ///
     /// ```
     /// use stepwright::Jerk;
@@ -50,7 +50,7 @@ impl Jerk {
         Jerk::from_millisteps(j.saturating_mul(1000))
     }
 
-    /// The jerk that is nearest to `j` steps/s³: 1 or more.
+    /// The jerk nearest to `j` steps/s³ that is allowed: at least 1.
     pub const fn clamped(j: u32) -> Jerk {
         Jerk(times_1000(if j == 0 { 1 } else { j }))
     }

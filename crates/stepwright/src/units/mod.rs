@@ -1,8 +1,8 @@
 //! The quantities of motion, as types.
 //!
-//! A value is rounded **once**, where it enters, to what the core can hold;
-//! from there on everything is exact integer arithmetic. What is held is
-//! decimal, so that what a person types is held exactly:
+//! A value is rounded **once**, on entry, to what the core can represent. From there on all
+//! arithmetic is exact, in integers. The representation is decimal, so that a value as a person
+//! types it is exact:
 //!
 //! | type | holds | unit | largest |
 //! | --- | --- | --- | --- |
@@ -28,8 +28,8 @@ pub type Ticks = u32;
 
 /// The rate of a step timer in ticks per second: 100 kHz … 200 MHz.
 ///
-/// A value, not a type parameter: the command takes it from a user at run
-/// time, and an AVR reads it from its prescaler.
+/// A value, not a type parameter: the command takes it from a user at run time, and an AVR reads it
+/// from its prescaler.
 ///
 /// ```
 /// use stepwright::Rate;
@@ -41,15 +41,15 @@ pub type Ticks = u32;
 pub struct Rate(u32);
 
 impl Rate {
-    /// The slowest timer the closed forms are held to: 100 kHz.
+    /// The slowest timer for which the closed forms are tested: 100 kHz.
     pub const MIN: Rate = Rate(100_000);
     /// The fastest: 200 MHz.
     pub const MAX: Rate = Rate(200_000_000);
     /// 1 MHz, the timer of Austin and of the `plan` command.
     pub const MHZ: Rate = Rate(1_000_000);
 
-    /// The rate that a program names as it is compiled: 100,000 to 200,000,000 ticks per second.
-    /// Another one does not compile.
+    /// The rate as a compile-time constant: 100,000 to 200,000,000 ticks per second. Any other
+    /// value does not compile.
     ///
     /// ```
     /// use stepwright::Rate;
@@ -89,13 +89,13 @@ impl Rate {
         self.0
     }
 
-    /// `us` microseconds in ticks, rounded up, so that a pulse or a set-up
-    /// time is never shorter than asked; saturating.
+    /// `us` microseconds in ticks, rounded up, so that a pulse or a set-up time is never too short;
+    /// saturates.
     pub const fn micros(self, us: u32) -> Ticks {
         self.nanos_wide(us as u64 * 1000)
     }
 
-    /// `ns` nanoseconds in ticks, rounded up; saturating.
+    /// `ns` nanoseconds in ticks, rounded up; saturates.
     pub const fn nanos(self, ns: u32) -> Ticks {
         self.nanos_wide(ns as u64)
     }
@@ -103,7 +103,7 @@ impl Rate {
     const fn nanos_wide(self, ns: u64) -> Ticks {
         const SECOND: u64 = 1_000_000_000;
         let hz = self.0 as u64;
-        // Whole seconds apart from the rest keep both products in 64 bits.
+        // Splitting off whole seconds keeps both products within 64 bits.
         let ticks = ns / SECOND * hz + (ns % SECOND * hz).div_ceil(SECOND);
         if ticks > Ticks::MAX as u64 { Ticks::MAX } else { ticks as Ticks }
     }

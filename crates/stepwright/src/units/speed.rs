@@ -3,14 +3,14 @@
 use crate::num::{Num, whole};
 use core::fmt;
 
-/// A value that the core can't hold: what it is and what is allowed.
+/// A value out of range: the quantity and the allowed range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfRange {
-    /// The quantity, as a user would call it: "top speed", "timer rate".
+    /// The quantity, as a user calls it: "top speed", "timer rate".
     pub what: &'static str,
-    /// Smallest value that is allowed, in `unit`.
+    /// The smallest allowed value, in `unit`.
     pub min: u64,
-    /// Largest value that is allowed, in `unit`.
+    /// The largest allowed value, in `unit`.
     pub max: u64,
     /// The unit of `min` and `max`.
     pub unit: &'static str,
@@ -37,13 +37,13 @@ impl core::error::Error for OutOfRange {}
 pub struct Speed(u32);
 
 impl Speed {
-    /// Standing still.
+    /// Standstill.
     pub const ZERO: Speed = Speed(0);
     /// 1,000,000 steps/s.
     pub const MAX: Speed = Speed(1_000_000_000);
 
-    /// A speed in whole steps per second that a program names as it is compiled. One above
-    /// 1,000,000 does not compile.
+    /// A speed in whole steps per second, as a compile-time constant. A speed above 1,000,000 does
+    /// not compile.
     ///
     /// ```
     /// use stepwright::Speed;
@@ -87,8 +87,8 @@ impl Speed {
 
     /// Whole steps per second, rounded down.
     pub fn steps(self) -> u32 {
-        // A quotient of 32 bits is exact enough: thousandths lie further
-        // apart. (An 8-bit chip has this division already, and no other.)
+        // A 32-bit quotient is exact enough: thousandths are further apart. (An 8-bit chip has this
+        // division already, and no other.)
         whole(self.0).over(&const { Num::and_inverse(1000).0 }).split().0
     }
 
@@ -115,8 +115,8 @@ impl Accel {
     /// 0.001 steps/s².
     pub const MIN: Accel = Accel(1);
 
-    /// An acceleration in whole steps per second squared that a program names as it is compiled:
-    /// 1 to 100,000,000. Another one does not compile.
+    /// An acceleration in whole steps per second squared, as a compile-time constant: 1 to
+    /// 100,000,000. Any other value does not compile.
     ///
     /// ```
     /// use stepwright::Accel;
@@ -143,7 +143,7 @@ impl Accel {
         Accel::from_millisteps(a as u64 * 1000)
     }
 
-    /// The acceleration that is nearest to `a` steps/s²: 1 … 100,000,000.
+    /// The acceleration nearest to `a` steps/s² that is allowed: 1 … 100,000,000.
     pub const fn clamped(a: u32) -> Accel {
         let most = 100_000_000;
         let a = if a > most { most } else { a };
@@ -198,7 +198,7 @@ impl fmt::Display for Accel {
     }
 }
 
-/// 1000 · n, by halves: a product of 64 bits costs an 8-bit chip 1,100 cycles.
+/// 1000 · n, in two halves: a 64-bit product costs an 8-bit chip 1,100 cycles.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(super) const fn times_1000(n: u32) -> u64 {
     let low = (n & 0xFFFF).wrapping_mul(1000);

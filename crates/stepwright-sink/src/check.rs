@@ -1,4 +1,4 @@
-//! Does a player keep its contract?
+//! A test of a player against its contract.
 
 use core::fmt;
 
@@ -7,7 +7,7 @@ use stepwright::{Ticks, Timing};
 use crate::group::StepGroup;
 use crate::player::Player;
 
-/// A player, and who watches its pins.
+/// A player under test, and an observer of its pins.
 pub trait PlayerPort {
     /// The player under test.
     type Player: Player;
@@ -15,42 +15,42 @@ pub trait PlayerPort {
     /// The player.
     fn player(&mut self) -> &mut Self::Player;
 
-    /// Lets time pass: a model's by a tick or a few. On a chip there is nothing to do.
+    /// Lets time pass: for a model by one or a few ticks. On a chip it does nothing.
     fn idle(&mut self);
 
-    /// Rising edges of STEP of an axis so far, forward less backward, by another way than the
-    /// player's own counts: a counter of edges, a second state machine, a model's pins. `None` if
-    /// nobody watches: then what a halt tells is held against the time alone.
+    /// The rising edges of STEP of an axis, forward less backward, observed independently of the player: by an
+    /// edge counter, a second state machine, or a model's pins. `None` without an observer: the counts after a
+    /// halt are then checked against the time alone.
     fn seen(&mut self, axis: u8) -> Option<i64>;
 }
 
-/// What was tried, all of it without a fault.
+/// What was tried without a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tried {
-    /// Groups put.
+    /// The number of groups put.
     pub groups: u32,
-    /// Halts on the way.
+    /// The number of halts during a travel.
     pub halts: u32,
-    /// Whether somebody watched the pins.
+    /// Whether the pins were observed.
     pub watched: bool,
 }
 
-/// What of its contract a player did not keep, on an axis.
+/// A breach of the contract, with the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlayerFault {
-    /// It had no room at rest, or room for more than its depth and one group beside.
+    /// The player had no room at rest, or room for more groups than its depth and one.
     Room(u8),
-    /// It moved before its start.
+    /// The axis moved before its start.
     Moved(u8),
-    /// It did not come to rest in the time that its groups take, in ticks: it took longer by this much.
+    /// The axis came to rest too late, by this many ticks.
     Slow(u8, u64),
-    /// It came to rest too soon, by this many ticks.
+    /// The axis came to rest too soon, by this many ticks.
     Fast(u8, u64),
-    /// It counted groups as waiting that could not be, or none that had to be.
+    /// This count of waiting groups is impossible.
     Waiting(u8, u8),
-    /// Its pins made another number of steps than it said: seen, and said.
+    /// The pins made another number of steps than the player reported: observed, and reported.
     Count(u8, i64, i64),
-    /// It said that it ran dry when it had not, or the other way round.
+    /// The player reported that it ran dry when it had not, or the other way round.
     Dry(u8),
     /// Two axes that were started together came to rest this many ticks apart.
     Apart(u64),
@@ -77,8 +77,8 @@ impl fmt::Display for PlayerFault {
 
 impl core::error::Error for PlayerFault {}
 
-/// Tries a player of `axes` axes with groups of intervals of some `interval` ticks, with this timing.
-/// What the program sees it may see `latency` ticks late.
+/// Tries a player of `axes` axes with this timing, with groups of intervals of some `interval` ticks.
+/// `latency` is the longest delay, in ticks, with which this program observes the player.
 ///
 /// # Errors
 /// The first [`PlayerFault`].
@@ -127,20 +127,20 @@ impl<P: PlayerPort> Trial<'_, P> {
         self.port.player().put(axis, group);
     }
 
-    /// What is put next waits for its start.
+    /// Halts the axis, so that the next groups wait for a start.
     fn begin(&mut self, axis: u8) {
         self.port.player().halt(1 << axis);
         self.port.player().forget(axis);
     }
 
-    /// Waits to a time.
+    /// Waits until a time.
     fn until(&mut self, time: u64) {
         while self.port.player().now() < time {
             self.port.idle();
         }
     }
 
-    /// Waits until it rests: since when it does. A fault if that takes too long.
+    /// Waits until the axis rests, and returns the time. A fault if it takes too long.
     fn rests(&mut self, axis: u8, end: u64) -> Result<u64, PlayerFault> {
         loop {
             let now = self.port.player().now();
@@ -154,14 +154,14 @@ impl<P: PlayerPort> Trial<'_, P> {
         }
     }
 
-    /// What has been seen is what is told.
+    /// Compares the observed steps with the reported ones.
     fn counts(&mut self, axis: u8, before: Option<i64>, said: i64) -> Result<(), PlayerFault> {
         let Some((before, seen)) = before.zip(self.port.seen(axis)) else { return Ok(()) };
         let seen = seen.wrapping_sub(before);
         if seen == said { Ok(()) } else { Err(PlayerFault::Count(axis, seen, said)) }
     }
 
-    /// It takes as many groups as it says, does not move, and forgets them.
+    /// The axis takes as many groups as it has room for, does not move, and forgets them.
     fn room(&mut self, axis: u8) -> Result<(), PlayerFault> {
         let before = self.port.seen(axis);
         let mut put = 0;
@@ -194,7 +194,7 @@ impl<P: PlayerPort> Trial<'_, P> {
         Ok(())
     }
 
-    /// It plays a long row of groups of all sizes in their time, both ways.
+    /// The axis plays a long sequence of groups of all sizes in time, in both directions.
     fn plays(&mut self, axis: u8) -> Result<(), PlayerFault> {
         for forward in [true, false] {
             self.begin(axis);
@@ -235,7 +235,7 @@ impl<P: PlayerPort> Trial<'_, P> {
         Ok(())
     }
 
-    /// It says that it ran dry if it did, once, and not if it did not.
+    /// The player reports that it ran dry if it did, once, and not if it did not.
     fn dries(&mut self, axis: u8) -> Result<(), PlayerFault> {
         let group = self.group(8, true);
         self.put(axis, group);
@@ -257,7 +257,7 @@ impl<P: PlayerPort> Trial<'_, P> {
         self.rests(axis, end).map(|_| ())
     }
 
-    /// It tells to the step where it was halted, wherever that was, and begins again.
+    /// The counts after a halt at any moment are exact to the step, and the axis starts again afterwards.
     fn halts(&mut self, axis: u8, after: u32) -> Result<(), PlayerFault> {
         let before = self.port.seen(axis);
         let forward = after & 1 == 0;
@@ -270,7 +270,7 @@ impl<P: PlayerPort> Trial<'_, P> {
         }
         self.port.player().start(1 << axis);
         let begun = self.port.player().now();
-        // Moments all over the interval, and over all three groups and their end.
+        // Moments spread over the interval, and over all three groups and their end.
         let moment = u64::from(after) * (u64::from(self.interval) * 14) / 59;
         self.until(begun + moment);
         self.port.player().halt(1 << axis);
@@ -289,7 +289,7 @@ impl<P: PlayerPort> Trial<'_, P> {
         let made = i64::from(all - missing - left);
         let said = if forward { made } else { -made };
         self.counts(axis, before, said)?;
-        // By the time: a step more or less, and what the program sees late.
+        // Checked by the time: with one step of tolerance, and the latency.
         let least = moment.saturating_sub(self.latency) / u64::from(self.interval);
         let most = (moment + self.latency) / u64::from(self.interval) + 1;
         let made = made.unsigned_abs();
@@ -299,13 +299,13 @@ impl<P: PlayerPort> Trial<'_, P> {
         if !self.port.player().rests(axis) || self.port.player().waiting(axis) != 0 {
             return Err(PlayerFault::Waiting(axis, self.port.player().waiting(axis)));
         }
-        // It stays there.
+        // The axis does not move on.
         let end = self.port.player().now().saturating_add(u64::from(self.interval) * 3);
         self.until(end);
         self.counts(axis, before, said)
     }
 
-    /// Two axes that are started together end together.
+    /// Two axes that start together end together.
     fn together(&mut self) -> Result<(), PlayerFault> {
         let group = self.group(16, true);
         self.put(0, group);

@@ -7,19 +7,18 @@ use stepwright::{Control, Playing, Report, Ticks, Timing};
 use crate::player::Player;
 use crate::track::{Phase, Track};
 
-/// Keeps a player of N ≤ 8 axes filled with what their queues have, and says where they are.
+/// An engine over a player of N ≤ 8 axes: keeps it filled from the queues, and reports the positions.
 ///
-/// It plans nothing and steps nothing. [`serve`](SinkEngine::serve) is for the player's interrupt, or
-/// for a loop that comes round before [`DEPTH`](Player::DEPTH) groups have been played. An engine in
-/// a static, behind an interrupt, is a [`SharedSink`](crate::SharedSink).
+/// It plans nothing and steps nothing. The player's interrupt calls [`serve`](SinkEngine::serve), or a loop
+/// does that takes less time than [`DEPTH`](Player::DEPTH) groups. For an engine in a static, behind an
+/// interrupt, see [`SharedSink`](crate::SharedSink).
 ///
-/// A [late](Control::late) step here is one for which the player stood still, because nothing
-/// came in time.
+/// A step counts as [late](Control::late) if the player stood still before it, as its group came too late.
 pub struct SinkEngine<'q, P, const N: usize, const Q: usize> {
     player: P,
     tracks: [Track<'q, Q>; N],
     timing: Timing,
-    /// Axes that are to be started together, and when they may be.
+    /// The axes that are to be started together, and the earliest time for it.
     starting: Axes,
     ready: u64,
 }
@@ -28,8 +27,8 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
     const AT_MOST_8_AXES: () = assert!(N >= 1 && N <= 8);
     const REMEMBERS: () = assert!(P::DEPTH >= 1 && P::DEPTH <= 7);
 
-    /// All axes at rest at position 0, facing forward. No step is to be more than `bound` ticks
-    /// from where the planner has it: 1 µs is a good bound, see [`Grouper::new`](crate::Grouper::new).
+    /// An engine whose axes rest at position 0, facing forward. Each step is at most `bound` ticks from its
+    /// planned time. A good bound is 1 µs, see [`Grouper::new`](crate::Grouper::new).
     pub fn new(player: P, entries: [Consumer<'q, Q>; N], timing: Timing, bound: Ticks) -> Self {
         let () = Self::AT_MOST_8_AXES;
         let () = Self::REMEMBERS;
@@ -44,8 +43,8 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
         &mut self.player
     }
 
-    /// Gives the player what it has room for, of these axes: for its interrupt, when a group has
-    /// begun. True if there is news for the main loop: there is room in a queue, or nothing in it.
+    /// Fills the player's FIFOs of these axes: for its interrupt, when a group has begun. Returns whether there
+    /// is news for the main loop: a queue has room again, or is empty.
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     pub fn serve(&mut self, axes: Axes) -> bool {
         let (mut news, mut left) = (false, axes);
@@ -65,8 +64,8 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
         news
     }
 
-    /// What the foreground may have queued meanwhile goes to the player, if that waits for it. Costs
-    /// little if it does not.
+    /// Serves the axes whose player waits for entries, which the foreground may have queued meanwhile. Cheap if
+    /// there are none.
     #[inline]
     pub fn catch_up(&mut self) {
         let mut hungry = self.starting;
@@ -78,7 +77,7 @@ impl<'q, P: Player, const N: usize, const Q: usize> SinkEngine<'q, P, N, Q> {
         }
     }
 
-    /// Starts what is to be started, if it has something to play and may turn.
+    /// Starts the axes that are to be started, if they have a group and DIR may change.
     #[inline(never)]
     fn start_all(&mut self) {
         let (mut axes, mut waiting): (Axes, Axes) = (0, 0);
@@ -126,11 +125,11 @@ impl<P: Player, const N: usize, const Q: usize> Control for SinkEngine<'_, P, N,
         let mut began: Axes = 0;
         for (axis, track) in (0u8..).zip(&mut self.tracks) {
             if axes >> axis & 1 != 0 && track.is_idle(&self.player, axis, self.timing.hold) {
-                // After a halt DIR is to be held yet.
+                // After a halt the hold time of DIR is still running.
                 let held = track.end.saturating_add(self.timing.hold.into());
                 self.ready = self.ready.max(held);
                 track.begin();
-                // What is put from now on waits for the start.
+                // Groups that are put from now on wait for the start.
                 self.player.halt(1 << axis);
                 self.player.forget(axis);
                 began |= 1 << axis;
@@ -150,7 +149,7 @@ impl<P: Player, const N: usize, const Q: usize> Control for SinkEngine<'_, P, N,
         }
     }
 
-    /// Of an axis on the way the position is that of the time: at an edge it may be a step behind.
+    /// The position of a moving axis is computed from the time. Just after an edge it may be a step behind.
     fn report(&self, axis: u8) -> Report {
         let none = Report { position: 0, idle: true, forward: true };
         let Some(track) = self.tracks.get(usize::from(axis)) else { return none };

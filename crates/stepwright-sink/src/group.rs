@@ -1,4 +1,4 @@
-//! Entries become groups of equal steps.
+//! The grouper: entries become groups of equal steps.
 //!
 //! ```text
 //!   entry    step      step       step        step    intervals grow
@@ -10,60 +10,61 @@
 //!
 //! # Error
 //!
-//! With a bound of B ticks, a group of 2^k steps has 2^k ≤ B, so what its interval rounds is at
-//! most B/2 at its end, and is carried: nothing drifts. Between its ends a growth of g ticks a step
-//! bends its steps off by g·4^k/8, which is kept at B/4; and its first interval, which belongs to
-//! the entry before, differs from the others by at most B/4. So every step comes within B ticks of
-//! the entry's own time, and the last step of a travel, which is a group of its own, within half a
-//! tick. Two things may keep a step back longer: the minimum interval, below which no interval falls,
-//! and the set-up time of DIR. Then the steps behind it catch up, at the minimum interval.
+//! With a bound of B ticks, a group of 2^k steps has 2^k ≤ B. The rounding of its interval therefore adds up
+//! to at most B/2 at its end; it is carried to the next group, so nothing drifts. Within a group, a growth of
+//! g ticks per step moves steps by g·4^k/8, which is kept at B/4 or less. The first interval belongs to the
+//! entry before, and differs from the others by at most B/4. Every step is therefore within B ticks of the
+//! entry's own time. The last step of a travel is a group of its own, and within half a tick. Two things may
+//! delay a step by more: the minimum interval, and the set-up time of DIR. The steps after it then catch up at
+//! the minimum interval.
 
 use stepwright::engine::WIRING;
 use stepwright::entry::{Entry, EntryParts};
 use stepwright::{Ticks, Timing};
 
-/// Steps that are equally far apart.
+/// A group of steps at equal intervals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepGroup {
-    /// Ticks from each rising edge to the next; of the first from the last one of the group before.
+    /// Ticks from each rising edge to the next. The first interval begins at the last edge of the group before.
     pub interval: Ticks,
-    /// How many steps, a power of two, 1 to 1024.
+    /// The number of steps: a power of two, 1 to 1024.
     pub steps: u32,
-    /// The level of DIR, high for forward.
+    /// The direction: true for forward, with DIR high.
     pub forward: bool,
 }
 
 impl StepGroup {
-    /// Ticks from the last edge before it to its own last.
+    /// Ticks from the last edge before the group to its last edge.
     #[inline(always)]
     pub const fn duration(&self) -> u64 {
-        // Mostly 32 bits hold it, which a small chip multiplies at once.
+        // 32 bits are mostly enough, and a small chip multiplies them at once.
         if self.interval < 1 << 21 && self.steps <= 1 << 10 {
             return (self.interval * self.steps) as u64;
         }
         self.interval as u64 * self.steps as u64
     }
 
-    /// Its steps, negative backward.
+    /// The steps of the group; negative if backward.
     #[inline(always)]
     pub const fn travel(&self) -> i64 {
         if self.forward { self.steps as i64 } else { -(self.steps as i64) }
     }
 }
 
-/// What is owed up to this, in 2⁻¹⁶ ticks, is made up for within a group of several steps.
+/// The largest debt that a group of several steps makes up for, in 2⁻¹⁶ ticks.
 const LARGE: u32 = 1 << 28;
 
-/// Waits of groups of several steps are shorter, in 2⁻¹⁶ ticks: with what is owed they fit 31 bits.
+/// The bound of the waits of groups of several steps, in 2⁻¹⁶ ticks: together with the debt they fit into
+/// 31 bits.
 const FAR: i64 = 0x7000_0000;
 
-/// They are at most this much shorter than the minimum interval.
+/// By how much these waits may be shorter than the minimum interval, in 2⁻¹⁶ ticks.
 const BELOW: i64 = 16 << 16;
 
-/// The largest bound, and so the most steps of a group.
+/// The largest bound in ticks, and the most steps of a group.
 const MOST: Ticks = 1 << 10;
 
-/// Makes groups of the entries of one axis.
+/// Makes groups from the entries of one axis.
 ///
 /// ```
 /// use stepwright::{Run, entry::{Entry, Sink, Writer}, engine::WIRING};
@@ -89,49 +90,49 @@ const MOST: Ticks = 1 << 10;
 #[derive(Clone, Copy, Debug)]
 #[repr(C)] // what each group asks for lies together, where a small chip reaches it at once
 pub struct Grouper {
-    /// Steps of a group at most, as a power of two.
+    /// A group has at most 2^bits steps.
     bits: u8,
     forward: bool,
     /// DIR changes before the next step.
     turns: bool,
-    /// The numbers of `near` hold; `ahead`, `owed` and `wait` are those of an earlier time, until they
-    /// are [settled](Grouper::settle).
+    /// The numbers of `near` are valid, and `ahead`, `owed` and `wait` are out of date until
+    /// [`settle`](Grouper::settle).
     is_near: bool,
     near: Near,
-    /// No interval is shorter.
+    /// The minimum interval, in ticks.
     least: i32,
-    /// Steps of the present entry that are left, behind those of `near`. The first comes `ahead`, the second after
-    /// `wait`, which then grows.
+    /// The steps left of the present entry after those of `near`. The first comes after `ahead`, the second after
+    /// `wait`, which grows by `growth` from step to step.
     left: u32,
     growth: i32,
-    /// From the last step handed out to the next one, in 2⁻¹⁶ ticks, as the entries have it.
+    /// The time from the last step handed out to the next one by the entries, in 2⁻¹⁶ ticks.
     ahead: i64,
-    /// By how much the last step handed out comes too early, in 2⁻¹⁶ ticks.
+    /// The debt: by how much the last step handed out comes too early, in 2⁻¹⁶ ticks.
     owed: i64,
     wait: i64,
-    /// What follows of the present entry.
+    /// The part of the present entry that was not taken over yet.
     rest: EntryParts,
     /// A quarter of the bound, in 2⁻¹⁶ ticks.
     quarter: u32,
-    /// The first interval behind a change of DIR is not shorter.
+    /// The least first interval after a change of DIR.
     turn: Ticks,
-    /// The most `bits` that a bound allows.
+    /// The largest `bits` that the bound allows.
     most: u8,
 }
 
-/// Groups of as many steps each, in 32 bits: in 2⁻¹⁶ ticks.
+/// Groups of equally many steps, computed in 32 bits, in 2⁻¹⁶ ticks.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 struct Near {
-    /// How many are left.
+    /// The number of groups left.
     groups: u32,
-    /// The wait behind the first step of the next one, and by how much it grows from one to the next.
+    /// The wait after the first step of the next group, and its growth from group to group.
     wait: i32,
     jump: i32,
-    /// By how much the last step handed out comes too early.
+    /// The debt, as in [`Grouper`].
     owed: i32,
-    /// By how much a group lasts longer than `wait` at each of its steps: its waits grow, and the first
-    /// one is of the group before.
+    /// By how much a group lasts longer than `wait` for each of its steps: its waits grow, and the first
+    /// one belongs to the group before.
     longer: i32,
 }
 
@@ -141,8 +142,8 @@ const NOTHING: EntryParts =
     EntryParts { pins: 0, then: 0, events: 0, groups: 0, interval: 0, growth: 0 };
 
 impl Grouper {
-    /// Of an axis at rest that faces forward. No step is to be off by more than `bound` ticks:
-    /// 1 µs is a good bound; a larger one, up to 1,024 ticks, makes fewer groups.
+    /// A grouper for an axis at rest that faces forward. No step deviates by more than `bound` ticks. A good
+    /// bound is 1 µs; a larger one, up to 1,024 ticks, makes fewer groups.
     pub const fn new(bound: Ticks) -> Grouper {
         let bound = if bound < MOST { bound } else { MOST };
         let mut most = 0;
@@ -168,8 +169,8 @@ impl Grouper {
         }
     }
 
-    /// Keeps these times from now on: the minimum interval, and DIR set up before the first step
-    /// behind a change. A player sets DIR `lag` ticks behind the end of a pulse at the latest.
+    /// Sets the times to keep: the minimum interval, and the set-up time of DIR before the first step after a
+    /// change. The player changes DIR at most `lag` ticks after the end of a pulse.
     pub fn set_timing(&mut self, timing: &Timing, lag: Ticks) {
         self.settle();
         let least = timing.min_interval.clamp(1, Ticks::MAX >> 1);
@@ -178,29 +179,29 @@ impl Grouper {
         self.turn = turn.max(least);
     }
 
-    /// Begins again: time counts from a start.
+    /// Begins a travel: time counts from its start.
     pub fn begin(&mut self) {
         (self.is_near, self.near.groups) = (false, 0);
         (self.ahead, self.owed, self.left, self.rest.groups) = (0, 0, 0, 0);
     }
 
-    /// Forgets all that was loaded. DIR points there.
+    /// Forgets everything that was loaded, and sets the direction.
     pub fn clear(&mut self, forward: bool) {
         self.begin();
         (self.forward, self.turns) = (forward, false);
     }
 
-    /// Which way the next step goes.
+    /// Whether the next step goes forward.
     pub const fn is_forward(&self) -> bool {
         self.forward
     }
 
-    /// Takes an entry over, behind the one before, of which nothing is left.
+    /// Loads the next entry. Nothing may be left of the entry before.
     pub fn load(&mut self, entry: Entry) {
         self.rest = entry.parts();
     }
 
-    /// Whether the present entry has another step. Waits without one are taken over.
+    /// Whether the present entry has another step. Waits without a step are added to the time of the next one.
     #[inline]
     pub fn has_step(&mut self) -> bool {
         while !self.is_loaded() {
@@ -218,13 +219,13 @@ impl Grouper {
         self.left | self.near.groups != 0
     }
 
-    /// Steps of the present entry that are at hand and have not been handed out.
+    /// The number of steps of the present entry that are at hand and have not been handed out.
     #[inline(always)]
     pub(crate) const fn at_hand(&self) -> u32 {
         self.left.wrapping_add(self.near.groups << (self.bits & 31))
     }
 
-    /// Takes over what is alike of the rest of the present entry: all of it, or its first group.
+    /// Takes over the uniform beginning of the rest of the present entry: all of it, or its first group.
     #[inline(never)]
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     fn take(&mut self) {
@@ -249,8 +250,8 @@ impl Grouper {
             return;
         }
         (self.left, self.wait, self.growth) = (count, wait, grows);
-        // The middle of 2^k steps is growth · 4^k / 8 off, and the first interval a growth. (A quarter is
-        // below 2^24.)
+        // In the middle of 2^k steps the deviation is growth · 4^k / 8, at the first interval it is one growth.
+        // (A quarter is below 2^24.)
         let (mut bits, mut off) = (0, grows.unsigned_abs());
         if off == 0 {
             bits = self.most;
@@ -264,26 +265,26 @@ impl Grouper {
         self.bits = bits;
     }
 
-    /// Whether DIR changes before the next step. [`has_step`](Grouper::has_step) is asked first.
+    /// Whether DIR changes before the next step. To be called after [`has_step`](Grouper::has_step).
     #[inline]
     pub const fn turns(&self) -> bool {
         self.turns
     }
 
-    /// The axis has stood still for these ticks since its last step.
+    /// Notes that the axis has stood still for these ticks since its last step.
     pub fn pass(&mut self, ticks: u64) {
         let passed = i64::try_from(ticks).unwrap_or(i64::MAX).min(i64::MAX >> 17) << 16;
         self.owed = self.owed.max(0);
         self.ahead = self.ahead.saturating_sub(passed).max(0);
     }
 
-    /// Whether the next step is more than this many ticks behind the last one that was handed out.
+    /// Whether the next step comes more than this many ticks after the last one that was handed out.
     pub(crate) fn is_ahead(&mut self, ticks: u64) -> bool {
         self.settle();
         self.ahead >> 16 > i64::try_from(ticks).unwrap_or(i64::MAX)
     }
 
-    /// From the last step handed out to the last one that is known, in ticks.
+    /// The time from the last step handed out to the last known step, in ticks.
     pub fn left(&self) -> u64 {
         let mut now = *self;
         now.settle();
@@ -292,7 +293,7 @@ impl Grouper {
         (own.max(0) >> 16) as u64
     }
 
-    /// The next group of what is loaded: a single step if `single`. `None` if nothing is left.
+    /// The next group of the loaded entry: a single step if `single`. `None` if nothing is left.
     fn take_group(&mut self, single: bool) -> Option<StepGroup> {
         if !self.has_step() {
             return None;
@@ -304,14 +305,14 @@ impl Grouper {
         Some(self.several())
     }
 
-    /// Whether the next group is one of [`several`](Grouper::several) steps, as the last one was.
+    /// Whether the next group has [`several`](Grouper::several) steps, as the last one had.
     #[inline(always)]
     pub(crate) const fn is_near(&self) -> bool {
         self.near.groups != 0
     }
 
-    /// Goes over to groups of several steps, if there are as many: else a single step is next. Steps of
-    /// the present entry are at hand.
+    /// Switches to groups of several steps, if there are enough steps. Otherwise the next group is a single
+    /// step. Steps of the present entry must be at hand.
     #[inline(never)]
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     pub(crate) fn approach(&mut self) -> bool {
@@ -323,8 +324,8 @@ impl Grouper {
             self.settle();
             return false;
         }
-        // n − 1 of the waits lie between the steps; the last one is ahead of what follows. (Of a
-        // growth that makes groups at all, growth · n² fits.)
+        // n − 1 of the waits lie between the steps; the last one is before the next group. (With a growth
+        // that allows groups at all, growth · n² fits.)
         let between = (1i32 << bits).wrapping_sub(1);
         let triangle = between.wrapping_mul(between.wrapping_sub(1)) >> 1;
         self.near.longer = self.growth.wrapping_mul(triangle.wrapping_sub(1));
@@ -334,9 +335,8 @@ impl Grouper {
         true
     }
 
-    /// Goes over to 32 bits, if these are enough for what is left of the present entry. They are not if
-    /// the interval ahead, which is of the entry before, differs from the others by more than a part of the
-    /// bound.
+    /// Switches to 32 bits, if they are enough for the rest of the present entry. They are not if the interval
+    /// ahead, which belongs to the entry before, differs from the others by more than a quarter of the bound.
     fn fits(&mut self) -> bool {
         let near = |value: i64, most: u32| match i32::try_from(value) {
             Ok(value) if value.unsigned_abs() <= most => Some(value),
@@ -358,7 +358,7 @@ impl Grouper {
         true
     }
 
-    /// Goes back to 64 bits. At least one group of several steps has been made since.
+    /// Switches back to 64 bits. At least one group of several steps must have been made since.
     fn settle(&mut self) {
         if self.is_near {
             self.is_near = false;
@@ -370,11 +370,11 @@ impl Grouper {
         }
     }
 
-    /// A group of several steps, in 32 bits.
+    /// The next group of several steps, computed in 32 bits.
     #[inline(always)]
     pub(crate) fn several(&mut self) -> StepGroup {
         let (bits, Near { groups, wait, jump, owed, longer }) = (self.bits & 31, self.near);
-        // How much longer they take than n waits.
+        // By how much the group is to last longer than n waits.
         let longer = longer.wrapping_add(owed);
         let mean = wait.wrapping_add(longer >> bits);
         let mut interval = mean.wrapping_add(0x8000) >> 16;
@@ -391,7 +391,8 @@ impl Grouper {
         StepGroup { interval: interval.cast_unsigned(), steps: 1 << bits, forward: self.forward }
     }
 
-    /// At the minimum interval more may be owed than is made up for within a group of several steps.
+    /// Switches back if the debt is larger than a group of several steps makes up for, as it may become at the
+    /// minimum interval.
     #[inline(never)]
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     fn check(&mut self) {
@@ -400,7 +401,7 @@ impl Grouper {
         }
     }
 
-    /// A single step.
+    /// The next single step.
     #[inline(never)]
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     pub(crate) fn one(&mut self) -> StepGroup {
@@ -410,7 +411,7 @@ impl Grouper {
         let interval = if interval < i64::from(least) {
             least
         } else {
-            // (What a number can't hold is owed: the steps behind it wait for longer.)
+            // (An interval too long for a number leaves a debt: the next steps wait longer.)
             Ticks::try_from(interval).unwrap_or(Ticks::MAX)
         };
         self.owed = all.wrapping_sub(i64::from(interval) << 16);
@@ -421,7 +422,7 @@ impl Grouper {
         StepGroup { interval, steps: 1, forward: self.forward }
     }
 
-    /// The first group behind a start: a single step, which comes that long after the start.
+    /// The first group after a start: a single step, whose interval counts from the start.
     pub fn first(&mut self) -> Option<StepGroup> {
         self.take_group(true)
     }
@@ -430,15 +431,14 @@ impl Grouper {
 impl Iterator for Grouper {
     type Item = StepGroup;
 
-    /// The next group of what is loaded; `None` if another entry is to be
-    /// [loaded](Grouper::load).
+    /// The next group of the loaded entry; `None` if another entry must be [loaded](Grouper::load).
     #[inline]
     fn next(&mut self) -> Option<StepGroup> {
         self.take_group(false)
     }
 }
 
-/// How long `count` waits last that grow, in their unit.
+/// The sum of `count` waits that grow, in their unit.
 fn lasts(wait: i64, growth: i64, count: u32) -> i64 {
     let count = i64::from(count);
     let triangle = growth.saturating_mul(count.saturating_mul(count.wrapping_sub(1)) >> 1);

@@ -1,5 +1,5 @@
 #![no_std]
-//! Players that make steps by themselves: the PIO of an RP2040, a ring that DMA empties, an RMT.
+//! An engine for hardware that makes steps by itself: the PIO of an RP2040, a ring that DMA empties, an RMT.
 //!
 //! ```text
 //!   Steppers ─► queue ─► SinkEngine ─► Grouper ─► Player ─► STEP, DIR
@@ -8,19 +8,19 @@
 //!                          └──── serve ◄────────────┘ its interrupt: a group has begun
 //! ```
 //!
-//! A [`Player`] plays groups of equal steps, with no help of the processor. [`SinkEngine`] makes
-//! groups of what the planner queues, and is a [`Control`](stepwright::Control): `Steppers` and
-//! `OrderedMotors` drive it as they drive an [`Engine`](stepwright::Engine). [`SharedSink`] is the
-//! place for both in a program with an interrupt.
+//! A [`Player`] plays groups of equal steps without the processor. [`SinkEngine`] makes these groups from the
+//! entries that the planner queues. It is a [`Control`](stepwright::Control): `Steppers` and `OrderedMotors`
+//! drive it as they drive an [`Engine`](stepwright::Engine). [`SharedSink`] is the place for the engine and its
+//! queues in a program with an interrupt.
 //!
-//! | file | what |
+//! | file | content |
 //! | --- | --- |
-//! | `group.rs` | entries become groups, with the rounding carried |
-//! | `player.rs` | what a player guarantees |
-//! | `engine.rs`, `track.rs` | the engine over a player, and an axis of it |
+//! | `group.rs` | entries become groups; rounding is carried to the next group |
+//! | `player.rs` | the contract of a player |
+//! | `engine.rs`, `track.rs` | the engine over a player, and its axes |
 //! | `shared.rs` | engine and queues in a static |
-//! | `model.rs` | a player on a PC, in simulated time |
-//! | `check.rs` | does a player keep its contract? |
+//! | `model.rs` | a model of a player, in simulated time |
+//! | `check.rs` | a test of a player against its contract |
 
 mod check;
 mod engine;

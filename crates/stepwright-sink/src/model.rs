@@ -1,4 +1,4 @@
-//! A player on a PC, in simulated time.
+//! A model of a player, in simulated time.
 
 use stepwright::drive::Axes;
 use stepwright::{Ticks, Timing};
@@ -7,22 +7,23 @@ use crate::engine::SinkEngine;
 use crate::group::StepGroup;
 use crate::player::{Halted, Player};
 
-/// What a model's pins did.
+/// An edge of a model's pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ModelEdge {
-    /// When, in ticks.
+    /// The time, in ticks.
     pub at: u64,
-    /// Of which axis.
+    /// The axis.
     pub axis: u8,
     /// STEP rose, with DIR at this level; `None`: DIR changed.
     pub step: Option<bool>,
 }
 
-/// Groups that wait, as an RP2040's FIFO holds them.
+/// The depth of the FIFO, as on an RP2040.
 const DEPTH: usize = 4;
 
-/// A player of N axes that keeps the contract to the tick. Time passes in [`pass`](ModelPlayer::pass)
-/// alone, or in that of its [engine](SinkEngine::pass). Its edges go to a function.
+/// A player of N axes that keeps the contract to the tick. Time passes only in
+/// [`pass`](ModelPlayer::pass), or in [`pass`](SinkEngine::pass) of its engine. It hands its edges to a
+/// function.
 pub struct ModelPlayer<const N: usize, F = fn(ModelEdge)> {
     now: u64,
     pulse: Ticks,
@@ -33,13 +34,13 @@ pub struct ModelPlayer<const N: usize, F = fn(ModelEdge)> {
 #[derive(Clone, Copy)]
 struct ModelAxis {
     running: bool,
-    /// Groups that wait, the oldest first.
+    /// The waiting groups, the oldest first.
     fifo: [StepGroup; DEPTH],
     waiting: u8,
-    /// Steps of the present group that are to come, and its interval.
+    /// The steps of the present group that are still to come, and its interval.
     left: u32,
     interval: Ticks,
-    /// The last edge, or the start.
+    /// When the last step rose, or the axis started.
     last: u64,
     /// Whether a step has been made since the start.
     stepped: bool,
@@ -62,12 +63,12 @@ impl ModelAxis {
         dry: false,
     };
 
-    /// When the last pulse has ended, of `pulse` ticks.
+    /// The end of the last pulse, of `pulse` ticks.
     fn over(&self, pulse: Ticks) -> u64 {
         if self.stepped { self.last.saturating_add(pulse.into()) } else { self.last }
     }
 
-    /// When what comes next comes: a group begins, or a step.
+    /// The time of the next event: a group that begins, or a step.
     fn next(&self, pulse: Ticks) -> Option<u64> {
         if !self.running {
             None
@@ -80,7 +81,7 @@ impl ModelAxis {
         }
     }
 
-    /// The oldest group begins.
+    /// Begins the oldest group.
     fn begin(&mut self) -> StepGroup {
         let [first, second, third, fourth] = self.fifo;
         self.fifo = [second, third, fourth, NONE];
@@ -91,19 +92,19 @@ impl ModelAxis {
 }
 
 impl<const N: usize> Default for ModelPlayer<N> {
-    /// Nobody sees its edges.
+    /// A model that drops its edges.
     fn default() -> Self {
         ModelPlayer::new(|_| {})
     }
 }
 
 impl<const N: usize, F: FnMut(ModelEdge)> ModelPlayer<N, F> {
-    /// At rest, at time 0. Each edge is told in order of an axis.
+    /// A model at rest, at time 0. `edge` gets the edges of each axis in order.
     pub fn new(edge: F) -> ModelPlayer<N, F> {
         ModelPlayer { now: 0, pulse: 1, axes: [ModelAxis::AT_REST; N], edge }
     }
 
-    /// Lets time pass up to `end`, or to when a group begins: whether it did.
+    /// Lets time pass up to `end`, or until a group begins. Returns whether a group began.
     pub fn pass_to(&mut self, end: u64) -> bool {
         loop {
             let mut first: Option<(u64, u8)> = None;
@@ -137,7 +138,7 @@ impl<const N: usize, F: FnMut(ModelEdge)> ModelPlayer<N, F> {
         }
     }
 
-    /// Who has nothing to play, and has been so since the end of its last pulse?
+    /// Marks the axes that have had nothing to play since the end of their last pulse.
     fn look_for_dry(&mut self) {
         for own in &mut self.axes {
             if own.running && own.left == 0 && own.waiting == 0 && own.over(self.pulse) < self.now {
@@ -146,7 +147,7 @@ impl<const N: usize, F: FnMut(ModelEdge)> ModelPlayer<N, F> {
         }
     }
 
-    /// Lets this many ticks pass; nobody gives it anything meanwhile.
+    /// Lets this many ticks pass without new groups.
     pub fn pass(&mut self, ticks: Ticks) {
         let end = self.now.saturating_add(ticks.into());
         while self.pass_to(end) {}
@@ -171,7 +172,7 @@ impl<const N: usize, F: FnMut(ModelEdge)> Player for ModelPlayer<N, F> {
 
     fn put(&mut self, axis: u8, group: StepGroup) {
         let Some(own) = self.axes.get_mut(usize::from(axis)) else { return };
-        // It may have stood still up to this moment.
+        // The axis may have stood still until now.
         if own.running && own.left == 0 && own.waiting == 0 && own.over(self.pulse) < self.now {
             (own.last, own.stepped) = (self.now, false);
         }
@@ -224,8 +225,7 @@ impl<const N: usize, F: FnMut(ModelEdge)> Player for ModelPlayer<N, F> {
 }
 
 impl<F: FnMut(ModelEdge), const N: usize, const Q: usize> SinkEngine<'_, ModelPlayer<N, F>, N, Q> {
-    /// Lets this many ticks pass: the player plays, and its interrupt comes whenever a group has
-    /// begun.
+    /// Lets this many ticks pass. The player plays, and its interrupt serves it whenever a group begins.
     pub fn pass(&mut self, ticks: Ticks) {
         let end = self.player().now().saturating_add(ticks.into());
         self.catch_up();

@@ -1,4 +1,4 @@
-//! A sink that an interrupt keeps filled and the main loop orders about.
+//! A sink shared by an interrupt, which keeps it filled, and the main loop, which gives the orders.
 
 use core::cell::{Cell, UnsafeCell};
 use core::marker::PhantomData;
@@ -13,11 +13,11 @@ use stepwright::{Board, Control, HoldOff, Playing, Report, Ticks, Timing};
 use crate::engine::SinkEngine;
 use crate::player::Player;
 
-/// A place for a [`SinkEngine`] and its queues, for a static that the player's interrupt and the main
-/// loop share: what [`SharedEngine`](stepwright::SharedEngine) is to an engine of steps.
+/// A place for a [`SinkEngine`] and its queues, in a static that the player's interrupt and the main loop
+/// share. It is to a sink what [`SharedEngine`](stepwright::SharedEngine) is to an engine of steps.
 ///
-/// The main loop holds off that one interrupt, for the microseconds that a call takes; the
-/// interrupt takes no lock. Empty, it takes no flash.
+/// The main loop holds off that one interrupt for the microseconds that a call takes. The interrupt takes no
+/// lock. An empty place takes no flash.
 ///
 /// ```
 /// # use critical_section as _;
@@ -56,9 +56,9 @@ use crate::player::Player;
 pub struct SharedSink<P: 'static, H, const N: usize, const Q: usize = 8> {
     engine: UnsafeCell<MaybeUninit<SinkEngine<'static, P, N, Q>>>,
     queues: UnsafeCell<[Queue<Q>; N]>,
-    /// Somebody fills it, or has filled it.
+    /// Set by the first call of `fill`.
     taken: Mutex<Cell<bool>>,
-    /// There is an engine.
+    /// Set once the engine is there.
     filled: AtomicBool,
     interrupt: PhantomData<fn() -> H>,
 }
@@ -69,7 +69,7 @@ pub struct SharedSink<P: 'static, H, const N: usize, const Q: usize = 8> {
 unsafe impl<P: Send, H, const N: usize, const Q: usize> Sync for SharedSink<P, H, N, Q> {}
 
 impl<P: Player, H: HoldOff, const N: usize, const Q: usize> SharedSink<P, H, N, Q> {
-    /// Nothing yet: the interrupt does nothing.
+    /// An empty place: the interrupt does nothing.
     pub const fn empty() -> Self {
         SharedSink {
             engine: UnsafeCell::new(MaybeUninit::uninit()),
@@ -80,9 +80,9 @@ impl<P: Player, H: HoldOff, const N: usize, const Q: usize> SharedSink<P, H, N, 
         }
     }
 
-    /// Makes the engine over a player, with a bound as [`SinkEngine::new`] takes it, and lets the
-    /// interrupt in. Returns the main loop's hold on it and the feeds of its queues, for
-    /// [`Steppers`](stepwright::Steppers); `None` if it was filled before.
+    /// Makes the engine over a player, with a bound as for [`SinkEngine::new`], and lets the interrupt in.
+    /// Returns the main loop's handle and the feeds of the queues, for [`Steppers`](stepwright::Steppers);
+    /// `None` if the place was filled before.
     pub fn fill(
         &'static self,
         player: P,
@@ -107,26 +107,26 @@ impl<P: Player, H: HoldOff, const N: usize, const Q: usize> SharedSink<P, H, N, 
         Some((SinkHandle { shared: self, one_thread: PhantomData }, feeds))
     }
 
-    /// The player's interrupt, when a group of these axes has begun: see [`SinkEngine::serve`].
+    /// For the player's interrupt, when a group of one of these axes has begun: see [`SinkEngine::serve`].
     ///
     /// # Safety
-    /// Called by the interrupt that `H` holds off, and by nothing else.
+    /// To be called only by the interrupt that `H` holds off.
     #[inline]
     pub unsafe fn serve(&self, axes: Axes) -> bool {
-        // An interrupt that was not held off at power-up finds nothing.
+        // An interrupt that was not held off at power-up finds no engine.
         self.filled.load(Ordering::Acquire)
             // SAFETY: it is there, and the handle holds this interrupt off while it has it.
             && unsafe { (*self.engine.get()).assume_init_mut() }.serve(axes)
     }
 }
 
-/// The main loop's hold on the engine in a [`SharedSink`].
+/// The main loop's handle on the engine in a [`SharedSink`].
 ///
-/// While a travel is in progress the main loop polls the motors, or asks whether they move: a
-/// player that stood still, as nothing was planned for it, is given what has been planned since.
+/// While a travel is in progress the main loop must poll the motors, or ask whether they move. These calls
+/// restart a player that stood still because nothing was planned.
 pub struct SinkHandle<P: 'static, H: 'static, const N: usize, const Q: usize> {
     shared: &'static SharedSink<P, H, N, Q>,
-    /// Not for two threads at once, as some calls go by a shared reference.
+    /// Not `Sync`: some calls need a shared reference only.
     one_thread: PhantomData<Cell<()>>,
 }
 

@@ -1,4 +1,4 @@
-//! One axis of a sink.
+//! The state of one axis of a sink.
 
 use stepwright::queue::{Consumer, Next, Source};
 use stepwright::{Playing, Ticks};
@@ -6,54 +6,55 @@ use stepwright::{Playing, Ticks};
 use crate::group::{Grouper, StepGroup};
 use crate::player::Player;
 
-/// Groups that an axis remembers, a power of two: those that wait, and the one that is played.
+/// The number of groups that an axis remembers: the waiting groups and the one that is played. A power of
+/// two.
 const REMEMBERED: u8 = 8;
 
-/// A group as it is remembered: its interval, its steps, and the lowest bit for forward.
+/// A remembered group: the interval, and twice the steps with the lowest bit for forward.
 type Remembered = (Ticks, u32);
 
 /// No group.
 const NONE: Remembered = (1, 1);
 
-/// How far an axis is.
+/// The phase of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// No travel.
+    /// There is no travel.
     Idle,
-    /// Its travel begins: the player has not been started for it.
+    /// A travel begins, and the player has not been started for it.
     Begins,
-    /// It is played.
+    /// The player plays the travel.
     Plays,
 }
 
-/// What the engine knows of an axis.
+/// What the engine knows about an axis.
 #[repr(C)] // what each group asks for lies together, where a small chip reaches it at once
 pub(crate) struct Track<'q, const Q: usize> {
     pub phase: Phase,
     /// The last group of the travel has been put.
     ended: bool,
-    /// Which way it faced before its travel.
+    /// The direction before the travel, true for forward.
     before: bool,
-    /// The player has room, and the queue had nothing for it.
+    /// The player has room, but the queue was empty or DIR could not change yet.
     pub hungry: bool,
-    /// The player rests for a turn, or until a step that is later, and so has run dry.
+    /// The player rests for a turn, or until a later step, and has run dry by that on purpose.
     rested: bool,
-    /// An entry has left the queue, or there was none for the first time, since the last [`fill`](Track::fill).
+    /// Since the last [`fill`](Track::fill) an entry was taken from the queue, or the queue became empty.
     news: bool,
-    /// How many groups were put, modulo 256.
+    /// The number of groups put, modulo 256.
     put: u8,
     pub grouper: Grouper,
-    /// When the last step of all groups that were put comes, in the player's time; before a start, from
-    /// that on.
+    /// When the last step of all put groups comes, in the player's time; before the start, counted from the
+    /// start.
     pub end: u64,
-    /// The last of them.
+    /// The last groups put.
     groups: [Remembered; REMEMBERED as usize],
-    /// Where they lead to, and the steps that the grouper has [at hand](Grouper::at_hand).
+    /// The position after all put groups and the steps that the grouper has [at hand](Grouper::at_hand).
     target: i64,
     pub source: Consumer<'q, Q>,
-    /// How often the player has run dry.
+    /// The number of times that the player ran dry.
     pub dry: u32,
-    /// When its travel has begun with a wait, while no step of it is known.
+    /// When the travel began, if it began with a wait and no step is known yet.
     origin: Option<u64>,
 }
 
@@ -77,30 +78,30 @@ impl<'q, const Q: usize> Track<'q, Q> {
         }
     }
 
-    /// The group that was put as the last but `back`.
+    /// The group that was put `back` groups before the last one.
     fn group(&self, back: u8) -> StepGroup {
         let at = self.put.wrapping_sub(1).wrapping_sub(back) % REMEMBERED;
         let (interval, steps) = self.groups.get(usize::from(at)).copied().unwrap_or(NONE);
         StepGroup { interval, steps: steps >> 1, forward: steps & 1 != 0 }
     }
 
-    /// The steps that the grouper has at hand, negative backward.
+    /// The steps that the grouper has at hand; negative if backward.
     fn at_hand(&self) -> i64 {
         let steps = i64::from(self.grouper.at_hand());
         if self.grouper.is_forward() { steps } else { steps.wrapping_neg() }
     }
 
-    /// Where all groups that were put lead to.
+    /// The position after all put groups.
     pub fn position(&self) -> i64 {
         self.target.wrapping_sub(self.at_hand())
     }
 
-    /// It is so far from where it was taken to be.
+    /// Corrects the position by this many steps.
     pub fn displace(&mut self, steps: i64) {
         self.target = self.target.wrapping_add(steps);
     }
 
-    /// Whether no travel is in progress. DIR may change then: `hold` has passed since the last edge.
+    /// Whether no travel is in progress. `hold` has passed since the last edge, so DIR may change.
     pub fn is_idle(&self, player: &impl Player, axis: u8, hold: Ticks) -> bool {
         match self.phase {
             Phase::Idle => true,
@@ -113,9 +114,8 @@ impl<'q, const Q: usize> Track<'q, Q> {
         }
     }
 
-    /// Steps made.
-    ///
-    /// Of the group that is played, by the time: at the edge itself this may be a step behind.
+    /// The position by the steps made. Within the present group they are computed from the time: just after an
+    /// edge the position may be a step behind.
     pub fn made(&self, player: &impl Player, axis: u8) -> i64 {
         let (mut position, mut end) = (self.position(), self.end);
         if self.phase == Phase::Idle {
@@ -136,15 +136,15 @@ impl<'q, const Q: usize> Track<'q, Q> {
         if left == 0 {
             return position;
         }
-        // Rounded up: a step whose time has not come is not made.
+        // Rounded up: a step before its time has not been made.
         let left = Ticks::try_from(left).unwrap_or(Ticks::MAX);
         let missing = left.div_ceil(group.interval.max(1)).min(group.steps);
         let missing = StepGroup { steps: missing, ..group }.travel();
         position.wrapping_sub(missing)
     }
 
-    /// How long the steps last that are known of the entries taken. The wait behind the last of them
-    /// does not count: the player has to know the step that ends it before it begins.
+    /// How long the known steps of the taken entries last. The wait after the last of them does not count, as
+    /// the player must know the step that ends a wait before the wait begins.
     pub fn playing(&self, player: &impl Player) -> Playing {
         if self.phase != Phase::Plays || self.ended {
             return Playing::Unknown;
@@ -154,7 +154,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
         if self.hungry { Playing::Dry(left) } else { Playing::Left(left) }
     }
 
-    /// A travel begins.
+    /// Begins a travel.
     pub fn begin(&mut self) {
         self.before = self.grouper.is_forward();
         self.target = self.position();
@@ -164,38 +164,38 @@ impl<'q, const Q: usize> Track<'q, Q> {
         (self.groups, self.put) = ([NONE; REMEMBERED as usize], 0);
     }
 
-    /// Whether a travel is to begin, and has a group.
+    /// Whether a travel begins and has a group.
     pub fn is_ready(&self) -> bool {
         self.phase == Phase::Begins && self.group(0).steps != 0
     }
 
-    /// Its travel begins now, if it begins with a wait: the player is started for its first step, which
-    /// is not known.
+    /// Notes that the travel begins now with a wait, if it does. The player is started later, for the first
+    /// step, which is not known yet.
     pub fn waits(&mut self, now: u64) {
         if self.origin.is_none() && self.grouper.is_ahead(0) {
             self.origin = Some(now);
         }
     }
 
-    /// Whether it would take a group.
+    /// Whether the travel may have more groups.
     fn wants(&self) -> bool {
         self.phase != Phase::Idle && !self.ended
     }
 
-    /// The player was started at this time.
+    /// Notes that the player was started at this time.
     pub fn started(&mut self, now: u64) {
         self.end = self.end.saturating_add(now);
         self.phase = Phase::Plays;
     }
 
-    /// Gives the player what it has room for, in a travel. True if there is news: an entry has left the queue, or
-    /// there was none.
-    // (Small functions: where all is one, a small chip's registers don't suffice.)
+    /// Fills the player's FIFO. Returns whether there is news: an entry was taken from the queue, or the queue
+    /// became empty.
+    // (Small functions: as one function it would need more registers than a small chip has.)
     #[inline(never)]
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     pub fn fill(&mut self, player: &mut impl Player, axis: u8, hold: Ticks) -> bool {
         if let Some(group) = self.put_one(player, axis, hold) {
-            // Asked when it has something again: until then it runs dry.
+            // The player is asked once it has a group again: until then it is still dry.
             if player.ran_dry(axis) {
                 self.has_been_dry(player.now(), group);
             }
@@ -204,7 +204,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
         core::mem::take(&mut self.news)
     }
 
-    /// Gives the player a group, if it has room and there is one.
+    /// Gives the player a group, if it has room and a group is there.
     #[inline(always)]
     fn put_one(&mut self, player: &mut impl Player, axis: u8, hold: Ticks) -> Option<StepGroup> {
         if !player.has_room(axis) {
@@ -219,19 +219,19 @@ impl<'q, const Q: usize> Track<'q, Q> {
         Some(group)
     }
 
-    /// The player stood still until now, and has this group.
+    /// Handles a player that stood still until it got this group now.
     #[inline(never)]
     fn has_been_dry(&mut self, now: u64, group: StepGroup) {
         let rested = core::mem::replace(&mut self.rested, false);
         if self.phase == Phase::Plays && !rested {
             self.dry = self.dry.saturating_add(1);
-            // What came now is played from here on.
+            // The player plays the group from now on.
             self.end = self.end.max(now.saturating_add(group.duration()));
         }
     }
 
-    /// Whether there is another group, of the present entry or the one behind it: of several steps or
-    /// a single one, as the grouper says then.
+    /// Prepares the next group, from the present entry or the next one. The grouper knows then whether it has
+    /// one step or several. False if there is no group.
     #[inline(never)]
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     fn prepare(&mut self, player: &mut impl Player, axis: u8, hold: Ticks) -> bool {
@@ -242,23 +242,23 @@ impl<'q, const Q: usize> Track<'q, Q> {
             self.starve();
             return false;
         }
-        // Who rests has been starved.
+        // A resting axis is marked as hungry.
         if core::mem::take(&mut self.hungry)
             && self.catch_up(player, axis)
             && !self.grouper.is_loaded()
         {
             return self.prepare(player, axis, hold);
         }
-        // Of a travel the first is a single step.
+        // The first group of a travel is a single step.
         if self.phase != Phase::Begins || self.is_ready() {
             self.grouper.approach();
         }
         true
     }
 
-    /// Of the wait before the next step what has passed already is over: the player rests, and plays at once
-    /// what it is given. If that step is late, it is so: the player has run dry. True if the player was
-    /// given that step, and started for it: not with the other axes, which have begun.
+    /// Shortens the wait before the next step by the time that has passed: the player rests, and plays a group
+    /// as soon as it gets it. A step that is late already counts as run dry. Returns true if it gave the player
+    /// the step and started it, apart from the other axes, which have begun.
     #[inline(never)]
     fn catch_up(&mut self, player: &mut impl Player, axis: u8) -> bool {
         let since = match (self.phase, self.origin.take()) {
@@ -285,13 +285,13 @@ impl<'q, const Q: usize> Track<'q, Q> {
         true
     }
 
-    /// There is nothing for the player, or not yet.
+    /// Notes that the player gets no group now.
     fn starve(&mut self) {
         self.news |= !self.hungry;
         self.hungry = true;
     }
 
-    /// The next group of several steps.
+    /// Takes the next group of several steps.
     #[inline(never)]
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     fn several(&mut self) -> Remembered {
@@ -300,7 +300,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
         self.remember(group, group.interval.wrapping_mul(group.steps))
     }
 
-    /// The next step.
+    /// Takes the next step as a group.
     #[inline(never)]
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     fn single(&mut self) -> Remembered {
@@ -308,7 +308,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
         self.remember(group, group.interval)
     }
 
-    /// A group is put that lasts so long.
+    /// Remembers a group of this duration as put.
     #[inline(always)]
     fn remember(&mut self, group: StepGroup, lasts: Ticks) -> Remembered {
         self.end = self.end.wrapping_add(lasts.into());
@@ -320,7 +320,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
         group
     }
 
-    /// Takes entries over until one has a step: false if there is none.
+    /// Takes entries from the queue until one has a step; false if none has.
     #[inline(never)]
     #[cfg_attr(feature = "in-ram", unsafe(link_section = ".data.stepwright"))]
     fn load(&mut self) -> bool {
@@ -347,7 +347,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
         true
     }
 
-    /// Whether DIR may change before the next step: on the way not before the last one has been held.
+    /// Whether DIR may change now. During a travel the player must rest, and the hold time must be over.
     #[inline(never)]
     fn may_turn(&mut self, player: &impl Player, axis: u8, hold: Ticks) -> bool {
         if self.phase == Phase::Begins {
@@ -363,7 +363,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
         true
     }
 
-    /// The player has been halted.
+    /// Handles a halt of the player: corrects the position, and forgets the rest of the travel.
     pub fn halted(&mut self, player: &mut impl Player, axis: u8) {
         let halted = player.forget(axis);
         let waiting = halted.waiting.min(REMEMBERED - 1);
@@ -374,7 +374,7 @@ impl<'q, const Q: usize> Track<'q, Q> {
         let present = self.group(waiting);
         let left = StepGroup { steps: halted.left.min(present.steps), ..present };
         self.target = self.target.wrapping_sub(left.travel());
-        // Where no group has begun it faces as before.
+        // If no group has begun DIR is as before.
         let forward = if present.steps == 0 { self.before } else { present.forward };
         self.source.clear(forward);
         self.grouper.clear(forward);

@@ -1,20 +1,19 @@
-//! From any profile to runs, under an error bound.
+//! Makes runs of any profile, within an error bound.
 //!
-//! For laws without a closed form: lists, callbacks, a neighbour's iterator.
-//! Greedy: a run grows by doubling as long as a parabola through its end keeps
-//! **every** step within the bound, then by ever smaller pieces. The parabola
-//! takes its growth from the means of both halves of the run, and ends at the
-//! true time of its last step, so that errors never accumulate.
+//! For laws without a closed form: lists, callbacks, iterators of other crates. The method is
+//! greedy: a run doubles its length while a parabola through its end keeps **every** step within
+//! the bound, then grows by ever smaller pieces. The parabola takes its growth from the mean
+//! intervals of both halves of the run, and ends at the exact time of its last step, so that errors
+//! never accumulate.
 
 use crate::run::Run;
 use crate::units::Ticks;
 
-/// Compresses the delays of a profile into [runs](Run), every step within
-/// `error` ticks of its time.
+/// Compresses the delays of a profile into [runs](Run), with every step within `error` ticks of its
+/// time.
 ///
-/// Looks at most `WINDOW` steps ahead (2 … 16384), which is how long a run can
-/// be; it takes four bytes a step. A delay of a billion ticks is a run of its
-/// own.
+/// Looks ahead at most `WINDOW` steps (2 … 16384), which is the greatest length of a run; each
+/// takes four bytes of memory. A delay of a billion ticks becomes a run of its own.
 ///
 /// ```
 /// use stepwright::{compress::Compress, Rate, Speed, Accel, profile::Trapezoid, run::Steps};
@@ -32,18 +31,18 @@ use crate::units::Ticks;
 #[derive(Clone, Debug)]
 pub struct Compress<I, const WINDOW: usize> {
     delays: I,
-    /// Delays that are still to be put into runs; the first `filled`.
+    /// Delays that are not in a run yet: the first `filled`.
     window: [Ticks; WINDOW],
     filled: usize,
-    /// Largest error of a step, in 2⁻¹⁶ ticks.
+    /// The largest error of a step, in 2⁻¹⁶ ticks.
     error: i64,
     /// The shortest interval of a run of several steps, in 2⁻¹⁶ ticks.
     least: i64,
-    /// How far the runs so far are behind the profile, in 2⁻¹⁶ ticks.
+    /// How far the runs made so far are behind the profile, in 2⁻¹⁶ ticks.
     lag: i64,
 }
 
-/// Half a tick: whole ticks are what deadlines are rounded down to.
+/// Half a tick: deadlines are rounded down to whole ticks.
 const HALF: i64 = 1 << 15;
 
 impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Compress<I, WINDOW> {
@@ -56,7 +55,7 @@ impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Compress<I, WINDOW> {
             delays: delays.into_iter(),
             window: [0; WINDOW],
             filled: 0,
-            // Rounding to a tick takes half of one.
+            // Rounding to a tick takes half a tick of the bound.
             error: ((i64::from(error) << 16) - HALF).max(0),
             least: 0,
             lag: HALF,
@@ -77,7 +76,7 @@ impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Compress<I, WINDOW> {
         }
     }
 
-    /// A run of the first `n` ≥ 1 delays that keeps the bound, and its lag.
+    /// A run of the first `n` ≥ 1 delays that keeps the bound, and the lag after it.
     fn fit(&self, n: usize) -> Option<(Run, i64)> {
         let delays = self.window.get(..n)?;
         let count = i64::try_from(n).ok()?;
@@ -88,7 +87,7 @@ impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Compress<I, WINDOW> {
             let sum = |part: &[Ticks]| part.iter().map(|&d| i64::from(d)).sum::<i64>() << 16;
             let (first, last) = (delays.get(..half)?, delays.get(n - half..)?);
             let half = i64::try_from(half).ok()?;
-            // The means of the halves lie n − half steps apart.
+            // The middles of the two halves are n − half steps apart.
             add = (sum(last) - sum(first)) / (half * (count - half));
         }
         let add = i32::try_from(add).ok()?;
@@ -98,15 +97,15 @@ impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Compress<I, WINDOW> {
             return None;
         }
         let run = Run::new(interval as u64, add, count as u16);
-        // Every step, as it will be played.
+        // Checks every step as it will be played.
         let (mut at, mut step, mut want) = (0i64, interval, self.lag);
         for &delay in delays {
             at += step;
             let short = step < self.least;
             step += i64::from(add);
             want += i64::from(delay) << 16;
-            // `want` is half a tick late, so that floor(at) rounds.
-            // A single step is always what was asked for.
+            // `want` is half a tick late, so that floor(at) rounds to nearest. A single step always
+            // comes exactly at its time.
             if n > 1 && (short || step < 0 || (at - want).abs() > self.error) {
                 return None;
             }
@@ -123,7 +122,7 @@ impl<I: Iterator<Item = Ticks>, const WINDOW: usize> Iterator for Compress<I, WI
         if self.filled == 0 {
             return None;
         }
-        // Doubling, then halving the stride: about 2·log₂ n fits.
+        // Doubles, then halves the stride: about 2·log₂ n fits.
         let (mut n, mut best) = (1, self.fit(1)?);
         let mut stride = 1;
         let mut growing = true;

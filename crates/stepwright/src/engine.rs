@@ -9,27 +9,27 @@
 //!   engine       pins, add the wait, set compare, drop
 //! ```
 //!
-//! Plays [entries](crate::entry): pins, then a wait. `deadline += wait` never drifts
-//! and needs no common tick; axes of unrelated speeds get their own exact edges. After
-//! the compare register is written the engine looks at the timer again: a deadline
-//! that has passed meanwhile is served at once, so no compare can be missed. From the foreground the
-//! timer itself pends what has passed: see [`StepTimer`].
+//! The engine plays [entries](crate::entry): pins, then a wait. `deadline += wait` never drifts and
+//! needs no common tick, so axes of unrelated speeds each get exact edges. After writing the
+//! compare register the engine reads the timer again and serves at once a deadline that has passed
+//! meanwhile, so no compare can be missed. When the foreground sets the compare register, the timer
+//! itself pends the interrupt for a deadline that has passed: see [`StepTimer`].
 //!
-//! **Pulses** that are over when everything else is done end in the same visit. Others stay high,
-//! and their end is an event like a deadline: [`StepTimer::SPIN`].
+//! **Pulses** that are over when all other work is done end in the same visit. Other pulses stay
+//! high, and their end is an event like a deadline: [`StepTimer::SPIN`].
 //!
-//! **Late steps.** A step is late when its edge comes more than half an interval and
-//! 1 µs after its deadline ([`late_after`](crate::late_after)). It is counted, and caught
-//! up: the following steps come at the minimum interval, never closer, until the deadlines
-//! are met again.
-//! What is later than [`BEHIND`] slips: from there on the schedule is that much later.
+//! **Late steps.** A step is late when its edge comes more than half an interval and 1 µs after its
+//! deadline ([`late_after`](crate::late_after)). It is counted, and the axis catches up: the
+//! following steps come at the minimum interval, never closer, until the deadlines are met again.
+//! If a step is later than [`BEHIND`], the schedule shifts: all later deadlines move by its delay.
 //!
-//! **An empty queue** in the middle of a travel is asked again at the next deadline, and where that is
-//! far, except on an AVR, 4,096 ticks before it, too: what has come by then need not be fetched while its
-//! step waits. What has come by the deadline is on time. If nothing has, that is one late step, and what
-//! comes then is played from there on: a motor that has stood still is not asked to catch up.
+//! **An empty queue** in the middle of a travel is read again at the next deadline. If that is far
+//! away, it is also read 4,096 ticks before it (not on an AVR), so that an entry that has come by
+//! then need not be fetched while its step waits. An entry that has come by the deadline is on
+//! time. If none has come, that is one late step, and the next entry is played from the moment it
+//! comes: a motor that has stood still does not catch up.
 //!
-//! On an AVR the controller has step interrupts in assembly, which do the same.
+//! On an AVR the controller has step interrupts in assembly, which behave the same.
 
 mod agenda;
 mod first;
@@ -59,16 +59,16 @@ use track::{State, Track, fine_of};
 pub(crate) const STEP: u8 = 1;
 /// DIR is toggled.
 pub(crate) const TURN: u8 = 2;
-/// DIR is set, toggled or not.
+/// DIR is set, whether it changes or not.
 pub(crate) const FACE: u8 = 4;
 
-/// What the pins of entries mean to the engine, which plays what is due at once.
+/// The pins of entries for the engine, which plays all due events at once.
 pub const WIRING: Wiring = Wiring::new(STEP, TURN).prompt();
 
-/// µs behind its deadline from which on an axis slips.
+/// µs behind its deadline beyond which the schedule of an axis shifts.
 pub const BEHIND: u32 = 192;
 
-/// ns from a look at an empty queue to the next one: 8,995 ticks of 16 MHz.
+/// ns from one read of an empty queue to the next: 8,995 ticks of 16 MHz.
 const POLL: u32 = 562_188;
 
 /// The times that drivers need, in ticks of the step timer.
@@ -80,13 +80,13 @@ pub struct Timing {
     pub setup: Ticks,
     /// DIR is kept at least this long after the rising edge of STEP.
     pub hold: Ticks,
-    /// Two steps of one axis never come closer: at least the pulse width and
-    /// as long a pause, and what the board can do.
+    /// The shortest interval between two steps of one axis: at least the pulse width and a pause of
+    /// the same length, and what the board can do.
     pub min_interval: Ticks,
 }
 
-/// The same for each of N ≤ 8 axes, one after the other: no loop, in which an 8-bit chip
-/// would add up the address of each field.
+/// Repeats a block for each of N ≤ 8 axes: not a loop, in which an 8-bit chip would compute the
+/// address of each field.
 macro_rules! each {
     ($axis:ident < $n:ident: $body:block) => {
         each!($axis < $n: $body, 0 1 2 3 4 5 6 7)
@@ -99,7 +99,7 @@ macro_rules! each {
     };
 }
 
-/// What the engine knows of an axis.
+/// The engine's state of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Report {
     /// Steps emitted, forward minus backward.
@@ -110,24 +110,23 @@ pub struct Report {
     pub forward: bool,
 }
 
-/// What is left of the entry that an axis plays: the first of those that its queue counts as
-/// not played.
+/// What is left of the entry that an axis plays: the first entry that its queue does not count as
+/// played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Playing {
-    /// Nobody knows: at rest, or if the engine can't tell. Steps, then, for a wait is to be
-    /// told: a planner takes what it is not told for a whole entry that may be over at once.
+    /// Unknown: at rest, or if the engine can't tell. Allowed only for steps; the rest of a wait
+    /// must be given, because a planner assumes that an unknown entry may be over at once.
     Unknown,
     /// This many ticks.
     Left(Ticks),
-    /// Nothing: the queue ran empty, this many ticks before the next event was due.
+    /// Nothing: the queue was empty this many ticks before the next event was due.
     Dry(Ticks),
 }
 
 /// Plays the entries of N ≤ 8 axes with one timer.
 ///
-/// Belongs to the step interrupt, which calls [`on_compare`](Engine::on_compare).
-/// The other methods are for the foreground, with that interrupt held off for
-/// the few microseconds they take.
+/// Belongs to the step interrupt, which calls [`on_compare`](Engine::on_compare). The foreground
+/// calls the other methods, with that interrupt held off for the few microseconds that they take.
 #[cfg_attr(not(feature = "compact"), repr(C))] // what most visits read is near its beginning
 pub struct Engine<T: StepTimer, D, S, const N: usize> {
     first: First<T::Count, N>,
@@ -151,8 +150,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         engine
     }
 
-    /// An engine that has yet to [`begin`](Engine::begin): a constant, for a static
-    /// one, as it takes much code to move an engine into its place.
+    /// An engine before [`begin`](Engine::begin): a constant, for a static engine, as it takes much
+    /// code to move an engine into its place.
     pub const fn off(timer: T, drive: D, sources: [S; N], timing: Timing, rate: Rate) -> Self {
         let () = Self::AT_MOST_8_AXES;
         Engine {
@@ -166,8 +165,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         }
     }
 
-    /// The times as the engine keeps them: intervals count from an edge, which is late by
-    /// [`REACTION`](StepTimer::REACTION), and so is the next one. A pulse and a pause stay.
+    /// The times as the engine keeps them. Intervals count from an edge, which is
+    /// [`REACTION`](StepTimer::REACTION) late, as the next one is. A pulse and a pause always fit.
     const fn seen(timing: Timing) -> Timing {
         if T::REACTION == 0 {
             return timing;
@@ -178,7 +177,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         Timing { min_interval: if least < both { both } else { least }, ..timing }
     }
 
-    /// Turns the axes to the front, and waits for what is ordered.
+    /// Sets all directions forward, and sets the compare register.
     pub fn begin(&mut self) {
         for axis in 0..N as u8 {
             self.drive.direction(axis, true);
@@ -192,9 +191,9 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
 
     /// The step interrupt.
     ///
-    /// Plays what is due, and returns when the next deadline lies ahead: whether meanwhile there was
-    /// news for the foreground. An axis has come to the end of its travel, a step was late, or a
-    /// queue has room for more: of programs that are [asked](crate::queue::Asked) that is no news.
+    /// Plays what is due, and returns when the next deadline is ahead. Returns true if there was
+    /// news for the foreground meanwhile: an axis has ended its travel, a step was late, or a queue
+    /// has room for more. Room is no news of programs that are [asked](crate::queue::Asked).
     #[cfg_attr(not(feature = "compact"), inline(always))]
     pub fn on_compare(&mut self) -> bool {
         if T::Count::WIDE {
@@ -204,7 +203,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.visit()
     }
 
-    /// Plays what is due until the next event lies ahead. Returns whether there was news.
+    /// Plays what is due until the next event is ahead. Returns whether there was news.
     #[cfg_attr(feature = "compact", inline(always))]
     #[cfg_attr(not(feature = "compact"), inline(never))]
     fn visit(&mut self) -> bool {
@@ -220,7 +219,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         }
     }
 
-    /// Plays all that is due, and returns when the first event comes.
+    /// Plays all that is due, and returns the time of the first event.
     #[cfg_attr(feature = "compact", inline(always))]
     #[cfg_attr(not(feature = "compact"), inline(never))]
     fn play_due(&mut self, now: T::Count) -> T::Count {
@@ -253,8 +252,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.conclude(due, steps, edge)
     }
 
-    /// Plays what of the events at `edge` is not played yet, sees to the pulses of these steps, and
-    /// returns when the first event comes.
+    /// Plays those events at `edge` that have not been played yet, ends or leaves the pulses of
+    /// these steps, and returns the time of the first event.
     #[cfg_attr(feature = "compact", inline(always))]
     fn conclude(&mut self, due: Axes, steps: Axes, edge: T::Count) -> T::Count {
         if due != 0 {
@@ -270,14 +269,14 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         next
     }
 
-    /// Sets the compare register to the first event, and returns that. For the interrupt, which
-    /// looks at the timer afterwards.
+    /// Sets the compare register to the first event, and returns its time. For the interrupt, which
+    /// reads the timer afterwards.
     #[inline(never)]
     fn wake_for_first(&mut self, now: T::Count) -> T::Count {
         let mut next = if T::Count::WIDE {
             self.find_first(now)
         } else {
-            // Nothing to do: a look round, half a period from now at the latest.
+            // Nothing to do: look at all axes again half a period from now at the latest.
             let mut next = now.plus(2 * T::Count::HOP - 1);
             each!(axis < N: {
                 let track = &self.tracks[axis];
@@ -297,7 +296,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         next
     }
 
-    /// Plays the events of these axes, whose time has come, at `edge`.
+    /// Plays the due events of these axes at `edge`.
     #[inline(never)]
     fn advance_all(&mut self, due: Axes, edge: T::Count) {
         let Engine { drive, sources, tracks, terms, .. } = self;
@@ -308,8 +307,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         });
     }
 
-    /// Starts the axes in `axes` together: the first entry of each is played
-    /// now. An axis that is moving already is left alone.
+    /// Starts the axes in `axes` together: the first entry of each is played now. An axis that is
+    /// already moving is not changed.
     pub fn start(&mut self, axes: Axes) {
         let now = self.timer.now();
         for (axis, (track, source)) in self.tracks.iter_mut().zip(&mut self.sources).enumerate() {
@@ -326,14 +325,14 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.tracks.iter().all(|track| track.state == State::Idle)
     }
 
-    /// [`start`](Engine::start) for sources that take their time: the first waits count
-    /// from when all have been asked. The axes rest.
+    /// [`start`](Engine::start) for sources that take long: the first waits count from the time
+    /// when all have been asked. The axes are at rest.
     #[doc(hidden)]
     pub fn start_when_loaded(&mut self, axes: Axes) {
         let begun = self.timer.now();
         self.start(axes);
-        // Where asking takes time, who turns first does it here: a small chip asks some programs
-        // for longer than their first delay lasts.
+        // If asking takes time, an axis that turns first does so here: a small chip takes longer to
+        // ask some programs than their first delay lasts.
         if self.timer.now().since(begun) != 0 {
             let mut turns: Axes = 0;
             for (axis, track) in self.tracks.iter().enumerate() {
@@ -343,7 +342,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             }
             self.advance_all(turns, begun);
         }
-        // Modulo the counter, so for any time.
+        // Modulo the counter, so correct for any time.
         let took = self.timer.now().since(begun) as Ticks;
         for (axis, track) in self.tracks.iter_mut().enumerate() {
             if axes >> axis & 1 != 0 {
@@ -354,15 +353,15 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.wake_from_outside(now);
     }
 
-    /// Sets the compare register to the first event from the foreground, which can't serve what is
+    /// Sets the compare register to the first event, from the foreground, which can't serve what is
     /// due: the timer pends its interrupt for that.
     fn wake_from_outside(&mut self, now: T::Count) {
         let next = self.wake_for_first(now);
         self.timer.wake_at(next);
     }
 
-    /// Stops the axes in `axes` at once, between two steps, and forgets what was planned
-    /// for them. Steps already made are counted.
+    /// Stops the axes in `axes` at once, between two steps, and forgets what was planned for them.
+    /// Steps already made are counted.
     pub fn kill(&mut self, axes: Axes) {
         let now = self.timer.now();
         for (axis, (track, source)) in self.tracks.iter_mut().zip(&mut self.sources).enumerate() {
@@ -374,7 +373,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.wake_from_outside(now);
     }
 
-    /// What the engine knows of an axis; of the first one if there is no such.
+    /// The state of an axis; of the first axis if there is no such axis.
     pub fn report(&self, axis: u8) -> Report {
         let axis = if usize::from(axis) < N { usize::from(axis) } else { 0 };
         let track = &self.tracks[axis];
@@ -385,20 +384,20 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         }
     }
 
-    /// Whether the next event of an axis is a wait.
+    /// Whether the next event of an axis sets no pins.
     pub fn waits(&self, axis: u8) -> bool {
         self.tracks.get(usize::from(axis)).is_some_and(Track::only_waits)
     }
 
-    /// How much of its present entry an axis has yet to play. A planner that knows queues
-    /// nothing behind a long wait before that is nearly over.
+    /// What is left of the present entry of an axis. A planner that knows this queues nothing after
+    /// a long wait until the wait is nearly over.
     pub fn playing(&mut self, axis: u8) -> Playing {
         let now = self.timer.now();
         self.tracks.get(usize::from(axis)).map_or(Playing::Unknown, |track| track.playing(now))
     }
 
-    /// Where the timer and an axis of an engine lie, which [`playing`](Engine::playing) looks at; `None` of an
-    /// axis that there is not.
+    /// Pointers to the timer and to the axis of an engine, from which [`playing`](Engine::playing)
+    /// is computed; `None` if there is no such axis.
     #[cfg(feature = "critical-section")]
     #[inline(always)]
     pub(crate) fn places(this: *mut Self, axis: u8) -> Option<(*mut T, *const Looked<T::Count>)> {
@@ -410,35 +409,35 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         Some((at(offset_of!(Self, timer)).cast(), tracks.wrapping_add(axis.into())))
     }
 
-    /// Whether an axis has no travel in progress; true of one that there is not.
+    /// Whether an axis has no travel in progress; true if there is no such axis.
     #[inline(always)]
     pub fn is_idle(&self, axis: u8) -> bool {
         self.tracks.get(usize::from(axis)).is_none_or(|track| track.state == State::Idle)
     }
 
-    /// Sets the position of an axis. Meant for an axis at rest.
+    /// Sets the position of an axis. Call it while the axis is at rest.
     pub fn set_position(&mut self, axis: u8, position: i64) {
         if let Some(track) = self.tracks.get_mut(usize::from(axis)) {
             track.set_position(position);
         }
     }
 
-    /// Late steps since the beginning, or since they were cleared.
+    /// The number of late steps since the beginning, or since it was cleared.
     pub fn late(&self) -> u32 {
         self.terms.late
     }
 
-    /// Forgets the late steps.
+    /// Sets the number of late steps to 0.
     pub fn clear_late(&mut self) {
         self.terms.late = 0;
     }
 
-    /// Has other times from now on. Meant for axes at rest.
+    /// Sets the drivers' times. Call it while all axes are at rest.
     pub fn set_timing(&mut self, timing: Timing) {
         self.terms.set_timing::<T::Count>(Self::seen(timing));
     }
 
-    /// The times that drivers need, the minimum interval as it is kept: from
+    /// The drivers' times; the minimum interval as the engine keeps it, counted from
     /// [`REACTION`](StepTimer::REACTION) before an edge.
     pub fn timing(&self) -> Timing {
         self.terms.timing

@@ -1,8 +1,7 @@
-//! An entry: "pins, then wait", many times over.
+//! An entry: "pins, then wait", repeated many times.
 //!
-//! What the engine and the step interrupts of a chip play. An entry is a number
-//! of *groups*, a group a number of *events* with the same pins and the same
-//! wait; the wait grows from group to group:
+//! The engine and the step interrupts of a chip play entries. An entry consists of *groups*, and a
+//! group of *events* with the same pins and the same wait; the wait grows from group to group:
 //!
 //! ```text
 //!   pins      pins      then      then      then      then
@@ -11,28 +10,25 @@
 //!    └───── group 1 ─────┘└────── group 2 ───┘└─ …
 //! ```
 //!
-//! A step, a turn, a hold and a long interval are one kind: a step sets its pin
-//! and waits, a turn toggles DIR and waits, a hold sets nothing, and a long
-//! interval is a step followed by waits without a pin. What plays them looks at
-//! nothing but the next deadline.
+//! A step, a turn, a hold and a long interval are all of this kind: a step sets its pin and waits,
+//! a turn toggles DIR and waits, a hold sets nothing, and a long interval is a step followed by
+//! waits without a pin. A player looks only at the next deadline.
 //!
 //! A [`Run`](crate::run::Run) is "wait, then step", so its last step belongs to the entry that
-//! follows it: [`Writer`] keeps what is due and makes entries of runs.
+//! follows it: [`Writer`] keeps the step that is due and makes entries of runs.
 //!
 //! # Error
 //!
-//! An entry has 11 bytes on an AVR, as its step interrupts add three of them to a
-//! deadline. Waits have 8 bits behind the point then, half as many as a run's
-//! intervals, and so has what is made for such interrupts on the virtual board. Every
-//! entry rounds to the nearest, and what is left is added to the next: deadlines
-//! at the ends of runs stay within 1/512 tick a step of that run, and of the few
-//! that are joined with it, and do not drift. Steps that are joined share what
-//! their intervals are in all. Between the ends, the growth of a run is played in
-//! groups that deviate by one tick at most, and rounded to 1/256 tick a group: less
-//! than eight ticks for all that the planner makes of ramps.
+//! On an AVR an entry has 11 bytes, because its step interrupts add three bytes to a deadline.
+//! Waits then have 8 fractional bits, half as many as a run's intervals; so do entries for such
+//! interrupts on the virtual board. Every entry is rounded to nearest, and the remainder is added
+//! to the next: deadlines at the ends of runs stay within 1/512 tick a step of that run, and of the
+//! few steps that are joined with it, and do not drift. Joined steps share the sum of their
+//! intervals. Between the ends, the growth of a run is played in groups that deviate by one tick at
+//! most, and rounded to 1/256 tick a group: less than eight ticks for all ramps that the planner
+//! makes.
 //!
-//! For a [prompt](Wiring::prompt) player an entry is its run: to the last bit, step by
-//! step.
+//! For a [prompt](Wiring::prompt) player an entry equals its run: to the last bit, step by step.
 
 mod exact;
 mod play;
@@ -47,23 +43,23 @@ pub use play::Play;
 pub use wiring::Wiring;
 pub use writer::{Sink, Writer};
 
-/// Waits of this many ticks or more are several events: half a turn of a counter
-/// of 16 bits, less what a deadline may have passed by.
+/// Waits of this many ticks or more are split into several events: half the range of a 16-bit
+/// counter, less what a deadline may have passed by.
 pub const NEAR: Ticks = 0x7F00;
 
-/// No event comes sooner after a turn or a hold on an AVR, in ticks: the interrupts of three
-/// axes that begin together take over their next groups meanwhile.
+/// The shortest time to the next event after a turn or a hold on an AVR, in ticks: the interrupts
+/// of three axes that begin together prepare their next groups meanwhile.
 pub const LEAST: Ticks = 1200;
 
-/// Behind the last step of a travel, in ticks: late is what comes later than half of it. Three axes
-/// may step at once, with pulses of 20 µs that are held.
+/// The wait after the last step of a travel, in ticks: the step is late after half of it. Three
+/// axes may step at once, with held pulses of 20 µs.
 const LAST: Ticks = 2 * LEAST;
 
-/// The most entries that one run becomes, with those of a run that was kept.
+/// The most entries that one run becomes, including those of a run that was kept.
 pub const MOST: u8 = 3;
 
-/// Events of a group, 1 … 65536, as an 8-bit chip counts them down: `high` · 256
-/// + `low`, where a `low` of 0 means 256.
+/// Events of a group, 1 … 65536, as an 8-bit chip counts them down: `high` · 256 + `low`, where a
+/// `low` of 0 means 256.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct Events {
@@ -81,7 +77,7 @@ impl Events {
         Events { low, high: if low == 0 { high.wrapping_sub(1) } else { high } }
     }
 
-    /// How many they are.
+    /// The number of events.
     pub const fn count(self) -> u32 {
         let low = if self.low == 0 { 256 } else { self.low as u32 };
         (self.high as u32) * 256 + low
@@ -90,44 +86,44 @@ impl Events {
 
 /// Pins, then a wait: see the [module](self).
 ///
-/// The layout is the one that step interrupts in assembly know.
+/// Step interrupts in assembly depend on the layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct Entry {
     /// The wait after each event of the first group.
     interval: [u8; BYTES],
-    /// What the wait grows by from group to group.
+    /// The growth of the wait from group to group.
     growth: [u8; BYTES],
-    /// Events of a group.
+    /// Events in a group.
     events: Events,
-    /// Groups.
+    /// Number of groups.
     groups: Groups,
-    /// Pins of the second group and of all that follow.
+    /// Pins of the second group and of all later ones.
     then: u8,
     /// Pins of the first group.
     pins: u8,
 }
 
-/// What an [`Entry`] is made of.
+/// The values of an [`Entry`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EntryParts {
     /// Pins of the first group.
     pub pins: u8,
-    /// Pins of the groups after it.
+    /// Pins of the later groups.
     pub then: u8,
-    /// Events of a group, 1 … 65536.
+    /// Events in a group, 1 … 65536.
     pub events: u32,
-    /// Groups, at least 1.
+    /// Number of groups, at least 1.
     pub groups: u32,
     /// The wait after each event of the first group, in 2⁻¹⁶ ticks.
     pub interval: u32,
-    /// By how much the wait grows from group to group, in 2⁻¹⁶ ticks.
+    /// The growth of the wait from group to group, in 2⁻¹⁶ ticks.
     pub growth: i32,
 }
 
 impl EntryParts {
-    /// The entry that is made of them. Of an 8-bit chip's waits 8 bits are behind the point, and it
-    /// has at most 256 groups: what is beyond falls off.
+    /// The entry with these values. With the feature `compact` its waits have 8 fractional bits and
+    /// it has at most 256 groups: bits beyond are dropped.
     ///
     /// ```
     /// use stepwright::entry::EntryParts;
@@ -148,7 +144,7 @@ impl EntryParts {
     }
 }
 
-/// A wait in 2⁻¹⁶ ticks as an entry has it.
+/// Encodes a wait in 2⁻¹⁶ ticks.
 const fn bytes(wait: u32) -> [u8; BYTES] {
     let mut bytes = [0; BYTES];
     let from = wait.to_le_bytes();
@@ -160,7 +156,7 @@ const fn bytes(wait: u32) -> [u8; BYTES] {
     bytes
 }
 
-/// The wait in 2⁻¹⁶ ticks that an entry has so.
+/// Decodes a wait, in 2⁻¹⁶ ticks.
 const fn wait(bytes: [u8; BYTES]) -> u32 {
     let mut to = [0; 4];
     let mut n = 0;
@@ -172,7 +168,7 @@ const fn wait(bytes: [u8; BYTES]) -> u32 {
 }
 
 impl Entry {
-    /// Where an entry has what step interrupts in assembly read.
+    /// The offset of a field that step interrupts in assembly read.
     pub const INTERVAL: usize = offset_of!(Entry, interval);
     /// See [`INTERVAL`](Entry::INTERVAL).
     pub const GROWTH: usize = offset_of!(Entry, growth);
@@ -185,7 +181,7 @@ impl Entry {
     /// See [`INTERVAL`](Entry::INTERVAL).
     pub const PINS: usize = offset_of!(Entry, pins);
 
-    /// All zeros, so that queues need no room in flash.
+    /// All zeros, so that queues take no flash.
     pub(crate) const EMPTY: Entry = Entry {
         interval: [0; BYTES],
         growth: [0; BYTES],
@@ -195,12 +191,12 @@ impl Entry {
         pins: 0,
     };
 
-    /// How many groups it has.
+    /// The number of groups.
     const fn count(self) -> u32 {
         format::count(self.groups)
     }
 
-    /// What it is made of, for a player that takes whole groups.
+    /// The values of the entry, for a player that takes whole groups.
     ///
     /// ```
     /// use stepwright::{Run, entry::{Sink, Wiring, Writer}};
@@ -227,7 +223,7 @@ impl Entry {
         }
     }
 
-    /// Its groups: their pins, events, and the wait after each in 2⁻¹⁶ ticks.
+    /// The groups: their pins, their events, and the wait after each event in 2⁻¹⁶ ticks.
     pub fn groups(self) -> impl Iterator<Item = (u8, u32, u32)> {
         let (first, growth) = (wait(self.interval), wait(self.growth));
         (0..self.count()).map(move |n| {
@@ -236,7 +232,7 @@ impl Entry {
         })
     }
 
-    /// One event after another, as the step interrupts play them.
+    /// The events one after another, as the step interrupts play them.
     pub fn play(self) -> Play {
         Play::of(self)
     }

@@ -1,9 +1,8 @@
 //! Fixed-point arithmetic that a small chip can afford.
 //!
-//! Everything here is an exact integer function (floor of the true value), so
-//! a PC and an 8-bit chip compute the same bits. Laws of crates beside this one use it too. Three things are needed: the
-//! square root of a speed², the time that a change of speed takes, and the
-//! interval that belongs to a speed.
+//! Every function here is an exact integer function (floor of the true value), so a PC and an 8-bit
+//! chip compute the same bits. Laws of other crates use them too. Three results are needed: the
+//! square root of a speed², the time that a change of speed takes, and the interval at a speed.
 //!
 //! ```text
 //! w   speed²                       10⁻⁶ (steps/s)²          u64, < 2⁶²
@@ -20,7 +19,7 @@
 
 use crate::units::{Rate, Speed};
 
-/// A time or a position in units of 2⁻³²: 32 bits before the point.
+/// A time or a position in units of 2⁻³², with 32 integer bits.
 pub type Q32 = u64;
 
 /// One whole tick or step.
@@ -29,8 +28,8 @@ pub const ONE: Q32 = 1 << 32;
 /// The largest speed² that [`root`] takes.
 pub(crate) const W_MAX: u64 = (1 << 62) - 1;
 
-/// x · 2^by, by < 64. A chip of 8 bits shifts 64 in a loop: once, out of line,
-/// not at every place where it is wanted.
+/// x · 2^by, by < 64. An 8-bit chip shifts 64 bits in a loop: this is one function, not inlined at
+/// every use.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub fn shl(x: u64, by: u8) -> u64 {
     x << (by & 63)
@@ -42,22 +41,21 @@ pub fn shr(x: u64, by: u8) -> u64 {
     x >> (by & 63)
 }
 
-/// Zero bits above the highest one; 64 for 0.
+/// The number of leading zero bits; 64 for 0.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub fn zeros(x: u64) -> u8 {
     x.leading_zeros() as u8
 }
 
-/// √w: the speed that belongs to a speed², in 2⁻³³ · 0.001 steps/s.
+/// √w: the speed of a speed², in 2⁻³³ · 0.001 steps/s.
 ///
-/// The integer root gives the upper half, one Newton step the lower: with
-/// w = s² + r the root is s + r/2s, and what is left out, r²/8s³, is below
-/// half a unit of the last place.
+/// The integer root gives the upper half, one Newton step the lower: with w = s² + r the root is s
+/// + r/2s, and the omitted r²/8s³ is below half a unit of the last place.
 pub fn root(w: u64) -> u64 {
     root_fine(w, 0)
 }
 
-/// [`root`] of w + `part`/2³²: for a corner, which lies between steps.
+/// [`root`] of w + `part`/2³²: for a corner, which is between steps.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub fn root_fine(w: u64, part: u32) -> u64 {
     let w = w.min(W_MAX);
@@ -70,7 +68,7 @@ pub fn root_fine(w: u64, part: u32) -> u64 {
     let s = isqrt(wide).max(1); // 2³¹ ≤ s < 2³²
     let r = wide.wrapping_sub(s.wrapping_mul(s)); // ≤ 2s
     let v = (s << 31).wrapping_add((r << 30) / s);
-    // v = √wide · 2³¹; the root of w is 2^(shift/2) smaller, and wants 2³³.
+    // v = √wide · 2³¹; the root of w is 2^(shift/2) smaller, and needs a factor of 2³³.
     if shift == 2 { v << 1 } else { shr(v, shift / 2 - 2) }
 }
 
@@ -86,8 +84,8 @@ fn isqrt(w: u64) -> u64 {
     }
 }
 
-/// [`isqrt`] without divisions: a bit a round. (The standard library's brings
-/// a table, which on an AVR stands in RAM.)
+/// [`isqrt`] without divisions: one bit per iteration. (The standard library's has a table, which
+/// on an AVR is in RAM.)
 #[cfg(any(test, not(any(target_pointer_width = "64", target_family = "wasm"))))]
 fn isqrt_bitwise(w: u64) -> u64 {
     let (mut rest, mut root, mut bit) = (w, 0u64, 1u64 << 62);
@@ -103,18 +101,18 @@ fn isqrt_bitwise(w: u64) -> u64 {
     root
 }
 
-/// The time that a change of speed takes: t = ΔV · f / a, as a multiplication.
+/// The time of a change of speed, t = ΔV · f / a, as a multiplication.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scale {
     /// 2000·f / a2, scaled to have its top bit set.
     mantissa: u64,
-    /// Result = (ΔV · mantissa) >> shift.
+    /// result = (ΔV · mantissa) >> shift.
     shift: u8,
 }
 
 impl Scale {
-    /// For a timer of rate f and a slope of speed² of `a2` = 2a, in
-    /// 10⁻⁶ (steps/s)² per step; `a2` = 0 counts as 1.
+    /// For a timer of rate f and a slope of speed² of `a2` = 2a, in 10⁻⁶ (steps/s)² per step; `a2`
+    /// = 0 counts as 1.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub fn new(rate: Rate, a2: u64) -> Scale {
         // t = Δv / a = (ΔV · 2⁻³³ / 1000) · (2·10⁶ / a2) seconds
@@ -124,12 +122,12 @@ impl Scale {
         let (n, d) = (shl(top, up), shl(a2, down));
         // n/d lies between ½ and 2; the quotient n·2⁶³/d has 63 or 64 bits.
         let mantissa = divide(n, d, 63);
-        // mantissa = top/a2 · 2^(63 + up − down); the result wants
-        // ΔV · top/a2 · 2⁻³³ · 2³², which is a shift by 63 + up − down + 1.
+        // mantissa = top/a2 · 2^(63 + up − down); the result needs ΔV · top/a2 · 2⁻³³ · 2³², a
+        // shift by 63 + up − down + 1.
         Scale { mantissa, shift: 64 + up - down }
     }
 
-    /// ΔV (see [`root`]) as a time in 2⁻³² ticks; saturating.
+    /// ΔV (see [`root`]) as a time in 2⁻³² ticks; saturates.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub fn time(self, dv: u64) -> Q32 {
         shift_wide(multiply(dv, self.mantissa), self.shift)
@@ -142,7 +140,7 @@ impl Scale {
     }
 }
 
-/// (high, low) >> by, saturating at 64 bits; `by` ≤ 127.
+/// (high, low) >> by, saturated to 64 bits; `by` ≤ 127.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn shift_wide((high, low): (u64, u64), by: u8) -> u64 {
     match by {
@@ -203,7 +201,7 @@ pub fn divide(n: u64, d: u64, bits: u8) -> u64 {
     }
 }
 
-/// [`divide`] without 128 bits: one subtraction a bit.
+/// [`divide`] without 128 bits: one subtraction per bit.
 #[cfg(any(test, not(any(target_pointer_width = "64", target_family = "wasm"))))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn divide_bitwise(n: u64, d: u64, bits: u8) -> u64 {
@@ -224,8 +222,8 @@ fn divide_bitwise(n: u64, d: u64, bits: u8) -> u64 {
     quotient
 }
 
-/// f / v: the interval that belongs to a speed, to 29 bits: what a run's
-/// slope needs. Saturates at `u64::MAX`, also for v = 0.
+/// f / v: the interval at a speed, to 29 bits, which is enough for a run's slope. Saturates at
+/// `u64::MAX`, also for v = 0.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn slope(rate: Rate, v: u64) -> Q32 {
     if v == 0 {
@@ -236,7 +234,7 @@ pub(crate) fn slope(rate: Rate, v: u64) -> Q32 {
     let top = 1000 * u64::from(rate.hz()); // < 2³⁸
     let up = zeros(top);
     let q = shl(top, up) / v;
-    // q = top/v · 2^up; wanted is top/V · 2^(33 + 32), and V = v · 2^(32 − down)
+    // q = top/v · 2^up; the result is top/V · 2^(33 + 32), and V = v · 2^(32 − down)
     if 33 + down <= up {
         shr(q, up - down - 33)
     } else if zeros(q) > 33 + down - up {
@@ -246,8 +244,8 @@ pub(crate) fn slope(rate: Rate, v: u64) -> Q32 {
     }
 }
 
-/// f / v for a speed as held, to the nearest 2⁻³² tick; `u64::MAX` if it does
-/// not fit 32 bits before the point, also for v = 0.
+/// f / v for a speed, rounded to the nearest 2⁻³² tick; `u64::MAX` if it needs more than 32 integer
+/// bits, also for v = 0.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub fn interval(rate: Rate, speed: Speed) -> Q32 {
     let v = u64::from(speed.millisteps());
@@ -267,8 +265,8 @@ pub(crate) fn portion(x: u64, part: u32) -> u64 {
     (x >> 32) * part + (((x & 0xFFFF_FFFF) * part) >> 32)
 }
 
-/// n / d as a position in 2⁻³² steps, rounded down; `u64::MAX` if it does not
-/// fit 32 bits before the point, also for d = 0.
+/// n / d as a position in 2⁻³² steps, rounded down; `u64::MAX` if it needs more than 32 integer
+/// bits, also for d = 0.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn ratio(n: u64, d: u64) -> Q32 {
     if d == 0 || n / d > u64::from(u32::MAX) {

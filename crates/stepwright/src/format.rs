@@ -1,8 +1,8 @@
-//! How entries are held and played: the widths in which an 8-bit chip differs from all others.
+//! The representation of entries: the widths in which an 8-bit chip differs from all others.
 //!
-//! Both files have the same names. The feature `compact` chooses: entries of 11 bytes, whose
-//! waits have 8 bits behind the point, as step interrupts in assembly play them; without it an
-//! entry is its run to the last bit, and waits have the width of any counter.
+//! Both files define the same names. The feature `compact` chooses: entries of 11 bytes, whose
+//! waits have 8 fractional bits, as step interrupts in assembly play them. Without it an entry
+//! equals its run to the last bit, and waits have the width of any counter.
 
 #[cfg(not(feature = "compact"))]
 #[path = "format/exact.rs"]

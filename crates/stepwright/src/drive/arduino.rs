@@ -1,8 +1,8 @@
-//! Which port and bit an Arduino's pin is: the Arduino driver, section 5.
+//! The port and bit of each Arduino pin. Source: the Arduino driver, section 5.
 
 use core::fmt;
 
-/// An Arduino of the article.
+/// An Arduino board of the article.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arduino {
     /// ATmega328P.
@@ -22,10 +22,10 @@ pub struct PortPin {
 
 /// A pin that is not wired to a header.
 const NONE: u8 = 0xFF;
-/// The analog inputs stand behind the digital pins: A0 is 100.
+/// Offset of the analog inputs, which are numbered after the digital pins: A0 is 100.
 const A: u8 = 100;
 
-/// A port and its pins' numbers, from bit 0 on.
+/// A port and the numbers of its pins, from bit 0 on.
 type Row = (char, [u8; 8]);
 
 const UNO: &[Row] = &[
@@ -77,7 +77,7 @@ impl fmt::Display for BoardPin {
 }
 
 impl Arduino {
-    /// Where a pin is; `None` if the board has no such pin.
+    /// The port and bit of a pin; `None` if the board has no such pin.
     ///
     /// ```
     /// use stepwright::drive::{Arduino, BoardPin, PortPin};
@@ -101,7 +101,7 @@ impl Arduino {
         })
     }
 
-    /// The port of `pins` and their bits on it: one write moves them all.
+    /// The port of `pins` and their bits on it, so that one write sets them all.
     ///
     /// ```
     /// use stepwright::drive::{Arduino, BoardPin, PinFault};
@@ -113,8 +113,8 @@ impl Arduino {
     /// ```
     ///
     /// # Errors
-    /// [`PinFault`] for a pin that is not there, that is named twice, or that is on
-    /// another port than the first.
+    /// [`PinFault`] for a pin that does not exist, that is named twice, or that is on another port
+    /// than the first.
     pub fn same_port<const N: usize>(
         self,
         pins: [BoardPin; N],
@@ -149,7 +149,7 @@ pub enum PinFault {
     TwoPorts {
         /// The first pin and its port.
         first: (BoardPin, char),
-        /// One on another port.
+        /// A pin on another port.
         other: (BoardPin, char),
     },
 }

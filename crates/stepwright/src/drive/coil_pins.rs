@@ -3,13 +3,12 @@
 use super::{Axes, Drive, Sequence};
 use embedded_hal::digital::OutputPin;
 
-/// One motor whose N lines are any pins, in the order of the sequence's lines: an L6219
-/// has six.
+/// One motor whose N lines are any pins, in the order of the sequence's lines: an L6219 has six.
 ///
-/// A call for each line that changes. Where all lie on one port, [`Coils`](super::Coils)
-/// moves them in one write, and no row between two rows is ever seen.
+/// Each line that changes takes a call. Where all lines are on one port, [`Coils`](super::Coils)
+/// sets them in one write, so that no levels between two rows ever appear.
 ///
-/// A pin that reports an error is left alone: an interrupt has nobody to tell.
+/// Errors of pins are ignored, because an interrupt cannot report them.
 #[derive(Debug)]
 pub struct CoilPins<P, const N: usize> {
     pins: [P; N],
@@ -23,39 +22,39 @@ impl<P: OutputPin, const N: usize> CoilPins<P, N> {
     /// Takes the pins; no current flows.
     pub fn new(pins: [P; N], sequence: Sequence) -> CoilPins<P, N> {
         let off = sequence.off();
-        // As if all were the other way round: each pin is set once.
+        // Starts with all levels inverted, so that each pin is set once.
         let mut coils = CoilPins { pins, sequence, levels: !off, phase: 0, forward: true };
         coils.write(off);
         coils
     }
 
-    /// The current goes on, where the motor is.
+    /// Switches the current on, at the motor's present phase.
     pub fn on(&mut self) {
         self.write(self.sequence.levels(self.phase));
     }
 
-    /// The current goes off.
+    /// Switches the current off.
     pub fn off(&mut self) {
         self.write(self.sequence.off());
     }
 
-    /// One step in the direction that was set.
+    /// Makes one step in the direction that is set.
     pub fn step(&mut self) {
         self.phase = self.sequence.after(self.phase, self.forward);
         self.on();
     }
 
-    /// The row of the table that the motor is at.
+    /// The row of the table at which the motor is.
     pub const fn phase(&self) -> u8 {
         self.phase
     }
 
-    /// Says at which row it is, without a step: at power-up.
+    /// Sets the row at which the motor is, without a step: at power-up.
     pub fn restore(&mut self, phase: u8) {
         self.phase = phase & self.sequence.len().wrapping_sub(1);
     }
 
-    /// Gives the pins back.
+    /// Returns the pins.
     pub fn release(self) -> [P; N] {
         self.pins
     }

@@ -2,10 +2,10 @@
 
 use super::{Axes, Drive, Port, Sequence};
 
-/// One motor whose lines lie on one port, moved in one write.
+/// One motor whose lines are on one port and set in one write.
 ///
-/// It keeps its phase through a stop; a program that stores [`phase`](Coils::phase) and
-/// restores it at power-up finds the motor where it was (Austin).
+/// The phase is kept through a stop. A program that stores [`phase`](Coils::phase) and restores it
+/// at power-up finds the motor where it was (Austin).
 ///
 /// ```
 /// use stepwright::drive::{Coils, Port, sequence};
@@ -30,46 +30,46 @@ pub struct Coils<P> {
 }
 
 impl<P: Port> Coils<P> {
-    /// A motor at phase 0 without current; `sequence` is on the port's bits, `mask` has
-    /// the motor's.
+    /// A motor at phase 0 without current. `sequence` is arranged by the port's bits; `mask` is the
+    /// motor's bits.
     pub const fn new(port: P, sequence: Sequence, mask: u8) -> Coils<P> {
         Coils { port, sequence, mask, phase: 0, forward: true }
     }
 
-    /// The current goes on, where the motor is.
+    /// Switches the current on, at the motor's present phase.
     pub fn on(&mut self) {
         self.write(self.sequence.levels(self.phase));
     }
 
-    /// The current goes off.
+    /// Switches the current off.
     pub fn off(&mut self) {
         self.write(self.sequence.off());
     }
 
-    /// One step in the direction that was set.
+    /// Makes one step in the direction that is set.
     #[inline(always)]
     pub fn step(&mut self) {
         self.phase = self.sequence.after(self.phase, self.forward);
         self.write(self.sequence.levels(self.phase));
     }
 
-    /// From now on forward, or backward through the table.
+    /// Sets the direction: forward, or backward, through the table.
     #[inline]
     pub fn set_forward(&mut self, forward: bool) {
         self.forward = forward;
     }
 
-    /// The row of the table that the motor is at.
+    /// The row of the table at which the motor is.
     pub const fn phase(&self) -> u8 {
         self.phase
     }
 
-    /// Says at which row it is, without a step: at power-up.
+    /// Sets the row at which the motor is, without a step: at power-up.
     pub fn restore(&mut self, phase: u8) {
         self.phase = phase & self.sequence.len().wrapping_sub(1);
     }
 
-    /// Whether its current is to go off after the last step.
+    /// Whether the current must go off after the last step.
     pub const fn rests(&self) -> bool {
         self.sequence.rests()
     }
@@ -85,7 +85,7 @@ impl<P: Port> Coils<P> {
     }
 }
 
-/// The engine's only axis.
+/// The motor is the engine's only axis.
 impl<P: Port> Drive for Coils<P> {
     #[inline]
     fn begin(&mut self, axes: Axes) {
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!(*motor.port(), off);
         assert_eq!(off & 0b0011_1100, 0b0011_1100, "all four I high: no current");
         assert_ne!(on & 0b0011_1100, 0b0011_1100);
-        // The phase survives the stop, and power-up with a note of it.
+        // The phase survives the stop, and power-up if it is stored.
         assert_eq!(motor.phase(), 7);
         motor.on();
         let held = *motor.port();

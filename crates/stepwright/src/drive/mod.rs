@@ -1,4 +1,4 @@
-//! How a step reaches the motor: pins.
+//! Drives: how a step reaches the motor's pins.
 //!
 //! | driver | type | what it writes |
 //! | --- | --- | --- |
@@ -8,7 +8,7 @@
 //! | bridges with an input a line | [`Coils`] or [`CoilPins`] | four inputs, half steps |
 //! | L6219 | [`CoilPins`] or [`Coils`] | two phases, four currents |
 //!
-//! What the windings get in each step is a table: [`sequence`].
+//! The levels of the windings in each step are a table: [`sequence`].
 
 mod arduino;
 mod coil_pins;
@@ -38,18 +38,17 @@ pub type Axes = u8;
 ///                    begin     end                  begin
 /// ```
 ///
-/// Called from the step interrupt. The engine keeps the times: it calls `end`
-/// at least the pulse width after `begin`, `direction` at least the hold time
-/// after the last `begin` of that axis and at least the set-up time before the
-/// next. An implementation MUST NOT block, and MUST leave the pins of other
-/// axes alone.
+/// Called from the step interrupt. The engine keeps the times: it calls `end` at least the pulse
+/// width after `begin`, and `direction` at least the hold time after the last `begin` of that axis
+/// and at least the set-up time before the next. An implementation MUST NOT block, and MUST NOT
+/// change the pins of other axes.
 pub trait Drive {
-    /// The pulses of these axes begin: a step each.
+    /// Begins the pulses of these axes: one step each.
     fn begin(&mut self, axes: Axes);
 
-    /// The pulses of these axes end. A drive of coils has nothing to do.
+    /// Ends the pulses of these axes. A drive of coils has nothing to do.
     fn end(&mut self, axes: Axes);
 
-    /// From now on `axis` (0 …) steps forward or backward.
+    /// Sets the direction in which `axis` (0 …) steps from now on.
     fn direction(&mut self, axis: u8, forward: bool);
 }

@@ -1,16 +1,15 @@
-//! Step and direction where all pins lie on one port: one write moves all.
+//! Step and direction with all pins on one port: one write sets them all.
 
 use super::{Axes, Drive};
 
 /// An output port of up to 8 pins, written as a whole.
 pub trait Port {
-    /// Sets the pins in `mask` high, and leaves the others alone.
+    /// Sets the pins in `mask` high; leaves the others unchanged.
     fn set(&mut self, mask: u8);
-    /// Sets the pins in `mask` low, and leaves the others alone.
+    /// Sets the pins in `mask` low; leaves the others unchanged.
     fn clear(&mut self, mask: u8);
-    /// Sets the pins in `mask` to their bits of `levels`, and leaves the others alone. A
-    /// chip that can do so in one write should: what was high and falls, falls at once
-    /// with what rises.
+    /// Sets the pins in `mask` to their bits of `levels`; leaves the others unchanged. A chip that
+    /// can do this in one write should, so that pins fall and rise at the same time.
     #[inline(always)]
     fn write(&mut self, mask: u8, levels: u8) {
         self.clear(mask & !levels);
@@ -18,22 +17,22 @@ pub trait Port {
     }
 }
 
-/// Step/direction drivers whose STEP pins lie side by side on one port.
+/// Step/direction drivers whose STEP pins are adjacent bits of one port.
 ///
-/// On the Uno with a CNC shield X, Y, Z step on D2, D3, D4 = port D, bits 2 to
-/// 4: axis 0 is bit `step_shift` = 2, and three axes step in the same cycle.
+/// On the Uno with a CNC shield, the STEP pins of X, Y and Z are D2, D3 and D4: port D, bits 2 to
+/// 4. Axis 0 is bit `step_shift` = 2, and three axes step in the same cycle.
 #[derive(Debug)]
 pub struct PortDrive<P> {
     port: P,
     step_shift: u8,
     direction_shift: u8,
-    /// Axes whose forward is a low DIR.
+    /// Axes for which a low DIR means forward.
     inverted: Axes,
 }
 
 impl<P: Port> PortDrive<P> {
-    /// Axis i has STEP at bit `step_shift` + i and DIR at `direction_shift` + i.
-    /// Bits that would lie beyond the port are ignored.
+    /// Axis i has STEP at bit `step_shift` + i and DIR at bit `direction_shift` + i. Bits beyond
+    /// the port are ignored.
     pub fn new(port: P, step_shift: u8, direction_shift: u8, inverted: Axes) -> PortDrive<P> {
         PortDrive {
             port,
@@ -43,7 +42,7 @@ impl<P: Port> PortDrive<P> {
         }
     }
 
-    /// Gives the port back.
+    /// Returns the port.
     pub fn release(self) -> P {
         self.port
     }

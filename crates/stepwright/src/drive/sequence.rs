@@ -1,7 +1,7 @@
-//! What a motor's windings get in each step: tables.
+//! Tables of the levels of a motor's windings in each step.
 //!
-//! A line is an input of the driver: bit 0 is the first one named. Rows are steps, and a
-//! motor that turns forward goes through them downward, then begins again.
+//! A line is an input of the driver: bit 0 is the first one named. Rows are steps. A motor that
+//! turns forward goes through them from top to bottom, then begins again.
 //!
 //! ```text
 //!        B+
@@ -26,7 +26,7 @@ pub struct Sequence {
     rows: [u8; ROWS],
     len: u8,
     lines: u8,
-    /// The levels while no current is to flow.
+    /// The levels without current.
     off: u8,
     /// Whether the current goes off after the last step.
     rests: bool,
@@ -44,12 +44,12 @@ const fn rows(some: &[u8]) -> [u8; ROWS] {
     rows
 }
 
-/// The motor shield's bridges: DIR A is line 0, DIR B line 1; each inverted for the
-/// bridge's other input, so that current always flows until the enables fall.
+/// The motor shield's bridges: DIR A is line 0, DIR B line 1. Each also drives the bridge's other
+/// input, inverted, so that current flows until the enables fall.
 pub const SHIELD: Sequence = Sequence::plain(2, &[0b00, 0b01, 0b11, 0b10]);
 
-/// A bridge's four inputs on a line each: In1, In2 (winding A), In3, In4 (winding B). With
-/// both inputs low a winding is off.
+/// The four inputs of two bridges, each on a line: In1, In2 (winding A), In3, In4 (winding B). A
+/// winding is off while both its inputs are low.
 pub const BRIDGE_FULL: Sequence = Sequence::plain(4, &[0b1010, 0b1001, 0b0101, 0b0110]);
 /// One winding at a time.
 pub const BRIDGE_WAVE: Sequence = Sequence::plain(4, &[0b1000, 0b0001, 0b0100, 0b0010]);
@@ -57,9 +57,8 @@ pub const BRIDGE_WAVE: Sequence = Sequence::plain(4, &[0b1000, 0b0001, 0b0100, 0
 pub const BRIDGE_HALF: Sequence =
     Sequence::plain(4, &[0b1010, 0b1000, 0b1001, 0b0001, 0b0101, 0b0100, 0b0110, 0b0010]);
 
-/// A Darlington driver (ULN2003, 2004, 2803) of phases A to D, lines 0 to 3; a high line
-/// conducts. In the article's 1001, 1100, 0110, 0011 the digits are A to D, and a 1 does
-/// not conduct.
+/// A Darlington driver (ULN2003, 2004, 2803) of phases A to D, lines 0 to 3; a high line conducts.
+/// In the article's 1001, 1100, 0110, 0011 the digits are A to D, and a 1 does not conduct.
 pub const UNIPOLAR_FULL: Sequence = Sequence::plain(4, &[0b0110, 0b1100, 0b1001, 0b0011]);
 /// One phase at a time.
 pub const UNIPOLAR_WAVE: Sequence = Sequence::plain(4, &[0b0100, 0b1000, 0b0001, 0b0010]);
@@ -67,13 +66,13 @@ pub const UNIPOLAR_WAVE: Sequence = Sequence::plain(4, &[0b0100, 0b1000, 0b0001,
 pub const UNIPOLAR_HALF: Sequence =
     Sequence::plain(4, &[0b0110, 0b0100, 0b1100, 0b1000, 0b1001, 0b0001, 0b0011, 0b0010]);
 
-/// The L6219's lines: PHASE1, PHASE2, I01, I11, I02, I12. Both of a winding's I low: 100 %
-/// of the set current; I0 high 67 %, I1 high 33 %, both 0.
+/// The L6219's lines: PHASE1, PHASE2, I01, I11, I02, I12. With both I lines of a winding low it
+/// gets 100 % of the set current; with I0 high 67 %, with I1 high 33 %, with both high 0.
 const fn l6219(phases: u8, one: Current, two: Current) -> u8 {
     phases | (one as u8) << 2 | (two as u8) << 4
 }
 
-/// What I0 (bit 0) and I1 (bit 1) of a winding say.
+/// The current of a winding, as I0 (bit 0) and I1 (bit 1).
 #[derive(Clone, Copy)]
 enum Current {
     Full = 0b00,
@@ -97,8 +96,8 @@ pub const L6219_FULL: Sequence = Sequence::with_off(
     L6219_OFF,
 );
 
-/// In half steps: one winding at 100 %, or both at 67 %, so that the torque is even
-/// (94.8 % between the whole ones).
+/// The L6219 in half steps: one winding at 100 %, or both at 67 %, so that the torque is even (94.8
+/// % between the full steps).
 pub const L6219_HALF: Sequence = Sequence::with_off(
     6,
     &[
@@ -114,7 +113,7 @@ pub const L6219_HALF: Sequence = Sequence::with_off(
     L6219_OFF,
 );
 
-/// In quarter steps: 100 and 33 % in between, 105.4 % of the torque.
+/// The L6219 in quarter steps: 100 and 33 % in between, 105.4 % of the torque.
 pub const L6219_QUARTER: Sequence = Sequence::with_off(
     6,
     &[
@@ -147,8 +146,8 @@ impl Sequence {
         Sequence { rows: rows(levels), len: levels.len() as u8, lines, off, rests: off != 0 }
     }
 
-    /// A table of one's own, such as the Arduino driver's `MOTOR_PATTERN0` … 3 on port bits:
-    /// `mask` is its `MOTOR_OUTPUTS`.
+    /// A custom table, such as the Arduino driver's `MOTOR_PATTERN0` … 3 on port bits, with its
+    /// `MOTOR_OUTPUTS` as `mask`.
     ///
     /// ```
     /// use stepwright::drive::Sequence;
@@ -158,7 +157,7 @@ impl Sequence {
     /// ```
     ///
     /// # Errors
-    /// [`BadSequence`] unless it has 2, 4, 8 or 16 rows within `mask`.
+    /// [`BadSequence`] unless the table has 2, 4, 8 or 16 rows within `mask`.
     pub const fn new(levels: &[u8], mask: u8) -> Result<Sequence, BadSequence> {
         let len = levels.len();
         if len < 2 || len > ROWS || !len.is_power_of_two() {
@@ -175,12 +174,12 @@ impl Sequence {
         Ok(Sequence { rows: rows(levels), len: len as u8, lines, off: 0, rests: false })
     }
 
-    /// These levels without current, and whether they follow the last step.
+    /// This table with the levels without current, and whether they follow the last step.
     pub const fn with_rest(self, off: u8, rests: bool) -> Sequence {
         Sequence { off, rests, ..self }
     }
 
-    /// The same lines with every level turned round: for a driver that conducts while low.
+    /// This table with every level inverted: for a driver that conducts while low.
     pub const fn inverted(self) -> Sequence {
         let all = self.all();
         let mut rows = self.rows;
@@ -192,8 +191,7 @@ impl Sequence {
         Sequence { rows, off: self.off ^ all, ..self }
     }
 
-    /// The same on other bits: line i goes to bit `bits[i]`; a line without one is
-    /// dropped.
+    /// This table on other bits: line i moves to bit `bits[i]`; a line without a bit is dropped.
     pub fn on_bits(&self, bits: &[u8]) -> Sequence {
         let moved = |levels: u8| {
             let lines = bits.iter().enumerate().take(self.lines.into());
@@ -204,53 +202,54 @@ impl Sequence {
         Sequence { rows, off, lines: 8, ..*self }
     }
 
-    /// Steps until it repeats.
+    /// The number of steps until the table repeats.
     #[allow(clippy::len_without_is_empty, reason = "it never is")]
     pub const fn len(&self) -> u8 {
         self.len
     }
 
-    /// Lines that it needs.
+    /// The number of lines.
     pub const fn lines(&self) -> u8 {
         self.lines
     }
 
-    /// All of its lines.
+    /// The mask of all lines.
     const fn all(&self) -> u8 {
         if self.lines >= 8 { 0xFF } else { (1 << self.lines) - 1 }
     }
 
-    /// The levels in step `phase`, which goes round.
+    /// The levels in step `phase`, modulo the length.
     #[inline(always)]
     pub const fn levels(&self, phase: u8) -> u8 {
         // The mask keeps the index within the table.
         self.rows[(phase & (self.len - 1) & (ROWS as u8 - 1)) as usize]
     }
 
-    /// The levels while no current is to flow.
+    /// The levels without current.
     pub const fn off(&self) -> u8 {
         self.off
     }
 
-    /// The same with the current off an interval after the last step: for a unipolar motor or
-    /// bridges that need not hold. The motor shield's lines can't say so: it has its enables.
+    /// This table with the current off one interval after the last step: for a unipolar motor or
+    /// bridges that need not hold. The motor shield's lines can't switch the current off; its
+    /// enables do.
     pub const fn resting(self) -> Sequence {
         Sequence { rests: true, ..self }
     }
 
-    /// The same with the current on after the last step, where an L6219 has to hold.
+    /// This table with the current on after the last step, where an L6219 has to hold.
     pub const fn holding(self) -> Sequence {
         Sequence { rests: false, ..self }
     }
 
-    /// Whether the current is to go off an interval after the last step, as Austin has
-    /// it for the L6219. The others hold the motor until they are switched off, unless they
-    /// are [`resting`](Sequence::resting).
+    /// Whether the current must go off one interval after the last step, as Austin has it for the
+    /// L6219. Other drivers hold the motor until they are switched off, unless the table is
+    /// [`resting`](Sequence::resting).
     pub const fn rests(&self) -> bool {
         self.rests
     }
 
-    /// The step after (before: not `forward`) this one.
+    /// The step after this one, or before it if not `forward`.
     #[inline(always)]
     pub const fn after(&self, phase: u8, forward: bool) -> u8 {
         let step = if forward { 1 } else { u8::MAX };
@@ -258,12 +257,12 @@ impl Sequence {
     }
 }
 
-/// Why a table is none.
+/// Why a table is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BadSequence {
-    /// It has not 2, 4, 8 or 16 rows.
+    /// It does not have 2, 4, 8 or 16 rows.
     Length,
-    /// A row has a bit that is no output.
+    /// A row has a bit outside the mask.
     Outside,
 }
 

@@ -1,4 +1,4 @@
-//! The Arduino motor shield (L298): which pins it has on which board.
+//! The Arduino motor shield (L298): its pins on each board.
 //!
 //! ```text
 //!              enable A, B   brake A, B   direction A, B
@@ -6,51 +6,52 @@
 //!   second     D3  D11       cut          D9   D8
 //! ```
 //!
-//! Source: the Arduino driver, section 3. Enables are high while it drives, brakes stay low. A
-//! second shield on top of the first has its D12 and D13 cut and connected to D9 and D8,
-//! and on both the brake lines are cut, which frees these; the enables are the same pins.
+//! Source: the Arduino driver, section 3. Enables are high while the shield drives the motor;
+//! brakes stay low. A second shield on top of the first has its D12 and D13 cut and connected to D9
+//! and D8. On both shields the brake lines are cut, which frees these pins; the enables are the
+//! same pins.
 
 use super::arduino::{Arduino, BoardPin, PinFault, PortPin};
 use super::sequence::{SHIELD, Sequence};
 
-/// A motor shield's pins, by the numbers on the board.
+/// The pins of a motor shield, by the numbers on the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shield {
-    /// Of bridges A and B.
+    /// The enables of bridges A and B.
     pub enable: [BoardPin; 2],
-    /// Of bridges A and B, unless they are cut.
+    /// The brakes of bridges A and B, unless they are cut.
     pub brake: Option<[BoardPin; 2]>,
-    /// Of windings A and B.
+    /// The directions of windings A and B.
     pub direction: [BoardPin; 2],
 }
 
 impl Shield {
-    /// As it is sold.
+    /// The shield as it is sold.
     pub const FIRST: Shield = Shield {
         enable: [BoardPin::D(3), BoardPin::D(11)],
         brake: Some([BoardPin::D(9), BoardPin::D(8)]),
         direction: [BoardPin::D(12), BoardPin::D(13)],
     };
 
-    /// The lower one of two: its brake lines are cut too.
+    /// The lower one of two shields: its brake lines are cut too.
     pub const LOWER: Shield = Shield { brake: None, ..Shield::FIRST };
 
-    /// The second of two, with D12 and D13 cut and led to D9 and D8.
+    /// The second of two shields, with D12 and D13 cut and connected to D9 and D8.
     pub const SECOND: Shield =
         Shield { brake: None, direction: [BoardPin::D(9), BoardPin::D(8)], ..Shield::FIRST };
 
     /// The port of the direction pins, and the table on its bits with their mask.
     ///
     /// # Errors
-    /// [`PinFault`] if the board lacks them.
+    /// [`PinFault`] if the board does not have the pins.
     pub fn coils(&self, board: Arduino) -> Result<(char, Sequence, u8), PinFault> {
         let (port, bits) = board.same_port(self.direction)?;
         let mask = bits.iter().fold(0, |mask, bit| mask | 1 << bit);
         Ok((port, SHIELD.on_bits(&bits), mask))
     }
 
-    /// What is to be set before it drives: each pin with its level. Off is the other way
-    /// round for the enables, which come first.
+    /// The pins to set before the shield drives the motor, with their levels. The enables come
+    /// first; to switch off, invert them.
     pub fn power(&self, board: Arduino) -> impl Iterator<Item = (PortPin, bool)> {
         let enables = self.enable.map(|pin| (pin, true));
         let brakes = self.brake.into_iter().flatten().map(|pin| (pin, false));

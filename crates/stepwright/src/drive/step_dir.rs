@@ -4,25 +4,23 @@ use super::{Axes, Drive};
 use embedded_hal::digital::OutputPin;
 
 /// The pins of one axis.
-///
-/// Inverted when `invert_direction`: forward is a low DIR.
 #[derive(Debug)]
 pub struct Pins<S, D> {
-    /// Rises for a step.
+    /// STEP, which rises for a step.
     pub step: S,
-    /// High for forward.
+    /// DIR, high for forward.
     pub direction: D,
-    /// Forward is low instead.
+    /// Whether a low DIR means forward.
     pub invert_direction: bool,
 }
 
-/// N step/direction drivers (A4988, DRV8825, TMC2209 …) on pins of the same
-/// two types; with `embedded-hal`'s erased pins they can be any.
+/// N step/direction drivers (A4988, DRV8825, TMC2209 …) on pins of the same two types; with
+/// `embedded-hal`'s erased pins these may be any pins.
 ///
-/// One call a pin: 2–5 cycles each on most chips. Where all STEP pins lie on
-/// one port, [`PortDrive`](super::PortDrive) moves them in one write.
+/// Each pin takes a call, 2–5 cycles on most chips. Where all STEP pins are on one port,
+/// [`PortDrive`](super::PortDrive) sets them in one write.
 ///
-/// A pin that reports an error is left alone: an interrupt has nobody to tell.
+/// Errors of pins are ignored, because an interrupt cannot report them.
 #[derive(Debug)]
 pub struct StepDir<S, D, const N: usize> {
     pins: [Pins<S, D>; N],
@@ -39,7 +37,7 @@ impl<S: OutputPin, D: OutputPin, const N: usize> StepDir<S, D, N> {
         drive
     }
 
-    /// Gives the pins back.
+    /// Returns the pins.
     pub fn release(self) -> [Pins<S, D>; N] {
         self.pins
     }

@@ -1,70 +1,72 @@
-//! Whose event comes next: what an engine on a wide counter keeps from visit to visit.
+//! The order of the axes' next events, which an engine on a wide counter keeps between visits.
 //!
 //! ```text
 //!   X at 100 │ Z at 130 │ Y at 180      X is played, and comes at 160 again:
 //!   Z at 130 │ X at 160 │ Y at 180
 //! ```
 //!
-//! All axes are looked at only where several were due, or the foreground has changed something.
+//! All axes are examined again only after several were due at once, or after a change by the
+//! foreground.
 
 use crate::timer::Count;
 
-/// Its event is no step.
+/// Marks an axis whose event is not a step.
 const OTHER: u8 = 0x80;
 /// No axis.
 const NONE: u8 = u8::MAX;
 
-/// An axis, and when its event comes.
+/// An axis and the time of its event.
 #[derive(Clone, Copy, Debug)]
 struct Due<C> {
     at: C,
-    /// With [`OTHER`].
+    /// The axis, with [`OTHER`] if its event is not a step.
     axis: u8,
 }
 
-/// The axes that wait for something, by the time of their events.
+/// The axes that have events, in the order of their times.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Agenda<C, const N: usize>([Due<C>; N]);
 
 impl<C: Count, const N: usize> Agenda<C, N> {
-    /// Nobody waits.
+    /// No axis has an event.
     pub const EMPTY: Agenda<C, N> = Agenda([Due { at: C::ZERO.0, axis: NONE }; N]);
 
-    /// The axis whose event comes first, and alone; 127 if there is none, or if there is more than that
-    /// to see to.
+    /// The axis whose event comes first, and alone; 127 if there is none, or if there is more to do
+    /// than that event.
     #[inline(always)]
     pub fn first(&self) -> u8 {
         self.first_step() & !OTHER
     }
 
-    /// Likewise, if its event is a step; more than 127 if not.
+    /// Like [`first`](Agenda::first) if the event is a step; more than 127 if not.
     #[inline(always)]
     pub fn first_step(&self) -> u8 {
         self.0.first().map_or(NONE, |due| due.axis)
     }
 
-    /// Whether the events of all others come after this time.
+    /// Whether the events of all other axes come after this time.
     #[inline(always)]
     pub fn others_after(&self, at: C) -> bool {
         self.0.get(1).is_none_or(|due| due.at.is_after(at))
     }
 
-    /// Nobody waits: a look round, three eighths of the counter from `now`. Events come at most a
-    /// quarter after `now`; one that is late by less than an eighth is before that, too.
+    /// Removes all axes. All are examined again three eighths of the counter from `now`: events
+    /// come at most a quarter of the counter after `now`, and an event that is late by less than an
+    /// eighth still comes before that.
     #[inline(always)]
     pub fn clear(&mut self, now: C) {
         self.0 = [Due { at: now.plus(C::HOP + C::HOP / 2), axis: NONE }; N];
     }
 
-    /// Something else comes before the first event.
+    /// Hides the first axis, because something else comes before its event.
     pub fn hide_first(&mut self) {
         if let Some(due) = self.0.first_mut() {
             due.axis = NONE;
         }
     }
 
-    /// An axis waits, that has not so far; for a step, for another event of its entries, or (`None`)
-    /// for an entry.
+    /// Adds an axis whose event is a step (`true`), another event of its entries (`false`), or the
+    /// arrival of an entry (`None`).
     #[inline(always)]
     pub fn insert(&mut self, axis: u8, at: C, steps: Option<bool>) {
         let axis = match steps {
@@ -84,8 +86,8 @@ impl<C: Count, const N: usize> Agenda<C, N> {
         *hole = Due { at, axis };
     }
 
-    /// The event of the first axis comes at this time now, and is a step or not. Returns when the first
-    /// event comes.
+    /// Moves the event of the first axis to this time; `steps` if it is a step. Returns the time of
+    /// the first event then.
     #[inline(always)]
     pub fn put_off(&mut self, at: C, steps: bool) -> C {
         let axis = if steps { self.first() } else { self.first() | OTHER };
@@ -103,7 +105,7 @@ impl<C: Count, const N: usize> Agenda<C, N> {
         self.next(at)
     }
 
-    /// Axes that step at once are no matter of the first.
+    /// Hides the first axis if the second has its event at the same time.
     #[inline(always)]
     pub fn hide_twins(&mut self) {
         if let [first, second, ..] = &self.0[..]
@@ -113,7 +115,7 @@ impl<C: Count, const N: usize> Agenda<C, N> {
         }
     }
 
-    /// When the first event comes.
+    /// The time of the first event.
     #[inline(always)]
     pub fn next(&self, none: C) -> C {
         self.0.first().map_or(none, |due| due.at)
@@ -124,8 +126,8 @@ impl<C: Count, const N: usize> Agenda<C, N> {
 mod tests {
     use super::*;
 
-    /// Whoever comes next by looking at all of them is first, over many turns of the counter, with
-    /// events up to a quarter of it away; so it is where an axis is late.
+    /// The first axis is the one found by looking at all of them, over many turns of the counter,
+    /// with events up to a quarter of the counter away; also where an axis is late.
     #[test]
     fn the_first_is_the_one_that_comes_next() {
         let mut seed = 1u64;
@@ -154,7 +156,7 @@ mod tests {
                     continue;
                 }
                 if agenda.first() == 127 {
-                    // A look round, which may come too early and never too late.
+                    // All are examined again here, possibly too early and never too late.
                     assert!(!agenda.next(0).is_after(times[next]), "{now} {times:?} {agenda:?}");
                     fill(&mut agenda, now, &times);
                 }

@@ -1,4 +1,4 @@
-//! The short way of a step: most visits, where a counter tells far ahead.
+//! The short path of a step, taken by most visits where the counter is wide.
 //!
 //! ```text
 //!   due     X│       X│   Y│  X│
@@ -6,9 +6,9 @@
 //!         short    short  long: Y is before X now
 //! ```
 //!
-//! An engine knows from the visit before which axis is due, and that no other is. If its step is
-//! on time, and the next one is [like it](super::track::Track::alike), nothing else need be looked
-//! at, as long as no other axis comes before that.
+//! The engine knows from the last visit which single axis is due. If its step is on time, if the
+//! next step is [like it](super::track::Track::alike), and if no other axis comes before that,
+//! nothing else is examined.
 
 use super::agenda::Agenda;
 use super::track::State;
@@ -51,12 +51,12 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             return self.go_on(edge);
         }
         self.drive.end(steps);
-        // Nothing that is news comes of such a step.
+        // Such a step causes no news.
         !next.leaves(now, T::LINGER + 1) && self.go_round()
     }
 
-    /// Plays the event of the axis that is due alone, and returns when the first event comes. `None`:
-    /// there is none such, and nothing is done.
+    /// Plays the event of the axis that is due alone, and returns the time of the first event.
+    /// `None` if no single axis is due; then nothing is done.
     #[cfg_attr(feature = "compact", inline(always))]
     #[cfg_attr(not(feature = "compact"), inline(never))]
     pub(super) fn play_first(&mut self, now: T::Count) -> Option<T::Count> {
@@ -77,7 +77,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
             if !track.play_again(edge, self.terms.least) {
                 track.advance(source, &mut self.drive, &mut self.terms, axis, edge);
             }
-            // A step that was fetched behind a wait is due at once.
+            // A step that was fetched after a wait is due at once.
             let fetched = steps == 0 && track.state == State::Play && track.pins & STEP != 0;
             if !fetched || self.timer.reach(axis, track.wake()).is_after(now) {
                 break;
@@ -87,7 +87,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         Some(self.wake_behind_first(edge))
     }
 
-    /// Looks at all axes again, and returns when the first event comes, or a look round.
+    /// Examines all axes, and returns the time of the first event, or of the next examination.
     #[inline(always)]
     pub(super) fn find_first(&mut self, now: T::Count) -> T::Count {
         let Some(agenda) = self.first.get_mut() else { return now };
@@ -103,8 +103,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         agenda.next(now)
     }
 
-    /// Sets the compare register, when the event of the first axis has been played, and returns when
-    /// the first event comes.
+    /// Sets the compare register after the event of the first axis has been played, and returns the
+    /// time of the first event.
     #[inline(always)]
     fn wake_behind_first(&mut self, now: T::Count) -> T::Count {
         if !self.pulses.any()
@@ -120,7 +120,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.wake_for_first(now)
     }
 
-    /// The step at `edge` of the first axis was late, or the next one is near.
+    /// Continues after a step of the first axis at `edge` that was late, or whose next step is
+    /// near.
     #[cold]
     #[inline(never)]
     fn go_on_late(&mut self, edge: T::Count) -> bool {
@@ -131,7 +132,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.advance_first(edge)
     }
 
-    /// The first axis has begun a step at `edge`, and what comes next is another one.
+    /// Continues after the beginning of a step of the first axis at `edge`, if the next event is
+    /// not like it.
     #[inline(never)]
     fn advance_first(&mut self, edge: T::Count) -> bool {
         self.terms.news = false;
@@ -147,8 +149,8 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.go_on_from(next)
     }
 
-    /// Behind the step at `edge` of the first axis another comes first, or its pulse is not over when
-    /// everything else is done.
+    /// Continues after a step of the first axis at `edge` if another axis comes first, or if the
+    /// pulse is not over when all other work is done.
     #[inline(never)]
     fn go_on(&mut self, edge: T::Count) -> bool {
         let axis = self.first.get().map_or(0, Agenda::first);
@@ -158,7 +160,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.go_on_from(next)
     }
 
-    /// The event that comes first is no step of one axis alone.
+    /// Begins a visit whose first event is not a step of a single axis.
     #[inline(never)]
     fn go_first(&mut self, now: T::Count) -> bool {
         self.terms.news = false;
@@ -171,14 +173,14 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.go_on_from(next)
     }
 
-    /// A visit without news so far.
+    /// Continues a visit that has had no news.
     #[inline(never)]
     fn go_round(&mut self) -> bool {
         self.terms.news = false;
         self.visit()
     }
 
-    /// Ends the visit if the next event, at this time, lies ahead.
+    /// Ends the visit if the next event, at this time, is ahead; else continues it.
     #[inline(always)]
     fn go_on_from(&mut self, next: T::Count) -> bool {
         if next.leaves(self.timer.now(), T::LINGER + 1) { self.terms.news } else { self.visit() }

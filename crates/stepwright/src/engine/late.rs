@@ -1,4 +1,4 @@
-//! Steps that came late, and queues that were empty.
+//! Late steps and empty queues.
 
 use super::track::{State, Track};
 use super::{BEHIND, Engine, FACE, POLL, STEP, TURN, Timing};
@@ -9,17 +9,17 @@ use crate::queue::Source;
 use crate::timer::{Count, StepTimer};
 use crate::units::{Rate, Ticks};
 
-/// The times that all axes keep, and the steps that did not.
+/// The times that all axes keep, and the number of late steps.
 pub(super) struct Terms {
     pub timing: Timing,
     /// The minimum interval; half the counter, if that is less.
     pub least: Ticks,
-    /// Ticks of 1 µs, of [`BEHIND`] and of [`POLL`].
+    /// 1 µs in ticks; then [`BEHIND`] and [`POLL`] in ticks.
     grace: Ticks,
     slip: Ticks,
     pub poll: Ticks,
     pub late: u32,
-    /// Since the interrupt began a travel has ended, or a step was late.
+    /// Whether a travel has ended or a step was late since the interrupt began.
     pub news: bool,
 }
 
@@ -40,7 +40,7 @@ impl Terms {
         (self.timing, self.least) = (timing, least::<C>(timing.min_interval));
     }
 
-    /// A step was late, or none came.
+    /// Counts a step that was late or did not come.
     pub fn count_late(&mut self) {
         self.late = self.late.saturating_add(1);
         self.news = true;
@@ -53,8 +53,8 @@ const fn least<C: Count>(interval: Ticks) -> Ticks {
 }
 
 impl<C: Count> Track<C> {
-    /// A step was made at `edge`, with this wait in 2⁻¹⁶ ticks to the next deadline, or 0 if
-    /// that is not known: then the wait before it tells.
+    /// Judges a step that was made at `edge`. `wait` is the wait to the next deadline in 2⁻¹⁶
+    /// ticks, or 0 if it is unknown: then the wait before the step counts.
     #[inline(never)]
     pub(super) fn judge(&mut self, terms: &mut Terms, wait: Wait, edge: C) {
         let mut ahead = C::of(self.due).since(edge);
@@ -63,15 +63,14 @@ impl<C: Count> Track<C> {
         }
         let room = self.room as i32;
         let left = if wait == 0 { ahead.wrapping_add(2 * room) } else { ahead };
-        // Where half an interval is less than the µs, with the next deadline.
+        // If half an interval is less than 1 µs, the limit is the next deadline.
         if left < (room - terms.grace as i32).max(0) {
             terms.count_late();
         }
-        // The next one comes at its deadline or the minimum interval after this
-        // one, whichever is later; so does a turn, by the hold time. The
-        // schedule stays.
+        // The next step comes at its deadline or the minimum interval after this one, whichever is
+        // later; so does a turn, with the hold time. The schedule stays.
         if ahead < -(terms.slip as i32) {
-            // Too far behind: the schedule slips.
+            // Too far behind: the schedule shifts.
             self.due = C::delayed(self.due, ahead.unsigned_abs());
         }
         let least = match self.pins {
@@ -86,8 +85,8 @@ impl<C: Count> Track<C> {
 }
 
 impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
-    /// Ticks since the first event that is due and not yet served; 0 if there is
-    /// none. Right up to half the counter.
+    /// Ticks since the first event that is due and not served yet; 0 if there is none. Correct up
+    /// to half the counter.
     #[inline(never)] // a step interrupt that needs it not is shorter by its registers
     pub fn behind(&mut self) -> Ticks {
         let now = self.timer.now();

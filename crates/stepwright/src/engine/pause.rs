@@ -1,13 +1,12 @@
-//! Holding all axes up, and going on as if no time had passed.
+//! Pauses all axes, and continues as if no time had passed.
 //!
 //! ```text
 //!   deadlines   ┊ ┊ ┊ │freeze         thaw│ ┊ ┊ ┊
 //!                     └──── any time ─────┘
 //! ```
 //!
-//! Deadlines are kept relative to the present, so the pause may outlast the
-//! counter many times over. Nothing is asked while the engine runs: a frozen
-//! axis is an idle one.
+//! Deadlines are kept relative to the time of the pause, so it may be longer than the counter many
+//! times over. The running engine makes no extra check: a frozen axis is an idle one.
 
 use super::track::State;
 use super::{Engine, STEP};
@@ -16,7 +15,7 @@ use crate::queue::{Asked, Feed, Source};
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
 
-/// What the axes of a frozen engine wait for.
+/// The states of the axes of a frozen engine.
 #[derive(Clone, Copy, Debug)]
 pub struct Frozen<C: Count, const N: usize> {
     at: C,
@@ -24,7 +23,7 @@ pub struct Frozen<C: Count, const N: usize> {
 }
 
 impl<C: Count, const N: usize> Frozen<C, N> {
-    /// The same, to go on `ticks` later than it would, at most [`HOP`](Count::HOP).
+    /// The same pause, after which the axes continue `ticks` later, at most [`HOP`](Count::HOP).
     #[must_use = "the axes go on with `thaw` only"]
     pub fn later(self, ticks: Ticks) -> Self {
         Frozen { at: self.at.plus(ticks.wrapping_neg()), ..self }
@@ -32,8 +31,7 @@ impl<C: Count, const N: usize> Frozen<C, N> {
 }
 
 impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
-    /// Holds all axes up between two steps. Until [`thaw`](Engine::thaw) they
-    /// report to be idle.
+    /// Pauses all axes between two steps. Until [`thaw`](Engine::thaw) they are reported as idle.
     #[must_use = "the axes go on with `thaw` only"]
     pub fn freeze(&mut self) -> Frozen<T::Count, N> {
         let at = self.timer.now();
@@ -45,7 +43,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         frozen
     }
 
-    /// Goes on: every deadline comes later by the time that has passed.
+    /// Continues: every deadline moves by the time that has passed.
     pub fn thaw(&mut self, frozen: Frozen<T::Count, N>) {
         let now = self.timer.now();
         // Modulo the counter, as deadlines are.
@@ -71,7 +69,7 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, Asked<F>, N> 
         self.sources.get_mut(usize::from(axis)).map(|asked| &mut asked.feed)
     }
 
-    /// Steps of an axis that its program has handed out, and that have not been made.
+    /// Steps of an axis that its program has handed out and that have not been made.
     #[doc(hidden)]
     pub fn loaded(&self, axis: u8) -> u16 {
         let axis = usize::from(axis);
@@ -87,8 +85,8 @@ impl<T: StepTimer, D: Drive, F: Feed, const N: usize> Engine<T, D, Asked<F>, N> 
         asked.left().wrapping_add(playing)
     }
 
-    /// Of the steps that its program has handed out only the next one is made, at
-    /// its time; then it is asked what comes. Answers how many are not made.
+    /// Of the steps that the program has handed out, only the next one is still made, at its time;
+    /// then the program is asked again. Returns the number of steps that are dropped.
     #[doc(hidden)]
     pub fn cut(&mut self, axis: u8) -> u16 {
         let cut = self.loaded(axis).saturating_sub(1);

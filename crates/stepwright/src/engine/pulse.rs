@@ -1,4 +1,4 @@
-//! Pulses that are left high when the interrupt leaves.
+//! Pulses that stay high when the interrupt leaves.
 //!
 //! ```text
 //!            visit      other events     visit
@@ -13,7 +13,7 @@ use crate::queue::Source;
 use crate::timer::{Count, StepTimer};
 use crate::units::Ticks;
 
-/// The axes whose STEP is high, and when each is to fall.
+/// The axes whose STEP is high, and the time at which each falls.
 pub(super) struct Pulses<C, const N: usize> {
     high: Axes,
     falls: [C; N],
@@ -22,13 +22,13 @@ pub(super) struct Pulses<C, const N: usize> {
 impl<C: Count, const N: usize> Pulses<C, N> {
     pub const NONE: Pulses<C, N> = Pulses { high: 0, falls: [C::ZERO.0; N] };
 
-    /// Whether STEP of an axis is high.
+    /// Whether STEP of any axis is high.
     #[inline(always)]
     pub fn any(&self) -> bool {
         self.high != 0
     }
 
-    /// STEP of these axes is high until then.
+    /// Adds these axes, whose STEP falls at `fall`.
     #[inline(never)]
     pub fn add(&mut self, steps: Axes, fall: C) {
         self.high |= steps;
@@ -39,7 +39,7 @@ impl<C: Count, const N: usize> Pulses<C, N> {
         }
     }
 
-    /// The end of a pulse, if it is nearer than `next`, seen from `now`.
+    /// The time of the first end of a pulse, if it comes before `next`, as seen from `now`.
     #[inline(always)]
     pub fn first(&self, mut next: C, now: C) -> C {
         if self.high != 0 {
@@ -55,7 +55,7 @@ impl<C: Count, const N: usize> Pulses<C, N> {
 
 impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     /// Ends the pulses of these steps, which began at `edge`, if they are over or nearly so;
-    /// leaves STEP high otherwise.
+    /// otherwise leaves STEP high.
     #[inline(always)]
     pub(super) fn leave_high(&mut self, steps: Axes, edge: T::Count) {
         if steps == 0 {
@@ -72,7 +72,7 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         self.drive.end(steps);
     }
 
-    /// Ends the pulses of these steps, which began at `edge`, when they are over.
+    /// Waits for the end of the pulses of these steps, which began at `edge`, and ends them.
     #[inline(always)]
     pub(super) fn hold_high(&mut self, steps: Axes, edge: T::Count) {
         if steps != 0 {
@@ -81,14 +81,14 @@ impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
         }
     }
 
-    /// Whichever of the two it is for this timer.
+    /// Does the one of these two that is right for this timer.
     #[inline(always)]
     pub(super) fn see_to_pulses(&mut self, steps: Axes, edge: T::Count) {
         if Self::LEAVES_HIGH { self.leave_high(steps, edge) } else { self.hold_high(steps, edge) }
     }
 
-    /// Ends the pulses whose time has come. A step of the same axis comes no sooner than a pulse
-    /// later, also where this comes late: a driver has to see STEP low.
+    /// Ends the pulses that are over. The next step of the same axis comes no sooner than a pulse
+    /// length later, even if this call is late: a driver has to see STEP low.
     #[inline(always)]
     pub(super) fn end_pulses(&mut self, now: T::Count) {
         if !Self::LEAVES_HIGH || self.pulses.high == 0 {

@@ -15,9 +15,9 @@ use crate::units::Ticks;
 pub(super) enum State {
     /// Its next event.
     Play,
-    /// The queue is empty, and what is to follow is not late yet.
+    /// The queue is empty, and the next entry is not late yet.
     Starved,
-    /// … and it is.
+    /// The queue is empty, and the next entry is late.
     Late,
     /// Nothing.
     Idle,
@@ -26,28 +26,28 @@ pub(super) enum State {
 #[derive(Clone, Debug)]
 #[cfg_attr(not(feature = "compact"), repr(C))] // bytes near the beginning take fewer instructions
 pub(super) struct Track<C: Count> {
-    /// Time of the next event, or of an [`early`] look at the queue.
+    /// The time of the next event, or of an [`early`] read of the queue.
     pub due: C::Fine,
-    /// Ticks to wait beyond `due`, for the sake of the minimum interval or the hold time.
+    /// Ticks to wait beyond `due`, because of the minimum interval or the hold time.
     pub push: Ticks,
     pub state: State,
     /// The next event: its pins, and the wait after it in 2⁻¹⁶ ticks.
     pub pins: u8,
     pub wait: Wait,
-    /// Half of the wait before it, in ticks.
+    /// Half of the wait before the next event, in ticks.
     pub room: Half,
-    /// Steps after it that are like it.
+    /// Steps after the next event that are like it.
     pub alike: Alike,
     /// The events after those.
     pub play: Play,
     pub forward: bool,
-    /// Where it was, and how many steps it has made since, that way, with those that are alike: an
-    /// 8-bit chip counts half as many bytes.
+    /// The position at the last turn, and the steps made since in that direction, including those
+    /// of `alike`: an 8-bit chip counts half as many bytes.
     base: i64,
     made: u32,
 }
 
-/// What is to be known of an axis at a moment to tell how much of its entry is left.
+/// A copy of the state of an axis from which the rest of its entry is computed.
 pub(crate) struct Glance {
     /// Ticks to the next event.
     left: i32,
@@ -76,14 +76,14 @@ impl Glance {
     }
 }
 
-/// A track that others may look at.
+/// A track of which others may take a [`Glance`].
 #[cfg(feature = "critical-section")]
 #[repr(transparent)]
 pub(crate) struct Looked<C: Count>(Track<C>);
 
 #[cfg(feature = "critical-section")]
 impl<C: Count> Looked<C> {
-    /// What is to be known of it.
+    /// See [`Track::glance`].
     #[inline(always)]
     pub fn glance(&self, now: C) -> Glance {
         self.0.glance(now)
@@ -91,7 +91,7 @@ impl<C: Count> Looked<C> {
 }
 
 impl<C: Count> Track<C> {
-    /// At rest at position 0, facing forward.
+    /// An axis at rest at position 0, facing forward.
     pub const IDLE: Track<C> = Track {
         due: C::ZERO.1,
         push: 0,
@@ -106,14 +106,14 @@ impl<C: Count> Track<C> {
         made: 0,
     };
 
-    /// When the next event may happen.
+    /// The earliest time of the next event.
     #[inline(always)]
     pub fn wake(&self) -> C {
-        // Most often there is nothing to add, and it costs an 8-bit chip.
+        // There is mostly nothing to add, and the addition costs an 8-bit chip time.
         if self.push == 0 { C::of(self.due) } else { C::of(self.due).plus(self.push) }
     }
 
-    /// Where it is.
+    /// The position in steps.
     pub fn position(&self) -> i64 {
         let made = i64::from(self.made.wrapping_sub(self.alike.count()));
         self.base.wrapping_add(if self.forward { made } else { made.wrapping_neg() })
@@ -124,23 +124,23 @@ impl<C: Count> Track<C> {
         self.glance(now).playing()
     }
 
-    /// What [`playing`](Track::playing) is computed of.
+    /// The state from which [`playing`](Track::playing) is computed.
     #[inline(always)]
     pub fn glance(&self, now: C) -> Glance {
         let Track { state, wait, alike, ref play, .. } = *self;
         Glance { left: self.wake().since(now), state, wait, alike, play: play.clone() }
     }
 
-    /// It is there.
+    /// Sets the position.
     #[cold]
     #[inline(never)]
     pub fn set_position(&mut self, position: i64) {
         (self.base, self.made) = (position, self.alike.count());
     }
 
-    /// Plays an event behind which the same comes again, at `edge`: a wait, or a step that
-    /// is on time and leaves at least this many ticks. False if it is another one, and nothing
-    /// is done. On a wide counter those are the steps that are [alike](Track::alike).
+    /// Plays an event at `edge` that is followed by the same again: a wait, or a step that is on
+    /// time and leaves at least this many ticks. Returns false if the event is another one; then
+    /// nothing is done. On a wide counter such steps are those that are [alike](Track::alike).
     #[inline(never)]
     pub fn play_again(&mut self, edge: C, least: Ticks) -> bool {
         if C::WIDE {
@@ -166,12 +166,12 @@ impl<C: Count> Track<C> {
         true
     }
 
-    /// Plays a step at `edge`, behind which one like it comes. False if it is not on time or leaves
-    /// less than this many ticks: then [`undo_alike`](Track::undo_alike) is next.
+    /// Plays a step at `edge` that is followed by one like it. Returns false if it is not on time
+    /// or leaves less than this many ticks: then call [`undo_alike`](Track::undo_alike).
     #[inline(always)]
     pub fn step_alike(&mut self, edge: C, least: Ticks) -> bool {
-        // Done, and undone where it is late: so little is to be kept that it fits into the registers
-        // of a small chip.
+        // Done first, and undone if it is late: this way the values fit into the registers of a
+        // small chip.
         let wait = self.wait;
         self.push = 0;
         self.wait = self.alike.next(wait);
@@ -179,7 +179,7 @@ impl<C: Count> Track<C> {
         leaves(C::of(self.due), edge, least, wait)
     }
 
-    /// Takes a step back that [`step_alike`](Track::step_alike) has refused.
+    /// Takes back a step that [`step_alike`](Track::step_alike) has refused.
     #[cold]
     #[inline(never)]
     pub fn undo_alike(&mut self) {
@@ -187,26 +187,26 @@ impl<C: Count> Track<C> {
         self.due = C::earlier(self.due, self.wait as u32);
     }
 
-    /// Nothing is known of what comes after the next event.
+    /// Forgets all that comes after the next event.
     #[inline(always)]
     pub fn forget(&mut self) {
         self.made = self.made.wrapping_sub(self.alike.count());
         (self.play, self.alike, self.wait) = (Play::NONE, Alike::NONE, 0);
     }
 
-    /// Its first event is now.
+    /// Starts the axis: its first event is now.
     pub fn start(&mut self, now: C, source: &mut impl Source, news: &mut bool) {
         (self.due, self.push, self.room) = (fine_of(now), 0, 0);
         self.forget();
         self.go_on_aside(source, news);
         if self.state == State::Play && self.pins == 0 {
-            // It only waits: nothing that the interrupt need come for.
+            // A wait without pins needs no interrupt.
             self.go_on_aside(source, news);
         }
     }
 
-    /// A queue was empty, and what was to follow is due, or nearly so: whether there is something now
-    /// that is due.
+    /// Reads a queue again that was empty, when the next entry is due or nearly so. Returns whether
+    /// there is an event now that is due.
     #[cold]
     #[inline(never)]
     pub fn ask_again(&mut self, source: &mut impl Source, terms: &mut Terms) -> bool {
@@ -225,13 +225,13 @@ impl<C: Count> Track<C> {
         self.state == State::Play && early == 0
     }
 
-    /// Ticks from `due` to what is to follow.
+    /// Ticks from `due` to the time of the next entry.
     #[inline(always)]
     pub fn early(&self) -> Ticks {
         early(self.state, self.wait)
     }
 
-    /// Plays the event, whose time has come, at `edge`.
+    /// Plays the due event at `edge`.
     #[inline(never)]
     pub fn advance(
         &mut self,
@@ -254,7 +254,7 @@ impl<C: Count> Track<C> {
         let mut wait = self.wait;
         self.go_on(source, &mut terms.news);
         while wait == 0 && self.only_waits() {
-            // What a program that is asked says of the wait, once the pins are set.
+            // The wait that a program gives after the pins are set.
             wait = self.wait;
             self.go_on(source, &mut terms.news);
         }
@@ -268,11 +268,11 @@ impl<C: Count> Track<C> {
         {
             return self.judge(terms, wait, edge);
         }
-        // On time, and so is what comes next.
+        // On time, and so is the next event.
         self.push = 0;
     }
 
-    /// Likewise, where it turns.
+    /// [`advance`](Track::advance) for an event that turns the axis.
     #[cold]
     #[inline(never)]
     fn turn(
@@ -296,9 +296,9 @@ impl<C: Count> Track<C> {
             return self.judge(terms, wait, edge);
         }
         self.push = 0;
-        // The set-up time counts from the edge. A turn that came late keeps
-        // its schedule if that leaves enough, so that axes which begin
-        // together stay together; if not, at rest a slip costs nothing.
+        // The set-up time counts from the edge. A turn that came late keeps its schedule if that
+        // leaves enough time, so that axes which begin together stay together. If not, the schedule
+        // shifts, which does no harm at rest.
         let left = C::of(self.due).since(edge);
         if self.pins & STEP != 0 && left <= terms.timing.setup as i32 {
             let behind = edge.since(C::of(due)).max(0);
@@ -306,13 +306,13 @@ impl<C: Count> Track<C> {
         }
     }
 
-    /// Whether the next event is a wait.
+    /// Whether the next event sets no pins.
     #[inline(always)]
     pub fn only_waits(&self) -> bool {
         self.state == State::Play && self.pins == 0
     }
 
-    /// The next event comes after the wait of this one.
+    /// Moves on to the next event, after the wait of this one.
     #[inline(always)]
     pub fn go_on(&mut self, source: &mut impl Source, news: &mut bool) {
         if self.wait != 0 {
@@ -327,18 +327,18 @@ impl<C: Count> Track<C> {
         self.take(source, news);
     }
 
-    /// Likewise, where it need not be fast.
+    /// [`go_on`](Track::go_on), out of line, where speed does not matter.
     #[cold]
     #[inline(never)]
     fn go_on_aside(&mut self, source: &mut impl Source, news: &mut bool) {
         self.go_on(source, news);
     }
 
-    /// What comes next?
+    /// Takes the next event.
     #[inline(always)] // out of line, a Mega's compiler would pass its fields on the stack
     pub fn take<S: Source>(&mut self, source: &mut S, news: &mut bool) {
         if C::WIDE && self.alike.count() != 0 {
-            // It is counted already.
+            // The step is counted already.
             self.made = self.made.wrapping_sub(1);
             self.wait = self.alike.next(self.wait);
             return;
@@ -372,8 +372,8 @@ impl<C: Count> Track<C> {
     }
 }
 
-/// Ticks from an early look at an empty queue to what is to follow behind this wait, if there is to be one:
-/// fetched when it is due, a step that is far would come later than others.
+/// Ticks from an early read of an empty queue to the next entry, after this wait; 0 without an
+/// early read. A far step that is fetched only when it is due would come later than others.
 #[inline(always)]
 fn early(state: State, wait: Wait) -> Ticks {
     let far = state == State::Starved && wait >> 16 >= 4 * Wait::from(EARLY);
@@ -386,7 +386,7 @@ fn half(wait: Wait) -> Half {
     (wait >> 17) as Half
 }
 
-/// Whether from a step at `edge` to the next one there are this many ticks, and half of its wait.
+/// Whether the next step is at least this many ticks, and half of its wait, after a step at `edge`.
 #[inline(always)]
 fn leaves<C: Count>(next: C, edge: C, least: Ticks, wait: Wait) -> bool {
     next.leaves(edge, least) && next.leaves(edge, wait as u32 >> 17)
@@ -394,7 +394,7 @@ fn leaves<C: Count>(next: C, edge: C, least: Ticks, wait: Wait) -> bool {
 
 /// A count as a time.
 pub(super) fn fine_of<C: Count>(at: C) -> C::Fine {
-    // A count is its distance from 0, whichever its width.
+    // A count is its distance from 0, for any width of the counter.
     let zero = C::fine(0, 0);
     C::delayed(zero, at.since(C::of(zero)) as Ticks)
 }

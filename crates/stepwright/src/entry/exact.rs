@@ -1,4 +1,4 @@
-//! Entries that are their runs, to the last bit, for a [prompt](super::Wiring::prompt) player.
+//! Entries that equal their runs to the last bit, for a [prompt](super::Wiring::prompt) player.
 
 use super::writer::{Due, Sink, Writer};
 use super::{Entry, Events, NEAR, bytes};
@@ -40,7 +40,8 @@ impl Writer {
         self.forget();
     }
 
-    /// What is due, and a wait in 2⁻¹⁶ ticks: 2^k events. What that leaves is for the next.
+    /// Writes the pins that are due and a wait in 2⁻¹⁶ ticks, as 2^k events. The remainder is added
+    /// to the next wait.
     fn exact_wait(&mut self, wait: u64, to: &mut impl Sink) {
         let mut part = wait.wrapping_add_signed(self.owed.into());
         let mut k = 0u32;
@@ -54,7 +55,7 @@ impl Writer {
     }
 }
 
-/// With an interval and a growth in 2⁻¹⁶ ticks.
+/// An entry with an interval and a growth in 2⁻¹⁶ ticks.
 fn exact(wait: u32, growth: i32, events: Events, groups: u32, then: u8, pins: u8) -> Entry {
     let (interval, growth) = (bytes(wait), bytes(growth as u32));
     Entry { interval, growth, events, groups: format::groups(groups), then, pins }

@@ -1,27 +1,27 @@
-//! Entries, one event after another.
+//! Plays entries, one event after another.
 
 use super::{Entry, wait};
 use crate::format::{Alike, Left};
 
 /// The events of an [`Entry`]: the pins, and the wait after them in 2⁻¹⁶ ticks.
 ///
-/// What playing an entry means. Interrupts in assembly do the same.
+/// Defines how an entry is played. Interrupts in assembly do the same.
 #[derive(Clone, Debug)]
 pub struct Play {
-    /// Of the present group.
+    /// The wait of the present group.
     wait: u32,
     pins: u8,
-    /// Events of a group, and those left of the present one; 0 stands for 65536.
+    /// Events in a group, and those left of the present group; 0 stands for 65536.
     events: u16,
     left: u16,
-    /// Groups left, the present one included; 0 once all is played.
+    /// Groups left, including the present one; 0 at the end.
     groups: Left,
     growth: u32,
     then: u8,
 }
 
 impl Play {
-    /// All is played.
+    /// An entry that has been played to its end.
     pub(crate) const NONE: Play =
         Play { wait: 0, pins: 0, events: 0, left: 0, groups: 0, growth: 0, then: 0 };
 
@@ -38,25 +38,25 @@ impl Play {
         }
     }
 
-    /// One group of 1 … 65535 events, whose waits are in 2⁻¹⁶ ticks.
+    /// Sets one group of 1 … 65535 events, whose waits are in 2⁻¹⁶ ticks.
     #[inline(always)]
     pub(crate) fn set(&mut self, pins: u8, wait: u32, events: u16) {
         (self.pins, self.wait) = (pins, wait);
         (self.events, self.left, self.groups) = (events, events, 1);
     }
 
-    /// 1 … 65535 events whose waits differ by `growth` from one to the next: one of `pins`, the
-    /// others of `then`.
+    /// Sets 1 … 65535 events whose waits grow by `growth` from one to the next: the first has
+    /// `pins`, the others `then`.
     #[inline(always)]
     pub(crate) fn grow(&mut self, pins: u8, then: u8, wait: u32, growth: i32, count: u16) {
         (self.pins, self.then, self.wait, self.growth) = (pins, then, wait, growth as u32);
         (self.events, self.left, self.groups) = (1, 1, count.into());
     }
 
-    /// Passes over the next event, if it is that of before and not its group's last.
+    /// Skips the next event if it is the same as the last one and not the last of its group.
     #[inline(always)]
     pub(crate) fn again(&mut self) -> bool {
-        // One that is over has none left, as it had before its first event.
+        // A group that is over has no events left, as before its first event.
         let again = self.left > 1 && self.left != self.events;
         if again {
             self.left = self.left.wrapping_sub(1);
@@ -64,15 +64,16 @@ impl Play {
         again
     }
 
-    /// Whether the next event is of the last group, or there is none.
+    /// Whether the next event is in the last group, or there is none.
     #[inline(always)]
     pub(crate) fn is_last(&self) -> bool {
         self.groups <= 1
     }
 
     /// Takes out the events that are like the step of `pins` before them: steps at one speed, or of
-    /// one parabola. Not the last of a group of several, nor the last two groups of one: how many,
-    /// and by how much the wait of each is longer, in 2⁻¹⁶ ticks.
+    /// one parabola. The last event of a group of several stays, and so do the last two groups of
+    /// one event. Returns their number, and by how much the wait of each is longer than the
+    /// previous one, in 2⁻¹⁶ ticks.
     #[cfg(not(feature = "compact"))]
     #[inline(always)]
     pub(crate) fn take_alike(&mut self, pins: u8) -> (u32, u32) {
@@ -91,8 +92,8 @@ impl Play {
         (count, self.growth)
     }
 
-    /// Takes events out that are waits of the same length as one before them, and take no more than
-    /// `hop` with it: how long that is.
+    /// Takes out events that are waits of the same length as the one before them, and that take no
+    /// more than `hop` together with it. Returns how long they all take.
     #[cfg(not(feature = "compact"))]
     pub(crate) fn join(&mut self, wait: u32, hop: u64) -> u64 {
         let one = u64::from(wait);
@@ -102,7 +103,7 @@ impl Play {
         let count = |events: u16| u32::from(events.wrapping_sub(1)) + 1;
         let more = self.groups.wrapping_sub(1);
         if self.then == 0 && self.growth == 0 {
-            // Products of 64 bits take a chip of 32 bits long.
+            // 64-bit products take a 32-bit chip long.
             let all = if self.events == 1 {
                 one * u64::from(more.saturating_add(2))
             } else {
@@ -114,10 +115,10 @@ impl Play {
                 return all;
             }
         }
-        // Of this group, and not its last one.
+        // Events of this group, except its last.
         let rest = count(self.left) - 1;
         if rest == 0 {
-            // Most often: no division, which takes a thousand instructions.
+            // Mostly the case: avoids a division, which takes a thousand instructions.
             return one;
         }
         let some = u64::from(rest).min((hop / one.max(1)).saturating_sub(1));
@@ -125,8 +126,9 @@ impl Play {
         one * (some + 1)
     }
 
-    /// How long the events that are left take, in ticks, with those that were taken out: at the wait
-    /// of the next, which is within a quarter of what they grow to, and 65535 of them at most.
+    /// How long the events that are left take, in ticks, including those in `taken`. All count with
+    /// the wait of the next event, which is within a quarter of the waits they grow to; at most
+    /// 65535 are counted.
     pub(crate) fn waits(&self, taken: Alike) -> u32 {
         if self.groups == 0 {
             return 0;
@@ -134,7 +136,7 @@ impl Play {
         let count = |events: u16| u32::from(events.wrapping_sub(1)) + 1;
         let more = u32::from(self.groups.wrapping_sub(1) as u16).saturating_mul(count(self.events));
         let all = count(self.left).saturating_add(more).saturating_add(taken.count());
-        // A wait of 16 bits.
+        // The wait in 16 bits.
         all.min(0xFFFF).wrapping_mul(taken.before(self.wait) >> 16)
     }
 

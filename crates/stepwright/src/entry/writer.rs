@@ -1,21 +1,21 @@
-//! Runs become entries.
+//! Makes entries of runs.
 
 use super::{Entry, Events, LAST, LEAST, NEAR, Wiring, bytes};
 use crate::format;
 use crate::run::Run;
 use crate::units::Ticks;
 
-/// At intervals below this many ticks a group of a few steps would be over before the
-/// next one is prepared: such steps are joined with those that follow.
+/// At intervals below this many ticks a group of a few steps would be over before the next one is
+/// prepared: such steps are joined with those that follow.
 const FAST: Ticks = 1 << 10;
 pub(super) const FEW: u16 = 4;
-/// … whose interval differs by less than this, in 2⁻¹⁶ ticks.
+/// Steps are joined only if their intervals differ by less than this, in 2⁻¹⁶ ticks.
 const APART: u32 = 2 << 16;
 
-/// A group's deadlines may deviate by a tick, times 8, in 2⁻¹⁶ ticks.
+/// The deadlines of a group may deviate by one tick: times 8, in 2⁻¹⁶ ticks.
 const LOOSE: u32 = 8 << 16;
 
-/// What the next event does. It begins at 0: a blank group has zeros.
+/// What the next event does. `Nothing` is 0: a blank writer has zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Due {
     Nothing,
@@ -23,22 +23,23 @@ pub(super) enum Due {
     Turn,
 }
 
-/// Where entries go.
+/// Takes entries.
 pub trait Sink {
-    /// Appends one.
+    /// Appends an entry.
     fn put(&mut self, entry: Entry);
 }
 
-/// Makes entries of the runs of one axis, which are handed over in order.
+/// Makes entries of the runs of one axis, which are passed in order.
 #[derive(Clone, Copy, Debug)]
 pub struct Writer {
     pub(super) wiring: Wiring,
     pub(super) due: Due,
-    /// Time that entries owe to the runs so far, in 2⁻¹⁶ ticks.
+    /// Time that the entries so far owe to the runs, in 2⁻¹⁶ ticks.
     pub(super) owed: i32,
-    /// A few fast steps, which wait for what follows them.
+    /// A few fast steps, which wait for the steps that follow them.
     kept: Kept,
-    /// What is made into entries. (A field, as arguments are dear to an 8-bit chip.)
+    /// The steps that are made into entries. (A field, because arguments are expensive on an 8-bit
+    /// chip.)
     part: Steps,
 }
 
@@ -62,7 +63,7 @@ struct Kept {
 }
 
 impl Writer {
-    /// For an axis at rest.
+    /// A writer for an axis at rest.
     pub const fn new(wiring: Wiring) -> Writer {
         Writer {
             wiring,
@@ -73,17 +74,17 @@ impl Writer {
         }
     }
 
-    /// Makes one of zeros what [`new`](Writer::new) makes.
+    /// Initialises a writer of zeros as [`new`](Writer::new) does.
     pub(crate) fn wire(&mut self, wiring: Wiring) {
         self.wiring = wiring;
     }
 
-    /// Forgets what is due: the axis has been stopped.
+    /// Forgets the pins that are due: the axis has been stopped.
     pub(crate) fn forget(&mut self) {
         (self.due, self.owed, self.kept.count) = (Due::Nothing, 0, 0);
     }
 
-    /// The wait of a [`Run::turn`], after which DIR is toggled if `changes`.
+    /// Writes the wait of a [`Run::turn`], after which DIR is toggled if `changes`.
     #[inline(never)]
     pub fn turn(&mut self, wait: Ticks, changes: bool, to: &mut impl Sink) {
         if self.wiring.is_prompt() {
@@ -93,7 +94,7 @@ impl Writer {
         self.due = if changes { Due::Turn } else { Due::Nothing };
     }
 
-    /// A run of steps. Those of several steps have intervals below [`NEAR`].
+    /// Writes a run of steps. If it has several steps, their intervals are below [`NEAR`].
     #[inline(never)]
     pub fn run(&mut self, run: &Run, to: &mut impl Sink) {
         if self.wiring.is_prompt() {
@@ -102,7 +103,7 @@ impl Writer {
         let first = run.ticks << 16 | Ticks::from(run.part);
         self.part = Steps { first, add: run.add, count: run.count };
         if self.due != Due::Step || run.count == 1 && run.ticks >= FAST {
-            // Another pin comes first, or one step alone.
+            // Another pin comes first, or the step is a single one.
             self.wait(run.ticks, run.part, to);
             self.due = Due::Step;
             self.skip(1);
@@ -112,7 +113,7 @@ impl Writer {
         }
     }
 
-    /// The last step of the travel, if one is due. Nothing waits for what follows.
+    /// Writes the last step of the travel, if one is due; no wait for another event follows.
     pub fn end(&mut self, to: &mut impl Sink) {
         if self.wiring.is_prompt() {
             return self.exact_end(to);
@@ -133,11 +134,11 @@ impl Writer {
         }
     }
 
-    /// What is due, and a wait of any length: 2^k events.
+    /// Writes the pins that are due and a wait of any length, as 2^k events.
     #[inline(never)]
     fn wait(&mut self, ticks: Ticks, part: u16, to: &mut impl Sink) {
         self.flush(to);
-        // Modulo 2³²: less than nothing may be left of a wait, too.
+        // Modulo 2³²: what is left of a wait may be negative, too.
         let (sum, over) = part.overflowing_add(self.owed as u16);
         let carried = (self.owed >> 16).wrapping_add(over.into());
         let mut ticks = ticks.wrapping_add_signed(carried);
@@ -147,7 +148,7 @@ impl Writer {
             return to.put(self.one(LEAST << 8, 1));
         }
         let [part, mut low] = sum.to_le_bytes();
-        // Halved until it is near; the bits that fall off are owed.
+        // Halved until it is below `NEAR`; the dropped bits are owed.
         let (mut k, mut bit) = (0u8, 1u32 << 8);
         self.owed = part.into();
         while ticks >= NEAR {
@@ -160,10 +161,10 @@ impl Writer {
             k += 1;
         }
         let interval = ticks << 8 | u32::from(low);
-        // 2^k of them; 256, and their multiples, are 0.
+        // The number 2^k in a byte: 0 for 256 and its multiples.
         to.put(self.one(interval, (bit >> 8) as u8));
         if k > 8 {
-            // 2^k − 256 more, in groups of 256 times as many as divide it: 33, 73, …
+            // 2^k − 256 more, in groups of 256 times a divisor: 33, 73, …
             let (high, groups) = match k {
                 18 => (32, 31),
                 17 => (72, 7),
@@ -173,12 +174,12 @@ impl Writer {
         }
     }
 
-    /// What is due, and then nothing, in groups of one.
+    /// The pins that are due, then events without pins, in groups of one.
     fn one(&self, interval: u32, groups: u8) -> Entry {
         entry(interval, 0, Events::ONE, groups, 0, self.pins())
     }
 
-    /// The part without its first steps.
+    /// Removes the first steps from the part.
     fn skip(&mut self, steps: u16) {
         let Steps { first, add, count } = &mut self.part;
         if *count == steps {
@@ -190,7 +191,7 @@ impl Writer {
         *count = count.wrapping_sub(steps);
     }
 
-    /// Steps with intervals that grow, a step being due.
+    /// Writes steps with growing intervals; a step is due.
     #[inline(never)]
     fn several(&mut self, to: &mut impl Sink) {
         let Steps { add, count, .. } = self.part;
@@ -212,7 +213,7 @@ impl Writer {
             rest = rest << 1 | 1;
             most >>= 2;
         }
-        // None of the planner's is that long: its groups would deviate by more.
+        // No run of the planner is that long: its groups would deviate by more.
         while count >> bits > 255 {
             bits += 1;
         }
@@ -229,7 +230,7 @@ impl Writer {
         }
     }
 
-    /// The next steps at their mean interval, with those that have been kept.
+    /// Writes the next steps at their mean interval, together with those that have been kept.
     #[inline(never)]
     fn flat(&mut self, mut steps: u16, to: &mut impl Sink) {
         let Steps { first, add, .. } = self.part;
@@ -252,11 +253,11 @@ impl Writer {
         }
     }
 
-    /// What has been kept.
+    /// Writes the steps that have been kept.
     #[inline(never)]
     fn flush(&mut self, to: &mut impl Sink) {
         if self.kept.count != 0 {
-            // (In registers: to copy it as a whole takes a small chip 100 cycles, and stack.)
+            // (In registers: copying it as a whole takes a small chip 100 cycles, and stack.)
             let Steps { first, add, count } = self.part;
             let Kept { first: first_kept, count: count_kept } = self.kept;
             self.part = Steps { first: first_kept, add: 0, count: count_kept };
@@ -266,7 +267,7 @@ impl Writer {
         }
     }
 
-    /// The part in groups of 2^bits steps, as far as these go; or as a single one.
+    /// Writes as much of the part as makes groups of 2^bits steps; or all of it as a single group.
     #[inline(never)]
     fn groups(&mut self, bits: u8, to: &mut impl Sink) {
         let Steps { first, add, count } = self.part;
@@ -274,10 +275,10 @@ impl Writer {
         if bits < 16 {
             (group, groups) = (1 << bits, (count >> bits) as u8);
         }
-        // Not more than the part has: 16 bits.
+        // No more than the part has: 16 bits.
         let steps = if bits < 16 { u16::from(groups) << bits } else { count };
-        // The mean interval: so the duration of all of them is exact, but for half
-        // a step's last bit where the spread is odd.
+        // The mean interval: so the duration of all steps is exact, except for half the last bit of
+        // a step if the spread is odd.
         let spread = match add {
             0 => 0,
             _ => add.wrapping_mul(steps.wrapping_sub(1).into()),
@@ -292,7 +293,7 @@ impl Writer {
             let spread = growth.wrapping_mul(i32::from(groups.wrapping_sub(1)));
             exact = exact.wrapping_sub((spread << 7) as u32);
         }
-        // To the nearest, with what is owed.
+        // Rounded to nearest, including what is owed.
         self.owed =
             self.owed.wrapping_add(u32::from(exact as u8 as u16).wrapping_mul(steps.into()) as i32);
         let interval = (exact >> 8).wrapping_add_signed(self.settle(steps).into());
@@ -300,11 +301,11 @@ impl Writer {
         to.put(entry(interval, growth, Events::new(group), groups, step, step));
     }
 
-    /// What each of these steps takes of what is owed, in 2⁻⁸ ticks: to the nearest.
+    /// What each of these steps takes of the time that is owed, in 2⁻⁸ ticks, rounded to nearest.
     ///
-    /// Most often that is 0 or 1. After steps that were joined it is up to two ticks, found
-    /// bit by bit: a division would take 200 cycles more. 128 ticks and more are of a wait of a
-    /// minute: they are for the next wait.
+    /// Mostly 0 or 1. After joined steps it is up to two ticks and is found bit by bit: a division
+    /// would take 200 cycles more. 128 ticks and more come from a wait of a minute; they are left
+    /// for the next wait.
     #[inline(never)]
     fn settle(&mut self, steps: u16) -> i16 {
         let [low, a, b, high] = self.owed.to_le_bytes();
@@ -338,7 +339,7 @@ impl Writer {
     }
 }
 
-/// With an interval and a growth in 2⁻⁸ ticks.
+/// An entry with an interval and a growth in 2⁻⁸ ticks.
 const fn entry(
     interval: u32,
     growth: i32,

@@ -1,4 +1,4 @@
-//! Of a chip of 8 bits with one core.
+//! The representation for an 8-bit chip with one core.
 
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
@@ -10,23 +10,23 @@ use crate::units::Ticks;
 /// Ticks that a step costs: some milliseconds at most.
 pub(crate) type Step = u16;
 
-/// As ticks.
+/// Converts to ticks.
 pub(crate) const fn wide(ticks: Step) -> Ticks {
     ticks as Ticks
 }
 
-/// Of ticks, or the most that it can be.
+/// Converts from ticks, saturating.
 pub(crate) const fn step_ticks(ticks: Ticks) -> Step {
     if ticks > Step::MAX as Ticks { Step::MAX } else { ticks as Step }
 }
 
-/// Bytes of a wait in an entry, which has 8 bits behind the point.
+/// Bytes of a wait in an entry, which has 8 fractional bits.
 pub(crate) const BYTES: usize = 3;
 
 /// Groups of an entry; 0 stands for 256.
 pub(crate) type Groups = u8;
 
-/// Groups that are left of an entry, 256 at most.
+/// Groups that are left of an entry, at most 256.
 pub(crate) type Left = u16;
 
 /// A wait in 2⁻¹⁶ ticks.
@@ -35,19 +35,19 @@ pub(crate) type Wait = u32;
 /// Half of a wait, in ticks.
 pub(crate) type Half = u16;
 
-/// This many groups, 1 … 256.
+/// Encodes a number of groups, 1 … 256.
 #[inline(always)]
 pub(crate) const fn groups(count: u32) -> Groups {
     count as u8
 }
 
-/// How many they are.
+/// The number of groups.
 #[inline(always)]
 pub(crate) const fn count(groups: Groups) -> u32 {
     if groups == 0 { 256 } else { groups as u32 }
 }
 
-/// No empty queue is asked early.
+/// No empty queue is read early.
 pub(crate) const EARLY: Ticks = 0;
 
 /// The wait of this event alone.
@@ -56,7 +56,7 @@ pub(crate) fn joined(wait: Wait, _: &mut Play, _: Ticks) -> Wait {
     wait
 }
 
-/// No steps are taken out of their entry: no counter is wide.
+/// Nothing: no steps are taken out of their entry, because no counter is wide.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Alike;
 
@@ -88,7 +88,7 @@ impl Alike {
     }
 }
 
-/// Nothing is kept from visit to visit.
+/// Nothing is kept between visits.
 #[derive(Debug)]
 pub(crate) struct Kept<T>(PhantomData<T>);
 
@@ -108,7 +108,7 @@ impl<T: Copy> Kept<T> {
     }
 }
 
-/// No player is prompt: there is nothing to hold.
+/// No player is prompt: there is nothing to store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Prompt;
 
@@ -122,9 +122,9 @@ impl Prompt {
     }
 }
 
-/// A byte that one side writes and the other reads; what was written before it is seen by who
-/// reads it. Reading or writing it is one instruction, and interrupt and foreground are all there
-/// is: for an atomic the compiler would hold interrupts off.
+/// A byte that one side writes and the other reads. What was written before it is visible to its
+/// reader. Reading or writing it is one instruction, and there are only an interrupt and a
+/// foreground: an atomic would make the compiler hold interrupts off.
 pub(crate) struct Shared(UnsafeCell<u8>);
 
 impl Shared {
@@ -134,7 +134,7 @@ impl Shared {
 
     #[inline(always)]
     pub(crate) fn get(&self) -> u8 {
-        // SAFETY: one instruction; interrupt and foreground are all there is.
+        // SAFETY: one instruction; there are only an interrupt and a foreground.
         let byte = unsafe { self.0.get().read_volatile() };
         compiler_fence(Ordering::Acquire);
         byte

@@ -1,4 +1,4 @@
-//! Of chips of 32 bits and more, and of a host.
+//! The representation for chips of 32 bits and more, and for a host.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -8,17 +8,17 @@ use crate::units::Ticks;
 /// Ticks that a step costs.
 pub(crate) type Step = Ticks;
 
-/// As ticks.
+/// Converts to ticks.
 pub(crate) const fn wide(ticks: Step) -> Ticks {
     ticks
 }
 
-/// Of ticks.
+/// Converts from ticks.
 pub(crate) const fn step_ticks(ticks: Ticks) -> Step {
     ticks
 }
 
-/// Bytes of a wait in an entry, which has 16 bits behind the point.
+/// Bytes of a wait in an entry, which has 16 fractional bits.
 pub(crate) const BYTES: usize = 4;
 
 /// Groups of an entry, at least one.
@@ -27,35 +27,35 @@ pub(crate) type Groups = u32;
 /// Groups that are left of an entry.
 pub(crate) type Left = u32;
 
-/// A wait in 2⁻¹⁶ ticks: of one event, or on wide counters of many.
+/// A wait in 2⁻¹⁶ ticks: of one event, or of many on a wide counter.
 pub(crate) type Wait = u64;
 
 /// Half of a wait, in ticks.
 pub(crate) type Half = u32;
 
-/// This many groups, 1 … 65536.
+/// Encodes a number of groups, 1 … 65536.
 pub(crate) const fn groups(count: u32) -> Groups {
     count
 }
 
-/// How many they are.
+/// The number of groups.
 pub(crate) const fn count(groups: Groups) -> u32 {
     groups
 }
 
-/// Ticks before a step that is far at which an empty queue is asked again: enough to fetch the step at any
-/// rate of a counter, and few of a planner's horizon.
+/// Ticks before a far step at which an empty queue is read again: enough to fetch the step at any
+/// timer rate, and a small part of a planner's horizon.
 pub(crate) const EARLY: Ticks = 4_096;
 
-/// The wait of this event, and of those after it that are waits of the same length: less than
-/// `hop` ticks in all, as a wide counter need not wait in pieces.
+/// The wait of this event and of the waits of the same length after it: less than `hop` ticks in
+/// all, as a wide counter need not wait in pieces.
 #[inline(always)]
 pub(crate) fn joined(wait: Wait, play: &mut Play, hop: Ticks) -> Wait {
     play.join(wait as u32, u64::from(hop) << 16)
 }
 
-/// Steps behind the next event that are like it, taken out of their entry: each wait is longer than
-/// the one before by the same. All of them are played by the [short way](crate::engine).
+/// Steps after the next event that are like it, taken out of their entry: each wait is longer than
+/// the previous one by the same amount. They are all played by the [short path](crate::engine).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Alike {
     count: u32,
@@ -65,39 +65,40 @@ pub(crate) struct Alike {
 impl Alike {
     pub(crate) const NONE: Alike = Alike { count: 0, growth: 0 };
 
-    /// Takes them out of the rest of an entry, whose event before was one of `step`.
+    /// Takes them out of the rest of an entry, whose last event was one of `step`.
     #[inline(always)]
     pub(crate) fn of(play: &mut Play, step: u8) -> Alike {
         let (count, growth) = play.take_alike(step);
         Alike { count, growth }
     }
 
-    /// How many they are.
+    /// The number of steps.
     #[inline(always)]
     pub(crate) const fn count(self) -> u32 {
         self.count
     }
 
-    /// The wait of the first of them, before that of the event behind them all.
+    /// The wait of the first of them; `behind` is the wait of the event after them all.
     pub(crate) fn before(self, behind: u32) -> u32 {
         behind.wrapping_sub(self.growth.wrapping_mul(self.count))
     }
 
-    /// Takes one, of which there is one: its wait, behind this one.
+    /// Takes out one step, of which there is at least one, and returns its wait; `wait` is the one
+    /// before it.
     #[inline(always)]
     pub(crate) fn next(&mut self, wait: Wait) -> Wait {
         self.count = self.count.wrapping_sub(1);
         (wait as u32).wrapping_add(self.growth).into()
     }
 
-    /// Gives back the one whose wait this is: the wait before it.
+    /// Puts back the step with this wait, and returns the wait before it.
     pub(crate) fn undo(&mut self, wait: Wait) -> Wait {
         self.count = self.count.wrapping_add(1);
         (wait as u32).wrapping_sub(self.growth).into()
     }
 }
 
-/// What an engine on a wide counter keeps from visit to visit.
+/// Kept between visits by an engine on a wide counter.
 #[derive(Debug)]
 pub(crate) struct Kept<T>(T);
 
@@ -131,8 +132,8 @@ impl Prompt {
     }
 }
 
-/// A byte that one side writes and the other reads; what was written before it
-/// is seen by who reads it.
+/// A byte that one side writes and the other reads. What was written before it is visible to its
+/// reader.
 pub(crate) struct Shared(AtomicU8);
 
 impl Shared {

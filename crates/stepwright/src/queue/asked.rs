@@ -1,9 +1,9 @@
-//! A program that is asked, as a source of entries.
+//! A program as a source of entries, which is asked for each run.
 //!
-//! A queue is filled ahead. A program with bounds, switches and callbacks has to be
-//! obeyed at a step: so it is asked for a run when the last step of the one before has
-//! been made. An entry is "pins, then wait", and that step's wait is not known before;
-//! so the step is an entry that waits for nothing, and its wait one without pins.
+//! A queue is filled ahead. A program with bounds, switches and callbacks must react at a step, so
+//! it is asked for a run when the last step of the previous run has been made. An entry is "pins,
+//! then wait", and the wait of that step is not known before. So the step is an entry with a wait
+//! of 0, and its wait is an entry without pins.
 //!
 //! ```text
 //!             asked                                 asked
@@ -18,15 +18,15 @@ use crate::entry::{NEAR, Play};
 use crate::run::Run;
 use crate::units::Ticks;
 
-/// What a [`Feed`] says.
+/// The answer of a [`Feed`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taken {
-    /// Play this.
+    /// Play this run.
     Run(Run),
-    /// Play this, whose intervals are all the same, with its first step after this many ticks:
-    /// some of the first interval is over.
+    /// Play this run, whose intervals are all equal, with its first step after this many ticks: a
+    /// part of the first interval has already passed.
     After(Ticks, Run),
-    /// Nothing yet, but the travel is not over: the feed is late.
+    /// No run yet, but the travel is not over: the feed is late.
     Late,
     /// The travel is over.
     End,
@@ -34,17 +34,16 @@ pub enum Taken {
 
 /// A program that is asked for one run after another.
 ///
-/// Called from the step interrupt, once a run: MUST NOT block, and should take
-/// no longer than the shortest run.
+/// Called from the step interrupt, once per run: MUST NOT block, and should take no longer than the
+/// shortest run.
 pub trait Feed {
-    /// Whether runs of it have intervals that differ: where none has, the code for them is left
-    /// out.
+    /// Whether any of its runs has intervals that differ; if not, the code for them is left out.
     const GROWS: bool = true;
 
     /// The next run.
     fn take(&mut self) -> Taken;
 
-    /// Forgets everything that is planned: a kill.
+    /// Forgets everything that is planned, after a kill.
     fn clear(&mut self);
 }
 
@@ -55,10 +54,10 @@ pub struct Asked<F> {
     pub feed: F,
     /// What is left of the present run.
     run: Run,
-    /// Whole ticks that are left of its first interval.
+    /// Whole ticks left of the first interval of `run`.
     wait: Ticks,
     due: Due,
-    /// It points forward when all that was handed out is played.
+    /// Whether the axis faces forward after all that was handed out.
     forward: bool,
 }
 
@@ -67,19 +66,19 @@ pub struct Asked<F> {
 enum Due {
     /// The program is asked.
     Nothing,
-    /// The wait before the run's first step, or its turn.
+    /// The wait before the run's first step or turn.
     Wait,
-    /// That.
+    /// The run's step or turn.
     Pins,
 }
 
-/// A long wait is dealt out in pieces of 2^this many ticks …
+/// A long wait is handed out in pieces of 2^`PIECE` ticks …
 const PIECE: u32 = 14;
-/// … and this many at a time.
+/// … and at most this many pieces at a time.
 const PIECES: Ticks = 1 << 15;
 
 impl<F: Feed> Asked<F> {
-    /// A program that has not been asked for anything, of an axis that faces forward.
+    /// A program that has not been asked yet, for an axis that faces forward.
     pub const fn new(feed: F) -> Asked<F> {
         Asked { feed, run: Run::steady(0, 0), wait: 0, due: Due::Nothing, forward: true }
     }
@@ -89,7 +88,7 @@ impl<F: Feed> Asked<F> {
         if self.due == Due::Nothing { 0 } else { self.run.count }
     }
 
-    /// Of these only this many are handed out.
+    /// Limits these to `steps`.
     pub(crate) fn cut(&mut self, steps: u16) {
         if steps == 0 {
             self.due = Due::Nothing;
@@ -98,11 +97,11 @@ impl<F: Feed> Asked<F> {
         }
     }
 
-    /// A piece of the wait.
+    /// Hands out a piece of the wait.
     #[inline(always)]
     fn wait(&mut self, play: &mut Play) {
         if self.wait >= NEAR {
-            // The last piece is a long one: half of it is what a program's last step may be late.
+            // The last piece is a long one: a program's last step is late after half of it.
             let pieces = (self.wait >> PIECE).saturating_sub(1).clamp(1, PIECES);
             self.wait = self.wait.wrapping_sub(pieces << PIECE);
             return play.set(0, 1 << (PIECE + 16), pieces as u16);
@@ -111,7 +110,7 @@ impl<F: Feed> Asked<F> {
         play.set(0, self.wait << 16 | Ticks::from(self.run.part), 1);
     }
 
-    /// The turn, or the run's next steps.
+    /// Hands out the turn, or the run's next steps.
     #[inline(always)]
     fn pins(&mut self, play: &mut Play) {
         let Run { ticks, part, count, add } = self.run;
@@ -125,12 +124,12 @@ impl<F: Feed> Asked<F> {
             return play.set(if turns { FACE | TURN } else { FACE }, 0, 1);
         }
         if add == 0 && ticks < NEAR {
-            // All but the last, whose wait is the program's next.
+            // All steps but the last, whose wait is the program's next.
             (self.run.count, self.due) = (1, Due::Pins);
             return play.set(STEP, ticks << 16 | Ticks::from(part), count.wrapping_sub(1));
         }
         if add == 0 || !F::GROWS {
-            // Step by step, as its interval is long.
+            // Step by step, as the interval is long.
             (self.run.count, self.wait, self.due) = (count.wrapping_sub(1), ticks, Due::Wait);
         } else {
             self.grow();
@@ -138,15 +137,15 @@ impl<F: Feed> Asked<F> {
         play.set(STEP, 0, 1);
     }
 
-    /// The run's first wait and all its steps but the last in one entry, if both ends of it are
-    /// near: a small chip is not asked at each step.
+    /// Hands out the run's first wait and all its steps but the last in one entry, if its first and
+    /// last interval are near: so a small chip does not run this at each step.
     #[inline(always)]
     fn whole(&mut self, play: &mut Play) -> Option<()> {
         let Run { ticks, part, count, add } = self.run;
         if ticks >= NEAR || count < 2 || add == 0 {
             return None;
         }
-        // Products of 16 bits, which a small chip has.
+        // 16-bit products, which a small chip has.
         let (by, steps) = (add.unsigned_abs(), u32::from(count.wrapping_sub(1)));
         let high = (by >> 16).wrapping_mul(steps);
         if high >= NEAR {
@@ -163,7 +162,7 @@ impl<F: Feed> Asked<F> {
         Some(())
     }
 
-    /// The run without its first step.
+    /// Removes the first step from the run.
     #[cold]
     #[inline(never)]
     fn grow(&mut self) {

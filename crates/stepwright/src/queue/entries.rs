@@ -1,8 +1,8 @@
 //! A queue of entries.
 //!
-//! The foreground pushes runs, as into any queue; they become entries on the
-//! way. The interrupt takes entries out, and says when they have been played.
-//! Neither holds the other off: each counter has one writer and is a byte.
+//! The foreground pushes runs, which become entries on the way. The interrupt takes entries out,
+//! and marks them as played. Neither holds the other off: each counter has one writer and is a
+//! byte.
 
 use super::{Loaded, Source, element};
 use crate::engine::WIRING;
@@ -28,26 +28,26 @@ use core::mem::offset_of;
 pub struct Queue<const LEN: usize> {
     /// Entries taken out since the beginning, modulo 256; written by the interrupt.
     taken: Shared,
-    /// Entries pushed, modulo 256; written by the producer.
+    /// Entries pushed since the beginning, modulo 256; written by the producer.
     pushed: Shared,
-    /// More entries will follow those in the queue; written by the producer.
+    /// Whether more entries will follow those in the queue; written by the producer.
     open: Shared,
     /// Entries played to their end, modulo 256; written by the interrupt.
     played: Shared,
-    /// 1 if DIR will point backward when all entries are played; the foreground's.
+    /// 1 if DIR will point backward when all entries are played; used by the foreground only.
     backward: Shared,
     slots: [UnsafeCell<Entry>; LEN],
 }
 
-// SAFETY: there is one producer and one interrupt. A slot is written by the
-// producer only while pushed − taken < LEN leaves it free, and read by the
-// interrupt only while pushed − taken > 0 says that it is filled.
+// SAFETY: there is one producer and one interrupt. The producer writes a slot only while pushed −
+// taken < LEN says that it is free; the interrupt reads it only while pushed − taken > 0 says that
+// it is filled.
 unsafe impl<const LEN: usize> Sync for Queue<LEN> {}
 
 impl<const LEN: usize> Queue<LEN> {
     const SIZE_IS_A_POWER_OF_TWO: () = assert!(LEN.is_power_of_two() && LEN >= 4 && LEN <= 128);
 
-    /// Where [`Queue`] has what the interrupt reads and writes.
+    /// The offset of a field of [`Queue`] that the interrupt reads or writes.
     pub const TAKEN: usize = offset_of!(Self, taken);
     /// See [`TAKEN`](Queue::TAKEN).
     pub const PUSHED: usize = offset_of!(Self, pushed);
@@ -71,15 +71,15 @@ impl<const LEN: usize> Queue<LEN> {
         }
     }
 
-    /// The two ends, for foreground and engine.
+    /// The two ends, for the foreground and the engine.
     pub const fn split(&mut self) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
         self.split_as(WIRING)
     }
 
-    /// Likewise, for what is no [prompt](Wiring::prompt) player.
+    /// [`split`](Queue::split) for a player that is not [prompt](Wiring::prompt).
     pub const fn split_as(&mut self, wiring: Wiring) -> (Producer<'_, LEN>, Consumer<'_, LEN>) {
         let queue: &Queue<LEN> = self;
-        // SAFETY: it is borrowed mutably, so there is one.
+        // SAFETY: the queue is borrowed mutably, so there is one producer.
         let producer = unsafe { queue.producer(wiring) };
         (producer, queue.consumer())
     }
@@ -92,26 +92,26 @@ impl<const LEN: usize> Queue<LEN> {
     /// The foreground's end.
     ///
     /// # Safety
-    /// One for a queue.
+    /// There may be only one producer of a queue.
     #[allow(unsafe_code)]
     pub const unsafe fn producer(&self, wiring: Wiring) -> Producer<'_, LEN> {
         let writer = Writer::new(wiring);
         Producer { queue: self, borrowed: PhantomData, writer, far: Run::steady(0, 0) }
     }
 
-    /// Makes a producer of zeros what [`producer`](Queue::producer) makes, with the few
-    /// stores that it takes.
+    /// Initialises a producer of zeros as [`producer`](Queue::producer) does, with as few stores as
+    /// possible.
     ///
     /// # Safety
-    /// One for a queue, and all zeros otherwise.
+    /// There may be only one producer of a queue; this one must be all zeros.
     #[allow(unsafe_code)]
     pub unsafe fn lend<'q>(&'q self, producer: &mut Producer<'q, LEN>, wiring: Wiring) {
         producer.queue = self;
         producer.writer.wire(wiring);
     }
 
-    /// Forgets all entries: the axis has been stopped, and its DIR points there.
-    /// Nothing that plays it may run meanwhile.
+    /// Forgets all entries: the axis has been stopped, and `forward` is the direction of its DIR.
+    /// Nothing may play the queue meanwhile.
     pub fn clear(&self, forward: bool) {
         let pushed = self.pushed.get();
         self.taken.set(pushed);
@@ -120,14 +120,14 @@ impl<const LEN: usize> Queue<LEN> {
         self.backward.set((!forward).into());
     }
 
-    /// Whether the entry that is played is the last that was taken out: none is held ready
-    /// behind it.
+    /// Whether the entry that is being played is the last one taken out: no other is held ready
+    /// after it.
     #[inline(always)]
     pub fn plays_last_taken(&self) -> bool {
         self.taken.get().wrapping_sub(self.played.get()) == 1
     }
 
-    /// The oldest entry, taken out.
+    /// Takes out the oldest entry.
     pub fn take(&self) -> Option<Entry> {
         let at = self.taken.get();
         // A producer closes after its last push, and pushes after it has written.
@@ -140,7 +140,7 @@ impl<const LEN: usize> Queue<LEN> {
         Some(entry)
     }
 
-    /// The slot that a counter stands for.
+    /// The slot of a counter's value.
     fn slot(&self, counter: u8) -> *mut Entry {
         // LEN is a power of two of at most 128, so the index is in range.
         let index = counter & (LEN as u8).wrapping_sub(1);
@@ -160,27 +160,27 @@ pub struct Producer<'q, const LEN: usize> {
     queue: *const Queue<LEN>,
     borrowed: PhantomData<&'q Queue<LEN>>,
     writer: Writer,
-    /// What is left of a run of several steps with long intervals, which are entries of
-    /// their own.
+    /// The rest of a run of several steps with long intervals, each of which takes entries of its
+    /// own.
     far: Run,
 }
 
-// SAFETY: it stands for a `&Queue`, which is `Send` and `Sync`.
+// SAFETY: the pointer stands for a `&Queue`, which is `Send` and `Sync`.
 unsafe impl<const LEN: usize> Send for Producer<'_, LEN> {}
-// SAFETY: likewise.
+// SAFETY: as above.
 unsafe impl<const LEN: usize> Sync for Producer<'_, LEN> {}
 
 impl<'q, const LEN: usize> Producer<'q, LEN> {
     #[inline(always)]
     fn queue(&self) -> &'q Queue<LEN> {
-        // SAFETY: it was made of such a reference.
+        // SAFETY: the pointer was made from such a reference.
         unsafe { &*self.queue }
     }
 
     /// Appends a run.
     ///
     /// # Errors
-    /// Gives the run back when the queue is full.
+    /// Returns the run if the queue is full.
     pub fn push(&mut self, run: Run) -> Result<(), Run> {
         if self.append(&run) { Ok(()) } else { Err(run) }
     }
@@ -216,7 +216,8 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
         queue.pushed.get().wrapping_sub(queue.taken.get()) > LEN as u8 - MOST
     }
 
-    /// Makes entries of what is left of a run while there is room: whether it is full then.
+    /// Makes entries of the rest of a run while there is room. Returns whether the queue is full
+    /// then.
     #[inline(never)]
     fn go_far(&mut self) -> bool {
         loop {
@@ -232,8 +233,9 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
         }
     }
 
-    /// How long the steps last that are appended and have no entries yet, for want of room: in ticks.
-    // Apart, so that a program that does not ask for how long it may sleep is compiled without the call.
+    /// The duration of appended steps that have no entries yet, because there is no room: in ticks.
+    // Out of line, so that a program that does not ask how long it may sleep is compiled without
+    // the call.
     #[inline(never)]
     pub(crate) fn behind(&self) -> Ticks {
         if self.far.count == 0 { 0 } else { (self.far.duration() >> 16) as Ticks }
@@ -245,8 +247,8 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
         queue.pushed.get().wrapping_sub(queue.played.get()).min(LEN as u8)
     }
 
-    /// Appends an entry that somebody else has made of runs; false if the queue is full. Not beside
-    /// [`push`](Producer::push): what that keeps for later would come behind it.
+    /// Appends an entry that was made elsewhere; returns false if the queue is full. Do not mix
+    /// with [`push`](Producer::push): steps that it keeps for later would come after this entry.
     ///
     /// ```
     /// use stepwright::entry::{EntryParts, Wiring};
@@ -287,8 +289,7 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
         self.len() == 0
     }
 
-    /// Says that more runs will follow, or that these are all: then the last step
-    /// is due.
+    /// Says whether more runs will follow; if not, the last step is due.
     pub fn set_open(&mut self, open: bool) {
         let queue = &mut self.queue();
         let Producer { writer, far, .. } = self;
@@ -305,27 +306,28 @@ impl<'q, const LEN: usize> Producer<'q, LEN> {
 /// The engine's end of a [`Queue`].
 pub struct Consumer<'q, const LEN: usize> {
     queue: &'q Queue<LEN>,
-    /// What follows the present entry: it is taken when the last group of that begins.
+    /// The entry after the present one: it is taken when the last group of the present entry
+    /// begins.
     ahead: Option<Entry>,
 }
 
-/// What a [`Consumer`] takes out.
+/// The result of [`Consumer::take`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
     /// The oldest entry.
     Entry(Entry),
-    /// There is none, and more is to come.
+    /// None, and more entries are to come.
     Late,
-    /// There is none, and the travel is over.
+    /// None, and the travel is over.
     End,
 }
 
 impl<const LEN: usize> Consumer<'_, LEN> {
-    /// The next entry. The one before counts as played.
+    /// Takes the next entry. The previous one counts as played.
     #[inline]
     pub fn take(&mut self) -> Next {
-        // Whether more is to come is read before the entries: a producer closes
-        // after its last push.
+        // Whether more entries are to come is read before the entries: a producer closes after its
+        // last push.
         let open = self.queue.open.get() != 0;
         self.look_ahead();
         let taken = self.queue.taken.get();
@@ -337,8 +339,9 @@ impl<const LEN: usize> Consumer<'_, LEN> {
         Next::Entry(entry)
     }
 
-    /// All entries that were taken have been played to their end: for a player that knows before it
-    /// takes the next one. The foreground counts them as [played](Producer::len) from now on.
+    /// Marks all entries that were taken as played to their end: for a player that knows this
+    /// before it takes the next one. From now on the foreground counts them as
+    /// [played](Producer::len).
     pub fn set_played(&mut self) {
         let ahead = u8::from(self.ahead.is_some());
         self.queue.played.set(self.queue.taken.get().wrapping_sub(ahead));
@@ -373,19 +376,19 @@ impl<const LEN: usize> Source for Consumer<'_, LEN> {
     }
 }
 
-/// Whether an interval of a run is not below [`NEAR`].
+/// Whether an interval of a run is [`NEAR`] or more.
 fn is_far(run: &Run) -> bool {
-    // By far not: 63 steps that grow by less than 256 ticks each.
+    // Certainly not: 63 steps that grow by less than 256 ticks each.
     if run.ticks < NEAR / 4 && run.count < 64 && run.add < 1 << 24 {
         return false;
     }
-    // In 2⁻⁸ ticks; what is rounded off is less than the margin.
+    // In 2⁻⁸ ticks; the rounding is less than the margin.
     let last = (run.add >> 8).wrapping_mul(i32::from(run.count.wrapping_sub(1)));
     run.ticks >= NEAR - 2
         || (run.ticks << 8) as i32 >= (((NEAR - 2) << 8) as i32).wrapping_sub(last)
 }
 
-/// The producer's alone, which looks for room.
+/// For the producer only, which checks for room.
 impl<const LEN: usize> Sink for &Queue<LEN> {
     #[inline(never)] // in one place of the flash
     fn put(&mut self, entry: Entry) {

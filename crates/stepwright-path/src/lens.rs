@@ -1,9 +1,9 @@
-//! The law of jerk, kept while a speed is planned: every axis stays within S/2 of a speed u with
-//! |u'| ≤ A and |u''| ≤ J.
+//! The check of the law of jerk: the speed of every axis stays within S/2 of some speed u with |u'| ≤ A and
+//! |u''| ≤ J.
 //!
-//! What is remembered of the past is where u may be by now, a convex set of (u, u'), one of each
-//! axis. With the time it drifts, and widens by what |u''| ≤ J reaches; the speed of the axis
-//! cuts from it what is too far away.
+//! The state of the check is the set of (u, u') that are possible now, a convex polygon for each axis. In
+//! time the set drifts, and widens by what |u''| ≤ J can reach. The speed of the axis clips the parts that
+//! are too far away. The law is broken when the set is empty.
 //!
 //! ```text
 //!   u'  A ┤      ╱▔▔╲            later   (u, a) → (u + a·T, a), and ± (J·T²/2, J·T)
@@ -14,39 +14,39 @@
 //!            v−S/2 v v+S/2
 //! ```
 //!
-//! The set is never too large: the jerk of u is constant within a moment, which is short beside
-//! √(S/J), and corners too many are left out inwards. So a speed that passes keeps the law. That
-//! law is stronger than the law of speed ([`Bucket`](crate::bucket::Bucket)): u changes by A·t at
-//! most, and the axis is within S/2 of it.
+//! The set is never too large: the jerk of u is constant within a time step, which is short beside √(S/J), and
+//! dropping surplus corners makes the set smaller. A speed that passes the check therefore keeps the law. This
+//! law implies the law of speed ([`Bucket`](crate::bucket::Bucket)): u changes by at most A·t, and the axis is
+//! within S/2 of it.
 
 use crate::piece::Piece;
 use crate::route::AxisPace;
 use crate::shape::Shape;
 
-/// Corners that are kept.
+/// The most corners of a polygon between two steps.
 const CORNERS: usize = 12;
 
-/// Corners while it is changed: two more by what u'' reaches, one more by each of four cuts.
+/// The most corners during a step: two more by the reach of u'', one more by each of four cuts.
 const ROOM: usize = CORNERS + 6;
 
-/// The part of the jump that is used: what is left is for the moments between two looks.
+/// The part of the jump that is used. The rest is for the times between two samples.
 const USED: f64 = 0.992;
 
-/// The same in a plan. What is executed has its moments at other times, and more room.
+/// The same in a plan. The executed course is sampled at other times, and has more room.
 const PLANNED: f64 = 0.982;
 
-/// Rounding, of a limit.
+/// The relative rounding error of a limit.
 const ROUNDED: f64 = 1e-9;
 
-/// The same, of a distance, where the jump and the acceleration are 1.
+/// The rounding error of a distance, in units of the jump and the acceleration.
 const NEAR: f64 = 1e-6;
 
-/// A moment is at most this part of √(S/J). Within it u may come near to a bound and back: at a
-/// jerk of J, and an axis of as much the other way, by J·T²/4, which is 0.008·S.
+/// The longest time step, as a part of √(S/J). Within a step u may approach a bound and return: with a jerk J,
+/// and an axis with as much jerk the other way, by J·T²/4, which is 0.008·S.
 const SHORT: f64 = 0.18;
 
-/// Moments of a constant speed after which u may be anywhere, at rest: 6.4·√(S/J) would do, as a
-/// u that stayed so long can stop within S and go to any place in 2·√(S/J).
+/// The number of time steps of a constant speed after which u may be any constant within the bounds. 6.4·√(S/J)
+/// would be enough: in that time u can stop within S, and reach any place in another 2·√(S/J).
 const SETTLED: u32 = 40;
 
 /// u and u'.
@@ -62,7 +62,7 @@ fn less(a: Corner, b: Corner) -> Corner {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// A convex polygon, counterclockwise; of one corner, or of two, as well.
+/// A convex polygon with counterclockwise corners. It may have only one or two corners.
 #[derive(Clone, Copy, Debug)]
 struct Polygon {
     corners: [Corner; ROOM],
@@ -90,7 +90,7 @@ impl Polygon {
         self.corners.get(..self.count).unwrap_or(&[])
     }
 
-    /// Writes what it is after a time: it drifts, and is moved along ±reach.
+    /// Writes the polygon after a time to `later`: it drifts, and is swept along ±reach.
     fn later(&self, time: f64, jerk: f64, later: &mut Polygon) {
         let reach = [jerk * time * time / 2.0, jerk * time];
         let mut moved = [[0.0; 2]; ROOM];
@@ -107,7 +107,7 @@ impl Polygon {
         let (moved, sides) = (&moved[..self.count], &mut sides[..self.count]);
         // An edge along the reach belongs to the side before it.
         let Some(mut before) = sides.iter().copied().rev().find(|side| *side != 0.0) else {
-            // All in a line along it, or a single corner.
+            // All corners lie on a line along the reach, or there is only one.
             let along = |corner: &Corner| corner[0] * reach[0] + corner[1] * reach[1];
             let ends = moved.iter().copied();
             let low = ends.clone().min_by(|a, b| along(a).total_cmp(&along(b)));
@@ -120,7 +120,7 @@ impl Polygon {
         };
         for (corner, side) in moved.iter().zip(sides) {
             let next = if *side == 0.0 { before } else { *side };
-            // Outwards is where the reach leads on the side that looks that way.
+            // Each side moves outwards: ahead or back along the reach, by the way it faces.
             let ahead = [corner[0] + reach[0], corner[1] + reach[1]];
             let back = less(*corner, reach);
             later.push(if before > 0.0 { ahead } else { back });
@@ -131,7 +131,7 @@ impl Polygon {
         }
     }
 
-    /// Writes what is left of it where low ≤ corner\[`part`\] ≤ high.
+    /// Writes the part of the polygon with low ≤ corner\[`part`\] ≤ high to `left`.
     fn clip(&self, part: usize, low: f64, high: f64, left: &mut Polygon) {
         left.count = 0;
         let corners = self.known();
@@ -155,12 +155,12 @@ impl Polygon {
         }
     }
 
-    /// Whether it is within bounds already.
+    /// Whether all corners are within these bounds.
     fn within(&self, part: usize, low: f64, high: f64) -> bool {
         self.known().iter().all(|corner| corner[part] >= low && corner[part] <= high)
     }
 
-    /// What is left where the speed is within `near` of v; false if nothing is.
+    /// Clips the polygon to speeds within `near` of `v`; false if nothing is left.
     fn see(&mut self, v: f64, near: f64, accel: f64) -> bool {
         for (part, low, high) in [(0, v - near, v + near), (1, -accel, accel)] {
             if !self.within(part, low, high) {
@@ -172,7 +172,7 @@ impl Polygon {
         self.count > 0
     }
 
-    /// After a time, what is left where the speed is within `near` of v; false if nothing is.
+    /// Lets a time pass, then clips to speeds within `near` of `v`; false if nothing is left.
     fn step(&mut self, time: f64, v: f64, limits: &Limits) -> bool {
         let Limits { near, accel, jerk } = *limits;
         let mut later = Polygon::NONE;
@@ -186,8 +186,8 @@ impl Polygon {
         self.count > 0
     }
 
-    /// Whether all corners of another one are within it, but for rounding; false as well if it has
-    /// no area.
+    /// Whether this polygon contains all corners of another one, but for rounding; false if this one has no
+    /// area.
     fn contains(&self, other: &Polygon, limits: &Limits) -> bool {
         let scale = |corner: Corner| [corner[0] / limits.near, corner[1] / limits.accel];
         let corners = self.known();
@@ -202,7 +202,7 @@ impl Polygon {
             })
     }
 
-    /// Leaves out corners too many, each the one that takes least with it.
+    /// Drops surplus corners, each time the corner that costs the least area.
     fn simplify(&mut self) {
         if self.count <= CORNERS {
             return;
@@ -229,7 +229,7 @@ impl Polygon {
         }
     }
 
-    /// The area between a corner and the line past it.
+    /// The area that dropping a corner would cost, doubled.
     fn beside(&self, n: usize) -> f64 {
         let a = self.corners[n.checked_sub(1).unwrap_or(self.count - 1)];
         let c = self.corners[if n + 1 < self.count { n + 1 } else { 0 }];
@@ -237,12 +237,12 @@ impl Polygon {
     }
 }
 
-/// What the speeds so far leave to each axis.
+/// The state of the check: the possible (u, u') of each axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Lens<const N: usize> {
     axes: [Polygon; N],
     limits: [Limits; N],
-    /// Seconds of a moment.
+    /// The longest time step, in s.
     moment: f64,
 }
 
@@ -254,7 +254,7 @@ struct Limits {
 }
 
 impl<const N: usize> Lens<N> {
-    /// After a long rest.
+    /// The state after a long rest.
     pub fn new(axes: &[AxisPace; N], jerk: &[f64; N]) -> Lens<N> {
         let limits: [Limits; N] = std::array::from_fn(|n| {
             let AxisPace { accel, jump, .. } = axes[n];
@@ -267,12 +267,12 @@ impl<const N: usize> Lens<N> {
         Lens { axes, limits, moment }
     }
 
-    /// For a plan from here on.
+    /// The state for a plan from here on.
     pub fn planned(&self) -> Lens<N> {
         self.using(PLANNED / USED)
     }
 
-    /// What a plan left, for what is made from there on.
+    /// Turns the state of a plan into one for the executed course.
     pub fn made(&self) -> Lens<N> {
         self.using(USED / PLANNED)
     }
@@ -283,20 +283,20 @@ impl<const N: usize> Lens<N> {
         lens
     }
 
-    /// Whether all that another one leaves is left here, but for rounding.
+    /// Whether this set contains all of another one, but for rounding.
     pub fn contains(&self, other: &Lens<N>) -> bool {
         let each = self.axes.iter().zip(&other.axes).zip(&self.limits);
         each.into_iter().all(|((this, other), limits)| this.contains(other, limits))
     }
 
-    /// After a long time at this speed.
+    /// Sets the state after a long time at this speed.
     fn settle(&mut self, v: &[f64; N]) {
         for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
             *polygon = Polygon::line(v - limits.near, v + limits.near);
         }
     }
 
-    /// Whatever there may be at this speed: to look further where the law is broken.
+    /// Sets the largest set possible at this speed, to continue where the law is broken.
     pub fn forget(&mut self, v: &[f64; N]) {
         for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
             let ([low, high], accel) = ([v - limits.near, v + limits.near], limits.accel);
@@ -307,10 +307,10 @@ impl<const N: usize> Lens<N> {
         }
     }
 
-    /// At rest for this long.
+    /// Follows a rest of this time, in s.
     pub fn wait(&mut self, time: f64) {
         if self.steady(time, &[0.0; N]).is_err() {
-            // It was at rest before.
+            // It is at rest already.
             self.settle(&[0.0; N]);
         }
     }
@@ -323,7 +323,7 @@ impl<const N: usize> Lens<N> {
         left
     }
 
-    /// The same after a time.
+    /// Lets a time pass, then clips all axes at these speeds; false if the law is broken.
     fn step(&mut self, time: f64, v: &[f64; N]) -> bool {
         let mut left = true;
         for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
@@ -332,7 +332,7 @@ impl<const N: usize> Lens<N> {
         left
     }
 
-    /// Constant speeds for a time.
+    /// Follows constant speeds for a time. The error is the time after which the law is broken.
     fn steady(&mut self, time: f64, v: &[f64; N]) -> Result<(), f64> {
         let moments = (time / self.moment).ceil();
         let (count, each) = if moments > f64::from(SETTLED) {
@@ -351,10 +351,10 @@ impl<const N: usize> Lens<N> {
         Ok(())
     }
 
-    /// Along a part of a shape.
+    /// Follows a piece along a shape.
     ///
     /// # Errors
-    /// Where along the route the law is broken first.
+    /// The place along the route where the law is broken first.
     pub fn follow(&mut self, shape: &Shape<N>, piece: &Piece) -> Result<(), f64> {
         let (from, time) = (piece.from, piece.to.t - piece.from.t);
         let mut direction = shape.direction(from.s);
@@ -389,7 +389,7 @@ mod tests {
     const AXIS: AxisPace =
         AxisPace { step: 0.01, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
-    /// u has to move by S between two jumps of S: in √(2·S/J) = 31.6 ms, less what is not used.
+    /// u has to move by S between two jumps of S: in √(2·S/J) = 31.6 ms, less for the unused part.
     #[test]
     fn two_jumps_need_a_time_between() {
         let jump = USED * 5.0;
@@ -399,17 +399,17 @@ mod tests {
             assert!(lens.steady(time, &[jump]).is_ok());
             assert_eq!(lens.see(&[2.0 * jump]), kept, "{time}");
         }
-        // Nor is there one for more than S.
+        // A jump of more than S is never allowed.
         let mut lens = Lens::new(&[AXIS], &[10_000.0]);
         assert!(lens.see(&[0.0]) && !lens.see(&[5.01]));
     }
 
-    /// A step of acceleration by Δ is hidden within Δ²/8J: √(8·S·J) = 632 mm/s² at most.
+    /// A jump of the acceleration by Δ needs a jump of Δ²/8J: Δ is at most √(8·S·J) = 632 mm/s².
     #[test]
     fn a_step_of_acceleration_takes_of_the_jump() {
         for (accel, kept) in [(600.0, true), (660.0, false)] {
             let mut lens = Lens::new(&[AXIS], &[10_000.0]);
-            // u may have begun before.
+            // u may begin to rise before the axis does.
             let mut left = lens.steady(0.1, &[0.0]).is_ok();
             for n in 1..=100 {
                 left &= lens.step(0.001, &[accel * 0.001 * f64::from(n)]);

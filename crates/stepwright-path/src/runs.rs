@@ -1,17 +1,17 @@
-//! The speed over cells with limited jerk: courses from one node that binds to the next.
+//! The speed over cells with limited jerk: courses from each binding node to the next.
 //!
 //! ```text
-//!   v    ╱▔▔▔▔▔╲          ╱▔▔╲              the acceleration is 0 where a node binds: at B, and
-//!       ╱       ╲        ╱    ╲    ╱▔╲      at rest; at a corner, C, it jumps; in between it
-//!      ╱         ╲__B___╱      ╲C╱    ╲     goes on over whatever joints there are
+//!   v    ╱▔▔▔▔▔╲          ╱▔▔╲              the acceleration is 0 at a binding node, B, and at
+//!       ╱       ╲        ╱    ╲    ╱▔╲      rest; at a corner, C, it jumps; between them it
+//!      ╱         ╲__B___╱      ╲C╱    ╲     continues over all other joints
 //!    rest  · · ·  · · ·   · · ·  ·  · rest
 //! ```
 //!
-//! First there are two of them, the beginning and the end. The fastest course between two is
-//! known ([`Limits::over`]). Where it is beyond what a node allows, the node at which it is most so
-//! binds too, at its speed; or at less, where that can't be risen to or fallen from within the
-//! limits, for which there is a pass back and a pass on over what binds. This ends when all
-//! courses are allowed, or all nodes bind.
+//! A node *binds* if the speed there is fixed. At first two nodes bind, the beginning and the end.
+//! [`Limits::over`] gives the fastest course between two nodes. If the course exceeds the limit of a node, the
+//! node with the largest excess binds too, at its limit. A backward and a forward pass over all binding nodes
+//! lower the speeds that cannot be reached or left within the limits. This ends when all courses are
+//! within their limits, or all nodes bind.
 
 use std::collections::VecDeque;
 
@@ -23,50 +23,50 @@ use crate::piece::{Moment, Piece};
 use crate::ramp::{Limits, root};
 use crate::span::{Bind, Span, divided};
 
-/// Rounding, of w.
+/// The relative rounding error of w.
 pub(crate) const ROUNDED: f64 = 1e-9;
 
-/// Part of the acceleration there is on a straight line below which a node binds instead.
+/// If turning leaves less than this part of the acceleration on a straight line, a node binds instead.
 const LEAST: f64 = 0.4;
 
-/// Parts of the acceleration at corners that are tried where all of it would make another node bind.
+/// The parts of the acceleration at corners that are tried if all of it would make another node bind.
 const PARTS: [f64; 3] = [0.75, 0.5, 0.25];
 
-/// Rounds in which the limits on the way of a stop are looked for.
+/// The most rounds to find the limits along a stop.
 const STOPS: usize = 16;
 
-/// What is known of each cell and of the nodes between them.
+/// The limits of the cells and of the nodes between them.
 pub(crate) struct Ground<'a, const N: usize> {
     pub cells: &'a VecDeque<Cell<N>>,
-    /// w at each node, and within each cell, at most.
+    /// The largest w at each node, and within each cell.
     pub caps: Vec<f64>,
     pub tops: Vec<f64>,
-    /// Along each cell, where it does not turn.
+    /// The limits along each cell, without turning.
     pub limits: Vec<Limits>,
-    /// The accelerations that each node may be come to and left with, if it binds.
+    /// The accelerations with which each node may be reached and left, if it binds.
     pub kinks: Vec<Kink>,
 }
 
-/// What comes out of looking for a course between two that bind.
+/// The result of a search for a course between two binding nodes.
 enum Bound {
     None(Vec<Piece>),
     Node(Bind),
-    /// The acceleration over a cell is less.
+    /// The acceleration over a cell must be lowered to this one.
     Accel(usize, f64),
 }
 
-/// What braking comes to.
+/// The result of planning a stop.
 pub(crate) enum Stop {
-    /// A stop, and the cell in which it ends.
+    /// The stop, and the cell in which it ends.
     Found(Vec<Piece>, usize),
-    /// It is faster on the way than the axes can be.
+    /// The stop would be faster on its way than the axes allow.
     TooFast,
-    /// It ends behind the last cell.
+    /// The stop would end after the last cell.
     Beyond,
 }
 
 impl<const N: usize> Ground<'_, N> {
-    /// Along all cells from one node to another.
+    /// The least limits of all cells from one node to another.
     pub fn limits(&self, from: usize, to: usize) -> Limits {
         let none = Limits { accel: f64::INFINITY, jerk: f64::INFINITY };
         self.limits[from..to.max(from + 1).min(self.limits.len())].iter().fold(none, |all, cell| {
@@ -81,7 +81,7 @@ impl<const N: usize> Ground<'_, N> {
         }
     }
 
-    /// From a moment to rest at the end, in time. `None` if it can't be done from there.
+    /// The course from a moment to rest at the end. `None` if no course leads there within the limits.
     pub fn courses(&mut self, from: Moment) -> Option<Vec<Piece>> {
         let full = self.limits.clone();
         let courses = self.bound_courses(from, &full);
@@ -89,8 +89,8 @@ impl<const N: usize> Ground<'_, N> {
         courses
     }
 
-    /// The same, with accelerations that become less as courses are beyond them. Where another node comes
-    /// to bind, they are as they were before: its courses are slower.
+    /// The same, lowering the accelerations where courses exceed them. Where another node comes to bind,
+    /// its cells get the full accelerations back, as the courses there are slower.
     fn bound_courses(&mut self, from: Moment, full: &[Limits]) -> Option<Vec<Piece>> {
         let count = self.cells.len();
         let mut pieces = Vec::new();
@@ -106,7 +106,7 @@ impl<const N: usize> Ground<'_, N> {
         let mut known: Vec<Option<Vec<Piece>>> = vec![None];
         loop {
             while let Err(n) = self.pass(&mut binds, &mut known, begin) {
-                // Over fewer cells the limits may be higher.
+                // With fewer cells between two binding nodes the limits may be higher.
                 let (from, to) = (binds[n].node, binds[n + 1].node);
                 let node = from + (to - from) / 2;
                 if node == from {
@@ -156,7 +156,8 @@ impl<const N: usize> Ground<'_, N> {
         Some(pieces)
     }
 
-    /// Lowers what can't be come from or to; what it changes is unknown again.
+    /// Lowers the speeds of binding nodes that cannot be reached or left. Forgets the courses from and to
+    /// them. The error is the number of a node that cannot be lowered.
     fn pass(
         &self,
         binds: &mut [Bind],
@@ -184,7 +185,7 @@ impl<const N: usize> Ground<'_, N> {
             let v = if n == 0 && begin.a != 0.0 {
                 arrive(begin, there.s, there.v, &limits.with(begin.a)).ok_or(n)?
             } else if n == 0 && here.v > there.v {
-                // It can't be slower here.
+                // The speed at the beginning is given.
                 if limits.way(here.v, there.v) > way * (1.0 + ROUNDED) {
                     return Err(n);
                 }
@@ -205,8 +206,8 @@ impl<const N: usize> Ground<'_, N> {
         Ok(())
     }
 
-    /// The course from one to the other, or what binds in between. At corners it has as much
-    /// acceleration as there is room for, and makes no other node bind.
+    /// The course from one binding node to the next, or what binds in between. At its ends it has as much
+    /// acceleration as the corners allow without making another node bind.
     fn course(&self, from: Bind, to: Bind, begin: Option<Moment>) -> Bound {
         let none = |found: &Bound| matches!(found, Bound::None(_));
         let kinks = [self.kinks[from.node][1], self.kinks[to.node][0]];
@@ -225,7 +226,7 @@ impl<const N: usize> Ground<'_, N> {
         PARTS.into_iter().map(part).find(none).unwrap_or(least)
     }
 
-    /// The same, with these accelerations at both ends, or less where it is too short for them.
+    /// The same with these accelerations at both ends, or less if the distance is too short.
     fn bound(&self, from: Bind, to: Bind, begin: Option<Moment>, kinks: Kink) -> Bound {
         let span = Span { from, to, begin, kinks };
         let cells = self.cells(&span);
@@ -244,7 +245,7 @@ impl<const N: usize> Ground<'_, N> {
                     if begin.is_none() {
                         return Bound::Accel(cell, accel);
                     }
-                    // As it is: the law decides.
+                    // Kept as it is: the check against the law decides.
                     return Bound::None(pieces);
                 }
                 None => return Bound::None(pieces),
@@ -256,8 +257,8 @@ impl<const N: usize> Ground<'_, N> {
         Bind { node, s: self.place(node), v: v.min(self.caps[node].sqrt()) }
     }
 
-    /// Whether it is nowhere, up to the cell in which it ends, faster than the axes can be: its speed
-    /// may be beyond the ordered one.
+    /// Whether these pieces are nowhere faster than the axes allow, up to the cell in which they end. The
+    /// ordered speed may be exceeded.
     fn allowed(&self, pieces: &[Piece], last: usize) -> bool {
         let Some(first) = pieces.first() else { return true };
         if pieces.iter().any(|piece| piece.to.v < 0.0) {
@@ -281,7 +282,7 @@ impl<const N: usize> Ground<'_, N> {
         })
     }
 
-    /// Along the first cells, at most at the speed there is: what turning leaves.
+    /// The limits along the first cells that turning leaves, at the highest speed from this moment on.
     fn falling(&self, from: Moment, cells: usize) -> Limits {
         let all = self.limits(0, cells);
         let v = from.v + from.a.max(0.0).powi(2) / 2.0 / all.jerk;
@@ -289,7 +290,7 @@ impl<const N: usize> Ground<'_, N> {
         Limits { accel: slopes.fold(all.accel, f64::min), ..all }.with(from.a)
     }
 
-    /// From an acceleration to none, by the jerk of the cells that it leads over.
+    /// Ends a positive acceleration by the jerk of the cells on the way. `None` if the last cell ends before.
     fn ease(&self, from: Moment) -> Option<Piece> {
         let mut last = 1;
         loop {
@@ -303,7 +304,7 @@ impl<const N: usize> Ground<'_, N> {
         }
     }
 
-    /// A stop with a part of the limits, the fastest with all of them.
+    /// A stop with a part of the limits: the fastest one with `part` 1.
     pub fn stop(&self, from: Moment, part: f64) -> Stop {
         let mut first = None;
         if from.a > 0.0 {
@@ -326,7 +327,7 @@ impl<const N: usize> Ground<'_, N> {
             let Some(cell) = self.cells.iter().position(|cell| cell.end > end.s) else {
                 return Stop::Beyond;
             };
-            // By the least of what there is on its own way.
+            // Done once the limits are those of the stop's own way.
             if (end.s - known).abs() <= ROUNDED * (end.s - from.s) {
                 let allowed = self.allowed(&pieces, cell);
                 return if allowed { Stop::Found(pieces, cell) } else { Stop::TooFast };
@@ -336,8 +337,8 @@ impl<const N: usize> Ground<'_, N> {
         Stop::TooFast
     }
 
-    /// What turning leaves to a stop, at the speeds of another one: as on a circle, for a stop is
-    /// tried with the law.
+    /// The limits that turning leaves to a stop, at the speeds of the stop before. Turning counts as on a circle,
+    /// as the stop is checked against the law afterwards.
     fn slowing(&self, from: Moment, pieces: &[Piece]) -> Limits {
         let end = pieces.last().map_or(from.s, |piece| piece.to.s);
         let cells = self.cells.iter().take_while(|cell| cell.begin <= end).count().max(1);
@@ -350,8 +351,8 @@ impl<const N: usize> Ground<'_, N> {
         Limits { accel: each.fold(all.accel, f64::min), ..all }
     }
 
-    /// From a speed that is beyond what is allowed now, or an acceleration: down to what is, and
-    /// the cell in which that is reached.
+    /// Slows down from a speed or acceleration beyond the present limits. Returns the pieces, and the cell in
+    /// which the limits are reached.
     fn fall(&self, from: Moment) -> Option<(Vec<Piece>, usize)> {
         let least = from.v + from.a.max(0.0).powi(2) / 2.0 / self.limits(0, 1).jerk;
         let top = self.tops[0];
@@ -376,23 +377,23 @@ impl<const N: usize> Ground<'_, N> {
     }
 }
 
-/// The speed at a place of a course.
+/// The speed of a course at a place.
 fn speed(pieces: &[Piece], s: f64) -> f64 {
     let piece = pieces.iter().find(|piece| piece.to.s >= s).or(pieces.last());
     piece.map_or(0.0, |piece| piece.at(piece.time(s)).v)
 }
 
-/// The speed, `v` at most, at which it can be at a place without acceleration.
+/// The highest speed, at most `v`, that can be reached without acceleration at place `s`.
 fn arrive(from: Moment, s: f64, v: f64, limits: &Limits) -> Option<f64> {
     if from.v + from.a.min(0.0) * -from.a.min(0.0) / 2.0 / limits.jerk < 0.0 {
-        // It would go back before the acceleration has ended.
+        // The speed would become negative before the acceleration has ended.
         return None;
     }
     let pace = limits.pace();
     if reached(from, v, &pace) <= s + ROUNDED * (s - from.s) {
         return Some(v);
     }
-    // What it comes to if the acceleration only ends.
+    // The speed that is reached if the acceleration only ends.
     let free = (from.v + from.a * from.a.abs() / 2.0 / limits.jerk).max(0.0);
     if free >= v || reached(from, free, &pace) > s {
         return None;

@@ -1,9 +1,10 @@
-//! A route with limited jerk: its speed is a course over many cells, and what is made of it is
-//! cut from that course, cell by cell.
+//! A route with limited jerk: its speed is a course over many cells. The moves are cut from the course, cell
+//! by cell.
 //!
-//! A plan is tried with the law of jerk ([`Lens`]) before it is taken. Where it fails, corners within
-//! the time in which a jump can be hidden have less acceleration, at last none; then what lies there
-//! is passed slower, at last at rest, and planned again.
+//! Each plan is checked against the law of jerk ([`Lens`]) before it is used. Where it breaks the law, the
+//! corners before that place get less acceleration, in the end none, if they are within the time in which a
+//! jump can be hidden. If that does not help, the place is passed slower, in the end at rest. Each time the
+//! route is planned again.
 
 use std::collections::VecDeque;
 
@@ -17,52 +18,53 @@ use crate::runs::{Ground, Stop};
 use crate::trial::{Past, Tried, clip, walk};
 use crate::turning::{self, TURN};
 
-/// Of the limits: what is left is for rounding, and for what is between two looks at the law.
+/// The part of the jump and the jerk that a plan uses. The rest is for rounding, and for the time between
+/// two samples of the law.
 const JUMP: f64 = 0.97;
 const JERK: f64 = 0.99;
 
-/// Of the acceleration, for turning at a constant speed.
+/// The part of the acceleration that turning at a constant speed uses.
 const CURVE: f64 = 0.95;
 
-/// Parts of the limits that a stop is tried with: where turning, or a corner ahead, leaves too little
-/// for the fastest, a gentler one may do.
+/// The parts of the limits with which a stop is tried. Where turning or a corner ahead leaves too little for
+/// the fastest stop, a gentler one may be possible.
 const GENTLER: [f64; 5] = [1.0, 0.85, 0.7, 0.5, 0.35];
 
-/// Rounds in which what breaks the law is passed slower, and at rest.
+/// The number of rounds in which places that break the law are passed slower, and then at rest.
 const SLOWER: usize = 40;
 const AT_REST: usize = 100;
 
-/// Of w, in each.
+/// The factor of w in each of these rounds.
 const BY: f64 = 0.85;
 
-/// Rounds in which corners have this part of the acceleration that they had, before they have none.
+/// The number of rounds in which corners get this factor of acceleration, before they get none.
 const GENTLE: usize = 3;
 const LESS: f64 = 0.7;
 
-/// Seconds: √(S/J) of a jump S and a jerk J, at least. The law is looked at in moments of a part of it,
-/// so that a smaller jump takes longer and longer to plan. With this one an axis is off the place of u by
-/// some J·10⁻¹² s³: 1 nm at 10⁶ mm/s³.
+/// The least √(S/J) of a jump S and a jerk J, in s. The law is sampled at a fraction of this time, so a
+/// smaller jump would take ever longer to plan. At this value the position of an axis deviates from that of u
+/// by some J·10⁻¹² s³: 1 nm at 10⁶ mm/s³.
 const BRIEF: f64 = 1e-4;
 
-/// What a route with limited jerk has besides.
+/// The additional state of a route with limited jerk.
 #[derive(Clone, Debug)]
 pub(crate) struct Smooth<const N: usize> {
     jerk: [f64; N],
-    /// What the law leaves where the first cell begins, and the moment there.
+    /// The state of the law at the beginning of the first cell, and the moment there.
     past: Past<N>,
     pub here: Moment,
-    /// From there on, as it was tried.
+    /// The course from there on, as it was checked.
     pub course: VecDeque<Piece>,
     tried: Tried<N>,
 }
 
-/// The limit of jerk of an axis where any has one.
+/// The jerk of an axis, if any axis of the route has a limit.
 fn jerk(axis: AxisPace) -> f64 {
     axis.jerk.min(axis.accel / SOONEST)
 }
 
-/// The axes as they are planned with: where the jerk of any is limited, none has a smaller jump than by
-/// [`BRIEF`].
+/// The axes as the planner uses them: if the jerk of any axis is limited, no jump is smaller than [`BRIEF`]
+/// allows.
 pub(crate) fn planned_with<const N: usize>(axes: [AxisPace; N]) -> [AxisPace; N] {
     let limited = axes.iter().any(|axis| axis.jerk < f64::INFINITY);
     let least = |axis| if limited { jerk(axis) * BRIEF * BRIEF } else { 0.0 };
@@ -70,7 +72,7 @@ pub(crate) fn planned_with<const N: usize>(axes: [AxisPace; N]) -> [AxisPace; N]
 }
 
 impl<const N: usize> Smooth<N> {
-    /// At rest where the route begins; `None` if no axis has a limit.
+    /// The state at rest at the beginning of the route; `None` if no axis has a limit of jerk.
     pub fn new(axes: &[AxisPace; N]) -> Option<Smooth<N>> {
         let limited = axes.iter().any(|axis| axis.jerk < f64::INFINITY);
         let jerk = axes.map(jerk);
@@ -80,21 +82,21 @@ impl<const N: usize> Smooth<N> {
         limited.then(|| Smooth { jerk, past, here, course: VecDeque::new(), tried })
     }
 
-    /// At rest for this long.
+    /// Notes that the route rests for this time, in s.
     pub fn wait(&mut self, time: f64) {
         self.past.wait(time);
         self.tried = Tried::default();
     }
 
-    /// It ends here, at rest.
+    /// Notes that the route ends here, at rest.
     pub fn end(&mut self, s: f64) {
         self.here.s = s;
         self.course.clear();
         self.tried = Tried::default();
     }
 
-    /// The moment at the end of its first cell, and its part of the first piece. That ends where
-    /// a piece ends, too: the cell is divided there.
+    /// The part of the first piece within the first cell. It ends where the cell or the piece ends; in the
+    /// second case the cell is divided there.
     fn first(&self, cell: &Cell<N>) -> Option<Piece> {
         let piece = self.course.front()?;
         let least = cell.shape.length() * SLIVER;
@@ -104,7 +106,7 @@ impl<const N: usize> Smooth<N> {
 }
 
 impl<const N: usize> Route<N> {
-    /// What is known of the cells.
+    /// The limits of these cells and their nodes.
     pub(crate) fn ground<'a>(
         &self,
         cells: &'a VecDeque<Cell<N>>,
@@ -135,8 +137,8 @@ impl<const N: usize> Route<N> {
         Ground { cells, caps, tops, limits, kinks }
     }
 
-    /// Plans all cells from the moment at which the first begins. False, and nothing changes, if
-    /// that is not possible within the law.
+    /// Plans all cells, beginning at the moment of the first. Returns false if no plan keeps the law; the plan
+    /// before stays then.
     pub(crate) fn plan_smooth(&mut self) -> bool {
         if self.cells.is_empty() {
             return true;
@@ -201,8 +203,8 @@ impl<const N: usize> Route<N> {
         None
     }
 
-    /// Tries a course, as far as it differs from the one before; nodes from which and to which the
-    /// law is broken.
+    /// Checks a course as far as it differs from the one before. Returns the result, and pairs of nodes between
+    /// which the law is broken.
     fn tried(
         &self,
         smooth: &Smooth<N>,
@@ -217,23 +219,24 @@ impl<const N: usize> Route<N> {
         before.again(lens.clone(), &self.cells, (course, smooth.here), hidden)
     }
 
-    /// Seconds in which a jump may be hidden.
+    /// The time in which a jump may be hidden, in s.
     fn hidden(&self, jerk: &[f64; N]) -> f64 {
         let each = self.axes.iter().zip(jerk).map(|(axis, jerk)| 2.0 * (axis.jump / jerk).sqrt());
         each.fold(0.0, f64::max)
     }
 
-    /// Whether what is before the end of a cell, which is come to with an acceleration, is known
-    /// without what is behind: where there is none, and at a corner.
+    /// Whether the end of cell `n`, reached with the acceleration `a`, separates the course before from what
+    /// follows: at a corner, and without acceleration.
     fn parts(&self, n: usize, a: f64) -> bool {
         a.abs() <= STILL * self.cells[n].slope(0.0) || turning::is_corner(&self.cells, n + 1)
     }
 
-    /// Cells from the first on whose course is final, whatever follows: up to a node that is passed
-    /// as fast as it may be, without acceleration or at a corner, before anything brakes for the end.
+    /// The number of cells from the first on whose course is final, whatever pieces are added. They end at a node
+    /// that is passed at its highest speed, without acceleration or at a corner, before the route begins to brake
+    /// for its end.
     ///
-    /// What follows changes how fast a curve may be passed that is not over yet, so a stop must be
-    /// possible before that.
+    /// Pieces to come may change the speed limit of a curve that has not ended yet, so a stop must be possible
+    /// before that curve.
     fn sure(&self, smooth: &Smooth<N>, course: &[Piece], ground: &Ground<N>) -> usize {
         let count = self.cells.len();
         let firm = turning::firm(&self.cells);
@@ -250,8 +253,8 @@ impl<const N: usize> Route<N> {
                 free = free.max(n);
             }
         }
-        // Behind that something brakes for the end, and what is passed slower for the law's sake may
-        // be so because of that: as far again before it.
+        // After this place the route brakes for its end. Braking may lower the speed before it, for the law's
+        // sake: by as long a distance again.
         let end = ground.place(count);
         let far = end - 2.0 * (end - ground.place(free));
         let mut sure = 0;
@@ -269,9 +272,9 @@ impl<const N: usize> Route<N> {
         sure
     }
 
-    /// Goes on by the plan before, up to the next corner or node where that has no acceleration:
-    /// from there it is planned again. Where that is here and now, at rest, each cell is passed from rest to
-    /// rest.
+    /// Continues with the plan before, up to the next corner or node without acceleration: the route is planned
+    /// again from there. If there is no such node because the route is at rest here, each cell is passed from rest
+    /// to rest.
     fn keep(&mut self, smooth: &mut Smooth<N>) {
         let mut sure = 0;
         let mut known = false;
@@ -289,7 +292,7 @@ impl<const N: usize> Route<N> {
         self.passes.sure = sure;
     }
 
-    /// A course with a rest at each node.
+    /// Makes a course with a rest at each node.
     fn rest_to_rest(&self, smooth: &mut Smooth<N>) {
         let ground = self.ground(&self.cells, &smooth.jerk);
         let mut here = smooth.here;
@@ -297,7 +300,7 @@ impl<const N: usize> Route<N> {
         smooth.tried = Tried::default();
         for (n, cell) in self.cells.iter().enumerate() {
             let w = ground.tops[n];
-            // What turning leaves at the highest speed.
+            // The acceleration that turning leaves at the highest speed.
             let accel = ground.limits[n].accel.min(cell.slope(w));
             let limits = Limits { accel, ..ground.limits[n] };
             let begin = Moment::at_rest(here.t, cell.begin);
@@ -308,13 +311,13 @@ impl<const N: usize> Route<N> {
         }
     }
 
-    /// The first cell in time.
+    /// The course of the first cell, as speeding up, constant speed and slowing down.
     pub(crate) fn enter_smooth(&mut self) -> Option<[Piece; 3]> {
         let smooth = self.smooth.as_ref()?;
         let cell = self.cells.front()?;
         let part = smooth.first(cell)?;
         if part.to.s < cell.end {
-            // A piece of the course ends within it.
+            // A piece of the course ends within the cell.
             let behind = cell.part(part.to.s, cell.end);
             let cell = self.cells.front_mut()?;
             (cell.end, cell.last) = (behind.begin, behind.first);
@@ -324,13 +327,13 @@ impl<const N: usize> Route<N> {
         }
         let still = |at| Piece { from: at, to: at, jerk: 0.0 };
         let level = part.jerk == 0.0 && part.from.a == 0.0;
-        // A constant speed is in the middle.
+        // A constant speed is the middle part.
         let first = if level { still(part.from) } else { part };
         let middle = if level { part } else { still(part.to) };
         Some([first, middle, still(part.to)])
     }
 
-    /// Leaves the first cell behind, or a part of it that ends now.
+    /// Removes the first cell, or the part of it that ends now.
     pub(crate) fn leave_smooth(&mut self, part: &Piece, cell: &Cell<N>) {
         let Some(smooth) = &mut self.smooth else { return };
         if self.deviation.is_none() {
@@ -346,8 +349,8 @@ impl<const N: usize> Route<N> {
         }
     }
 
-    /// The fastest stop from here that the law allows, and the cells to its end; `None` if it allows
-    /// none that begins now. The cell in which it ends is divided.
+    /// Plans the fastest stop from here that the law allows. Returns the number of cells up to its end; the cell
+    /// in which it ends is divided. `None` if the law allows no stop that begins now.
     pub(crate) fn brake_smooth(&mut self) -> Option<usize> {
         let lens = self.smooth.as_mut()?.past.here();
         let smooth = self.smooth.as_ref()?;
@@ -366,7 +369,7 @@ impl<const N: usize> Route<N> {
                 Stop::TooFast => {}
                 Stop::Beyond if part < 1.0 => break,
                 Stop::Beyond => {
-                    // Where the plan does nothing but brake, it stands at its end anyway.
+                    // If the present plan only brakes, it comes to rest at its end anyway.
                     let mut ahead = smooth.course.iter().filter(|piece| piece.to.t > piece.from.t);
                     if !ahead.all(|piece| piece.to.v < piece.from.v) {
                         break;
@@ -397,8 +400,8 @@ impl<const N: usize> Route<N> {
     }
 }
 
-/// Less acceleration at the corners before what breaks the law, but not at the one ahead of it, which comes
-/// later; false if they have none.
+/// Lowers the acceleration at the corners before places that break the law. The corner right after such a
+/// place keeps it. Returns false if these corners have no acceleration.
 fn gentler(kinks: &mut [Kink], spans: &[(usize, usize)], round: usize) -> bool {
     let by = if round < GENTLE { LESS } else { 0.0 };
     let (mut done, mut bent) = (0, false);
@@ -412,8 +415,8 @@ fn gentler(kinks: &mut [Kink], spans: &[(usize, usize)], round: usize) -> bool {
     bent
 }
 
-/// Of the acceleration, which is none.
+/// The part of the acceleration that counts as none.
 const STILL: f64 = 1e-6;
 
-/// As fast as it may be, but for rounding.
+/// The part of w that counts as the highest speed.
 const NEAR: f64 = 1.0 - 1e-6;

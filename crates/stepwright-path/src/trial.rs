@@ -1,16 +1,16 @@
-//! A course, tried with the law of jerk ([`Lens`]): each time only what is not the same as the
-//! time before.
+//! Checks a course against the law of jerk ([`Lens`]). Only the parts that differ from the course before are
+//! checked again.
 //!
 //! ```text
-//!   tried before   ├──┼──┼──┼──┼──┼──┼──┼──┼──┼──┤     · marks: what the law left there
+//!   course before  ├──┼──┼──┼──┼──┼──┼──┼──┼──┼──┤     · marks: the state of the law there
 //!                     ·        ·        ·        ·
-//!   now            ├──┼──┼──┼─┼─┼─┼──┼──┼──┼──┼──┤
-//!                  the same │ tried    │ the same
+//!   course now     ├──┼──┼──┼─┼─┼─┼──┼──┼──┼──┼──┤
+//!                  the same │ checked  │ the same
 //! ```
 //!
-//! Up to the first part that differs nothing is tried. Behind the last one it goes on until what
-//! the law leaves contains all that it left at a mark before: what was kept from there on with less
-//! is kept with more.
+//! Parts before the first difference are not checked. After the last difference the check goes on until the
+//! law's set contains the set at a mark of the course before: a course that keeps the law from the smaller
+//! set keeps it from the larger one.
 
 use std::collections::VecDeque;
 
@@ -20,13 +20,13 @@ use crate::piece::{Moment, Piece};
 use crate::route::SLIVER;
 use crate::shape::Shape;
 
-/// Parts from one mark to the next.
+/// The number of parts from one mark to the next.
 const EVERY: usize = 8;
 
-/// Of a time: what differs by less is the same.
+/// The relative difference below which speeds and times count as equal.
 const SAME: f64 = 1e-9;
 
-/// Calls for each cell and each part of a course in it.
+/// Calls `with` for each cell and each part of a course within the cell.
 pub(crate) fn walk<const N: usize>(
     cells: &VecDeque<Cell<N>>,
     course: impl IntoIterator<Item = Piece>,
@@ -55,7 +55,7 @@ pub(crate) fn walk<const N: usize>(
     }
 }
 
-/// The part of a piece from a moment of it to a place.
+/// The part of a piece from one of its moments to the place `end`.
 pub(crate) fn clip(piece: &Piece, from: Moment, end: f64) -> Piece {
     let mut to = if end >= piece.to.s { piece.to } else { piece.at(piece.time(end)) };
     to.s = end;
@@ -63,8 +63,7 @@ pub(crate) fn clip(piece: &Piece, from: Moment, end: f64) -> Piece {
     Piece { from, to, jerk: piece.jerk }
 }
 
-/// Along a part; false, and from there on whatever there may be at its speed is left, where the law
-/// is broken.
+/// Follows a part. Returns false if the law is broken; the set is then the largest possible at that speed.
 fn follow<const N: usize>(lens: &mut Lens<N>, shape: &Shape<N>, part: &Piece) -> bool {
     let kept = lens.follow(shape, part).is_ok();
     if !kept {
@@ -73,10 +72,10 @@ fn follow<const N: usize>(lens: &mut Lens<N>, shape: &Shape<N>, part: &Piece) ->
     kept
 }
 
-/// What the law leaves where a route is by now.
+/// The state of the law where the route is now.
 #[derive(Clone, Debug)]
 pub(crate) struct Past<const N: usize> {
-    /// At some place, and what was made from there on.
+    /// The state at some place, and the parts made since.
     lens: Lens<N>,
     behind: Vec<(Shape<N>, Piece)>,
 }
@@ -88,28 +87,28 @@ impl<const N: usize> Past<N> {
 
     fn catch_up(&mut self) {
         for (shape, part) in self.behind.drain(..) {
-            // It was tried before.
+            // These parts were checked before.
             follow(&mut self.lens, &shape, &part);
         }
     }
 
-    /// What the law leaves to a plan from here on.
+    /// The state of the law for a plan from here on.
     pub fn here(&mut self) -> Lens<N> {
         self.catch_up();
         self.lens.planned()
     }
 
-    /// At rest for this long.
+    /// Notes a rest of this time, in s.
     pub fn wait(&mut self, time: f64) {
         self.catch_up();
         self.lens.wait(time);
     }
 
-    /// This part was made, of a course that was tried.
+    /// Notes that this part of a checked course was made.
     pub fn pass(&mut self, shape: &Shape<N>, part: &Piece, tried: &mut Tried<N>) {
         self.behind.push((*shape, *part));
         if let Some(lens) = tried.pass(part.to.s) {
-            // A plan was left no more than that.
+            // A plan has a smaller set than the one that is made.
             self.lens = lens.made();
             self.behind.clear();
         } else if self.behind.len() > 4 * EVERY {
@@ -118,19 +117,19 @@ impl<const N: usize> Past<N> {
     }
 }
 
-/// A course that was tried.
+/// A checked course.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tried<const N: usize> {
-    /// From where the route is by now; and how many there were before.
+    /// The parts from where the route is now, and the number of parts before.
     parts: VecDeque<Piece>,
     gone: usize,
-    /// What the law left before parts with these numbers, and which parts broke it.
+    /// The states of the law before the parts with these numbers, and the numbers of parts that break it.
     marks: VecDeque<(usize, Lens<N>)>,
     broken: VecDeque<usize>,
 }
 
 impl<const N: usize> Tried<N> {
-    /// It was made up to here: what the law left, if that is known.
+    /// Notes that the course was made up to this place. Returns the state of the law there, if it is known.
     fn pass(&mut self, s: f64) -> Option<Lens<N>> {
         let mut end = None;
         while self.parts.front().is_some_and(|part| part.to.s <= s) {
@@ -147,9 +146,9 @@ impl<const N: usize> Tried<N> {
         left.filter(|(part, _)| *part == self.gone && end == Some(s)).map(|(_, lens)| lens)
     }
 
-    /// A course from where the route is by now, which leaves this: what was tried, and of each
-    /// part that breaks the law its cell and the first one that is passed within the time `hidden`
-    /// before it.
+    /// Checks a course that begins at `here` with the state `lens`. Returns the checked course, and a range of
+    /// cells for each part that breaks the law: from the first cell passed within the time `hidden` before
+    /// that part to the cell of the part.
     pub fn again(
         &self,
         lens: Lens<N>,
@@ -161,7 +160,7 @@ impl<const N: usize> Tried<N> {
         let mut spans = Vec::new();
         let mut begun = Vec::with_capacity(cells.len());
         let mut before = Before { tried: self, part: 0, mark: 0 };
-        // Parts since the last mark, while all is the same as before.
+        // The parts since the last mark, as long as the course is the same as before.
         let mut same = Some(Vec::with_capacity(EVERY));
         let (mut lens, mut since) = (lens, 0);
         walk(cells, course.iter().copied(), here, |n, part| {
@@ -191,7 +190,7 @@ impl<const N: usize> Tried<N> {
                 if before.has(part) {
                     before.part += 1;
                     let breaks = before.breaks_later();
-                    // With more it may keep what was broken with less.
+                    // With a larger set a part may keep the law that broke it with a smaller set.
                     let enough = |mark: &&Lens<N>| {
                         kept && lens.contains(mark) && (!breaks || mark.contains(&lens))
                     };
@@ -216,16 +215,16 @@ impl<const N: usize> Tried<N> {
     }
 }
 
-/// Where a course before is by now.
+/// A place in the course before.
 struct Before<'a, const N: usize> {
     tried: &'a Tried<N>,
-    /// Parts and marks that lie behind.
+    /// The numbers of parts and of marks before the place.
     part: usize,
     mark: usize,
 }
 
 impl<const N: usize> Before<'_, N> {
-    /// Up to the part that ends where this one does, or behind.
+    /// Moves to the part that ends where this one ends, or after it.
     fn seek(&mut self, part: &Piece) {
         let parts = &self.tried.parts;
         while parts.get(self.part).is_some_and(|known| known.to.s < part.to.s) {
@@ -233,7 +232,7 @@ impl<const N: usize> Before<'_, N> {
         }
     }
 
-    /// Whether its next part is this one.
+    /// Whether the next part equals this one.
     fn has(&self, part: &Piece) -> bool {
         let Some(known) = self.tried.parts.get(self.part) else { return false };
         let near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs();
@@ -244,17 +243,17 @@ impl<const N: usize> Before<'_, N> {
             && near(to.t - from.t, part.to.t - part.from.t)
     }
 
-    /// Whether its next part broke the law.
+    /// Whether the next part broke the law.
     fn breaks(&self) -> bool {
         self.tried.broken.binary_search(&(self.tried.gone + self.part)).is_ok()
     }
 
-    /// Whether a later one did.
+    /// Whether the next or a later part broke the law.
     fn breaks_later(&self) -> bool {
         self.tried.broken.back().is_some_and(|part| *part >= self.tried.gone + self.part)
     }
 
-    /// What the law left before its next part, if that is known.
+    /// The state of the law before the next part, if there is a mark.
     fn mark(&mut self) -> Option<&Lens<N>> {
         let number = self.tried.gone + self.part;
         let marks = &self.tried.marks;
@@ -273,7 +272,7 @@ mod tests {
     const AXIS: AxisPace =
         AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: 10_000.0 };
 
-    /// Waves of chords, whose speed is bound all the time.
+    /// Waves of chords, whose speed is limited everywhere.
     fn route() -> Route<2> {
         let mut route = Route::new([AXIS; 2]).unwrap();
         for n in 1..=3_000 {
@@ -285,7 +284,7 @@ mod tests {
         route
     }
 
-    /// A course over it, from rest, with this w over a cell and the one that there is.
+    /// A course over the route from rest, with the w that `tops` makes from the limit of each cell.
     fn course(route: &Route<2>, tops: impl Fn(usize, f64) -> f64) -> Vec<Piece> {
         let mut ground = route.ground(&route.cells, &[AXIS.jerk; 2]);
         for n in 0..route.cells.len() {
@@ -296,13 +295,13 @@ mod tests {
         ground.courses(Moment::at_rest(0.0, 0.0)).unwrap()
     }
 
-    /// What is tried again finds what it finds at first: a course before that is the same up to a
-    /// place, behind one, and everywhere, and that broke the law at other places.
+    /// A check beside a course before finds the same as a check from the start: for courses that are equal up to
+    /// a place, after one, or everywhere, and that broke the law at other places.
     #[test]
     fn what_is_not_tried_again_is_as_before() {
         let route = route();
         let cells = &route.cells;
-        // Of a smaller jump than the one that it was planned for.
+        // The jump is smaller than the one that the course was planned for.
         let axis = AxisPace { jump: 3.0, ..AXIS };
         let lens = Lens::new(&[axis; 2], &[axis.jerk; 2]);
         let again = |before: &Tried<2>, course: &[Piece]| {
@@ -313,7 +312,7 @@ mod tests {
         };
         let most = |_, top: f64| top;
         let mut broken = 0;
-        // A little while between what differs and what breaks the law by it.
+        // The law is broken a little after the difference.
         let near = (100..2_900).step_by(300).flat_map(|n| {
             let here = course(&route, slow(n, n + 12, 0.2));
             [(course(&route, most), here.clone()), (here, course(&route, most))]
@@ -336,7 +335,7 @@ mod tests {
         assert!(broken > 20, "{broken}");
     }
 
-    /// Where the route is by now the law leaves what it left to the plan.
+    /// The state of the law where the route is now comes from the plan's marks.
     #[test]
     fn what_was_made_is_known_from_the_plan() {
         let mut route = route();

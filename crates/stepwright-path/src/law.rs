@@ -1,5 +1,4 @@
-//! How far along the path, when: a ramp, a top speed, a ramp, and what is changed
-//! of them on the way.
+//! The place on a path over time: a ramp, a top speed, a ramp, and changes on the way.
 //!
 //! ```text
 //!   v        ╱▔▔▔▔▔▔▔╲                ╱▔▔▔╲_____
@@ -8,17 +7,16 @@
 //!   t        pause asked ┊         ┊ resumed ┊ slower
 //! ```
 //!
-//! Each change begins with the speed and the acceleration that there are, so both
-//! stay within the limits, and with a jerk the acceleration does not leap either.
-//! A brake that has begun goes on to rest; what is asked for meanwhile
-//! takes hold there. Changes come in the order of their times: one that is asked
-//! for earlier than the last takes hold with it.
+//! Each change begins with the present speed and acceleration, so both stay within the limits. With a limited
+//! jerk the acceleration does not jump either. Braking that has begun continues to rest; changes that are asked
+//! for meanwhile take effect there. Changes take effect in the order of their times: a change for an earlier
+//! time than the last takes effect together with it.
 
 use crate::course;
 use crate::pace::{Pace, Unplannable};
 use crate::piece::{Moment, Piece};
 
-/// The least and the greatest override of the speed.
+/// The smallest and the largest override of the speed.
 pub const SCALES: std::ops::RangeInclusive<f64> = 0.1..=2.0;
 
 /// A motion along a path from rest to rest.
@@ -34,26 +32,25 @@ pub const SCALES: std::ops::RangeInclusive<f64> = 0.1..=2.0;
 #[derive(Clone, Debug)]
 pub struct Law {
     pace: Pace,
-    /// The highest speed that the axes allow.
+    /// The highest speed along the path that the axes allow.
     most: f64,
     scale: f64,
     length: f64,
-    /// In order of time; the last ends at rest.
+    /// The pieces in the order of time; the last one ends at rest.
     pieces: Vec<Piece>,
-    /// When and where the last brake that was asked for ends.
+    /// The time and place at which the last ordered braking ends.
     rest: Option<(f64, f64)>,
     paused: bool,
     finished: bool,
-    /// When the last change took hold.
+    /// The time at which the last change took effect.
     changed: f64,
 }
 
-/// A stop that leads no further beyond the end than this part of the path is the
-/// stop at the end.
+/// A stop beyond the end by at most this part of the path counts as the stop at the end.
 const TOUCH: f64 = 1e-11;
 
 impl Law {
-    /// Along `length` units.
+    /// A motion along `length` units.
     ///
     /// # Errors
     /// [`Unplannable`] if a number is not above 0.
@@ -77,24 +74,24 @@ impl Law {
         Ok(law)
     }
 
-    /// No override leads beyond this speed.
+    /// Limits the speed for all overrides.
     pub(crate) fn limit(&mut self, most: f64) {
         self.most = most;
     }
 
-    /// The highest speed now.
+    /// The present highest speed.
     fn top(&self) -> f64 {
         (self.pace.speed * self.scale).min(self.most)
     }
 
-    /// From a moment to rest at the end.
+    /// Appends a course from a moment to rest at the end.
     fn go(&mut self, from: Moment) {
         if from.s < self.length || from.v > 0.0 {
             self.pieces.extend(course::go(from, self.length, self.top(), &self.pace));
         }
     }
 
-    /// Nothing from `t` on is decided any more.
+    /// Drops the plan from `t` on.
     fn forget(&mut self, t: f64) -> Moment {
         let at = self.state(t);
         self.pieces.retain(|piece| piece.from.t < t);
@@ -104,7 +101,7 @@ impl Law {
         at
     }
 
-    /// When a change that is asked for at `at` takes hold.
+    /// When a change asked for at `at` takes effect.
     pub(crate) fn moment(&self, at: f64) -> f64 {
         self.changed.max(at)
     }
@@ -114,22 +111,22 @@ impl Law {
         self.changed
     }
 
-    /// When and where it stands, if it brakes or is paused at `at`.
+    /// The time and place of the rest, if the path brakes or is paused at `at`.
     pub(crate) fn standing(&self, at: f64) -> Option<(f64, f64)> {
         self.rest.filter(|(t, _)| self.paused || at < *t)
     }
 
-    /// Whether it is over by then.
+    /// Whether the path is over at this time.
     pub(crate) fn is_over(&self, at: f64) -> bool {
         self.end().is_some_and(|end| at >= end)
     }
 
-    /// Brakes as soon as can be: when and where it stands.
+    /// Brakes as soon as possible. Returns the time and place of the rest.
     fn brake(&mut self, at: f64) -> (f64, f64) {
         let stop = course::stop(self.state(at), &self.pace);
         let there = stop.last().map_or(self.state(at), |piece| piece.to);
         let rest = if there.s >= self.length * (1.0 - TOUCH) {
-            // No further than the end: the fall there is as steep.
+            // The path is braking for its end already, and as hard.
             (self.last(), self.length)
         } else {
             self.forget(at);
@@ -140,7 +137,7 @@ impl Law {
         rest
     }
 
-    /// Goes on from rest, not before `at`, if it may.
+    /// Continues from rest, not before `at`, unless the path is paused or finished.
     fn go_on(&mut self, at: f64) {
         let Some((t, s)) = self.rest else { return };
         self.pieces.retain(|piece| piece.from.t < t);
@@ -154,7 +151,7 @@ impl Law {
         self.go(Moment::at_rest(from, s));
     }
 
-    /// Brakes from `at` on, and stands.
+    /// Brakes from `at` on, and rests until it is resumed.
     pub fn pause(&mut self, at: f64) {
         let at = self.change(at);
         if self.paused || self.is_over(at) {
@@ -167,7 +164,7 @@ impl Law {
         self.go_on(at);
     }
 
-    /// Goes on at `at`, or when it has come to rest, whichever is later.
+    /// Continues at `at`, or after braking to rest, whichever is later.
     pub fn resume(&mut self, at: f64) {
         let at = self.change(at);
         if std::mem::take(&mut self.paused) {
@@ -175,7 +172,7 @@ impl Law {
         }
     }
 
-    /// Brakes from `at` on; the rest of the path is not made.
+    /// Brakes from `at` on, and drops the rest of the path.
     pub fn finish(&mut self, at: f64) {
         let at = self.change(at);
         if self.is_over(at) {
@@ -189,11 +186,11 @@ impl Law {
         self.length = self.rest.map_or(self.length, |(_, s)| s);
     }
 
-    /// From `at` on the speed is this part of the ordered one, within [`SCALES`]
-    /// and what the axes can follow. Accelerations and jerk stay as they are.
+    /// Scales the ordered speed by this factor from `at` on, within [`SCALES`] and the speeds of the axes.
+    /// Accelerations and jerk stay as they are.
     ///
     /// # Errors
-    /// [`Unplannable::Scale`] if it is no number, [`Unplannable::Over`].
+    /// [`Unplannable::Scale`] if the factor is NaN; [`Unplannable::Over`] if the path is over.
     pub fn scale(&mut self, at: f64, scale: f64) -> Result<(), Unplannable> {
         if scale.is_nan() {
             return Err(Unplannable::Scale);
@@ -207,7 +204,7 @@ impl Law {
         Ok(())
     }
 
-    /// Sets up what is left of the path again.
+    /// Plans the rest of the path again.
     fn again(&mut self, at: f64) {
         if self.standing(at).is_some() {
             self.go_on(at);
@@ -215,16 +212,16 @@ impl Law {
             let from = self.forget(at);
             self.go(from);
         }
-        // Otherwise it is falling to its end already.
+        // Otherwise the path is braking for its end already.
     }
 
-    /// How far a stop from `at` on leads.
+    /// The place where a stop from `at` on ends.
     pub(crate) fn stop_from(&self, at: f64) -> f64 {
         let from = self.state(at);
         course::stop(from, &self.pace).last().map_or(from.s, |piece| piece.to.s)
     }
 
-    /// Is to end somewhere else on the same way, no nearer than it can stop.
+    /// Moves the end along the same way. The path must be able to stop there.
     pub(crate) fn stretch(&mut self, at: f64, length: f64, most: f64) {
         let at = self.change(at);
         let from = self.forget(at);
@@ -232,7 +229,7 @@ impl Law {
         self.go(from);
     }
 
-    /// Brakes from `at` on, to take another way from where it stands.
+    /// Brakes from `at` on, to take another way from there. Returns the place of the rest.
     pub(crate) fn corner(&mut self, at: f64) -> f64 {
         let at = self.change(at);
         match self.standing(at) {
@@ -241,7 +238,7 @@ impl Law {
         }
     }
 
-    /// Behind the corner the way leads to `length`.
+    /// Continues after the corner to a new end at `length`.
     pub(crate) fn lead(&mut self, length: f64, most: f64) {
         (self.length, self.most) = (length, most);
         self.go_on(self.changed);
@@ -250,7 +247,7 @@ impl Law {
     fn state(&self, t: f64) -> Moment {
         let after = self.pieces.partition_point(|piece| piece.from.t <= t);
         match self.pieces.get(after.saturating_sub(1)) {
-            // Before the first piece, if it has been braked in no time.
+            // Before the first piece, if braking took no time.
             Some(piece) => piece.at(t.max(piece.from.t)),
             None => Moment::at_rest(t, self.rest.map_or(0.0, |rest| rest.1)),
         }
@@ -261,40 +258,40 @@ impl Law {
         self.pieces.last().map_or(0.0, |piece| piece.to.t)
     }
 
-    /// How far it has come `t` seconds after its start.
+    /// The place on the path at time `t`, in s after the start.
     pub fn place(&self, t: f64) -> f64 {
         self.state(t.max(0.0)).s.clamp(0.0, self.length)
     }
 
-    /// How fast it is then.
+    /// The speed at time `t`.
     pub fn speed(&self, t: f64) -> f64 {
         let at = self.state(t.max(0.0));
         if t >= self.last() { 0.0 } else { at.v.max(0.0) }
     }
 
-    /// The highest speed that it comes to, as far as is known.
+    /// The highest speed of the present plan.
     pub fn peak(&self) -> f64 {
-        // Where the speed has its maximum a piece ends: its acceleration is 0 there.
+        // A piece ends at each maximum of the speed, as the acceleration is 0 there.
         self.pieces.iter().map(|piece| piece.from.v.max(piece.to.v)).fold(0.0, f64::max)
     }
 
-    /// When it comes by a place; `None` if it does not, as far as is known.
+    /// When the path passes a place; `None` if the present plan does not reach it.
     pub fn time(&self, s: f64) -> Option<f64> {
-        // The first piece that ends at it, or beyond it.
+        // The first piece that ends at the place or beyond it.
         let after = self.pieces.partition_point(|piece| piece.to.s < s);
         match self.pieces.get(after) {
             Some(piece) => Some(piece.time(s)),
-            // No further than rounding beyond the end.
+            // Beyond the end only by rounding.
             None => (s <= self.length && self.arrives()).then(|| self.last()),
         }
     }
 
-    /// Whether it leads to the end, as far as is known.
+    /// Whether the present plan reaches the end.
     fn arrives(&self) -> bool {
         self.pieces.last().is_some_and(|piece| piece.to.s >= self.length * (1.0 - TOUCH))
     }
 
-    /// Whether the rest of it was given up.
+    /// Whether the rest of the path was dropped.
     pub(crate) fn is_finished(&self) -> bool {
         self.finished
     }
@@ -304,13 +301,12 @@ impl Law {
         &self.pieces
     }
 
-    /// Seconds from its start to rest at its end, pauses included; `None` while
-    /// it is paused, and nobody knows.
+    /// The time from the start to rest at the end, in s, pauses included; `None` while the path is paused.
     pub fn end(&self) -> Option<f64> {
         (!self.paused).then(|| self.last())
     }
 
-    /// The length of the path; of one that was finished, as far as it leads.
+    /// The length of the path; after [`finish`](Law::finish) the length up to the rest.
     pub fn length(&self) -> f64 {
         self.length
     }

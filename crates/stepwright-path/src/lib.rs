@@ -1,8 +1,8 @@
-//! Several axes on one path: lines, arcs and circles under one ramp, with the
-//! speed along the path held. Planned on a host, in floating point.
+//! Several axes on one path: lines, arcs and circles under one ramp, with a constant speed along the path.
+//! Planned on a host, in floating point.
 //!
-//! A [`Law`] says when the path is where; a curve ([`Line`], [`Arc`]) says where
-//! on it each axis steps; [`Steps`] joins the two to what a cycle plays
+//! A [`Law`] gives the place on the path at each time. A curve ([`Line`], [`Arc`]) gives the places at which
+//! each axis steps. [`Steps`] combines both into the steps that a cycle plays
 //! ([`Program::Paced`](stepwright_cycle::Program::Paced)).
 //!
 //! ```
@@ -18,13 +18,13 @@
 //! # Ok::<(), stepwright_path::Unplannable>(())
 //! ```
 //!
-//! Many lines and arcs, passed at speed from one to the next, are a [`Route`]: pieces in, steps out,
-//! under limits of each axis.
+//! A [`Route`] passes many lines and arcs at speed, without a stop between them: pieces in, steps out, within
+//! the limits of each axis.
 //!
-//! **While it moves** a path may be paused, made faster or slower, ended early, or
-//! led to a new end: [`LivePath`], which every axis' [`Steps`] share, does it to all of
-//! them at once. What has been handed out stays as it is, which is [`LOOK`] ahead
-//! at most; so all axes stay on the path whatever is asked for, and when.
+//! **Changes on the way.** A path may be paused, made faster or slower, ended early, or led to a new end.
+//! All axes' [`Steps`] share a [`LivePath`], which changes all of them at once. Steps that were handed out, at
+//! most [`LOOK`] ahead, stay as they are. All axes therefore stay on the path, whatever the change and
+//! its time.
 //!
 //! ```
 //! use stepwright::Rate;
@@ -98,16 +98,16 @@ pub use stream::{AxisStream, StepSource, Stream};
 pub use stretch::Stretch;
 pub use sweep::ArcSweep;
 
-/// Seconds after which an axis looks again whether its next step is still due then.
+/// The time after which an axis checks again when its next step is due, in s.
 ///
-/// It is handed out up to twice as long ahead, and changes take hold behind that.
+/// A step is handed out up to twice this time ahead. Changes take effect after that.
 pub const LOOK: f64 = 0.002;
 
-/// A path that several axes follow, and what may be done to it while they do.
+/// A path that several axes follow, and that can be changed meanwhile.
 ///
-/// Times are in seconds after its start. A change takes hold then, but neither
-/// before the one that was asked for last nor before what an axis has been handed
-/// out already ([`LOOK`]); so 0 means: at once. Every function answers when that is.
+/// Times are in s after the start of the path. A change takes effect at the given time, but not before the
+/// last change, and not before steps that were handed out already ([`LOOK`]). A time of 0 therefore means
+/// at once. Every method returns the time at which its change takes effect.
 #[derive(Clone)]
 pub struct LivePath(Shared<Mutex<Road>>);
 
@@ -116,28 +116,27 @@ impl LivePath {
         look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Steps/s that each axis may make at most: no override and no new end makes it
-    /// faster. For a path that has not been changed yet.
+    /// Limits the speed of each axis, in steps/s: no override and no new end exceeds it. To be called before
+    /// the first change.
     ///
     /// # Errors
-    /// [`Unplannable::Axes`] unless there is one for each axis;
-    /// [`Unplannable::TooFast`] if the ordered path comes to a speed at which one can't
-    /// follow.
+    /// [`Unplannable::Axes`] unless there is a limit for each axis; [`Unplannable::TooFast`] if the ordered
+    /// path is faster than an axis can follow.
     pub fn within(&self, fastest: &[f64]) -> Result<(), Unplannable> {
         self.look(|road| road.within(fastest))
     }
 
-    /// Brakes along the path, and stands until it is resumed: [`Law::pause`].
+    /// Brakes along the path, and rests until it is resumed: [`Law::pause`].
     pub fn pause(&self, at: f64) -> f64 {
         self.change(at, |law, at| law.pause(at))
     }
 
-    /// Goes on along the path: [`Law::resume`].
+    /// Continues along the path: [`Law::resume`].
     pub fn resume(&self, at: f64) -> f64 {
         self.change(at, |law, at| law.resume(at))
     }
 
-    /// Brakes along the path, and the rest of it is not made: [`Law::finish`].
+    /// Brakes along the path, and drops the rest of it: [`Law::finish`].
     pub fn finish(&self, at: f64) -> f64 {
         self.change(at, |law, at| law.finish(at))
     }
@@ -150,10 +149,10 @@ impl LivePath {
         })
     }
 
-    /// Another speed along the path, as a part of the ordered one: [`Law::scale`].
+    /// Overrides the speed along the path by this factor: [`Law::scale`].
     ///
     /// # Errors
-    /// [`Unplannable::Scale`] if it is no number, [`Unplannable::Over`].
+    /// [`Unplannable::Scale`] if the factor is NaN; [`Unplannable::Over`] if the path is over.
     pub fn scale(&self, at: f64, scale: f64) -> Result<f64, Unplannable> {
         self.look(|road| {
             let at = road.moment(at);
@@ -162,26 +161,25 @@ impl LivePath {
         })
     }
 
-    /// A new end: steps of each axis from where the path began.
+    /// Sets a new end, in steps of each axis from the beginning of the path.
     ///
-    /// If it lies on the line that is being made, ahead and no nearer than it can
-    /// stop, the line goes on to it without a stop, each axis evenly spaced from
-    /// its last step on. Otherwise, and on an arc, the path is left: all axes brake
-    /// along it to rest, and a straight line with the same pace leads from there
-    /// to the end. An override stays, a pause too.
+    /// If the new end is ahead on the present line, and the path can stop there, the line continues to it
+    /// without a stop; the steps of each axis are evenly spaced from its last step on. Otherwise, and on an
+    /// arc, all axes brake along the path to rest, and a straight line with the same pace leads from there to the
+    /// new end. An override and a pause stay in force.
     ///
     /// # Errors
-    /// [`Unplannable`], and it goes on as it was.
+    /// [`Unplannable`]; the path continues unchanged.
     pub fn retarget(&self, at: f64, to: &[i32]) -> Result<f64, Unplannable> {
         self.look(|road| road.retarget(at, to))
     }
 
-    /// [`Law::end`].
+    /// The time of the end: [`Law::end`].
     pub fn end(&self) -> Option<f64> {
         self.look(|road| road.law.end())
     }
 
-    /// The law as it is now.
+    /// The present law.
     pub fn now(&self) -> Law {
         self.look(|road| road.law.clone())
     }
@@ -196,8 +194,8 @@ impl std::fmt::Debug for LivePath {
 /// The steps of one axis in ticks of a timer, for
 /// [`Program::Paced`](stepwright_cycle::Program::Paced).
 ///
-/// Each is at the nearest tick to its time; nothing accumulates. All axes are over when
-/// the path is; one that has no step to make before that waits.
+/// Each step is at the tick nearest to its time; errors do not accumulate. All axes end with the path: an
+/// axis without further steps waits until then.
 #[derive(Debug)]
 pub struct Steps {
     axis: usize,
@@ -229,8 +227,8 @@ impl Steps {
         })
     }
 
-    /// Of a line. It begins `lead` ticks after the start, from rest: the first step of
-    /// each axis comes after the first interval of its own ramp.
+    /// The steps of a line. The line begins `lead` ticks after the start, from rest: the first step of each axis
+    /// comes after the first interval of its own ramp.
     ///
     /// # Errors
     /// [`Unplannable`].
@@ -245,15 +243,15 @@ impl Steps {
         Ok(Steps::all(Road::new(law, marks, &line.step).of_line(&line.steps), rate, lead))
     }
 
-    /// Of an arc. It begins `lead` ticks after the start, or a little later: no first
-    /// step comes before the time that the ramp takes over a step.
+    /// The steps of an arc. The arc begins `lead` ticks after the start, or a little later, so that no first step
+    /// comes sooner than the ramp takes over one step.
     ///
     /// # Errors
     /// [`Unplannable`].
     pub fn arc(arc: &Arc, pace: Pace, rate: Rate, lead: Ticks) -> Result<[Steps; 2], Unplannable> {
         let marks = arc.marks()?.to_vec();
         let law = Law::new(arc.length(), pace)?;
-        // The first crossing of a middle is half a step away at least.
+        // The first step of an axis is at least half a step away.
         let over = |way: f64| law.time(way.min(law.length())).unwrap_or(0.0);
         let rest = arc.step.map(|step| over(step) - over(step / 2.0));
         let rest = (rest[0].max(rest[1]) * f64::from(rate.hz())).ceil() as Ticks;
@@ -266,12 +264,12 @@ impl Steps {
         self.lead
     }
 
-    /// The timer's.
+    /// The rate of the timer.
     pub fn rate(&self) -> Rate {
         self.rate
     }
 
-    /// The path that they follow, with all other axes.
+    /// The path, which all axes share.
     pub fn law(&self) -> LivePath {
         self.path.clone()
     }
@@ -286,13 +284,13 @@ impl Iterator for Steps {
             |time: f64| ((time * hz).round() as u64).saturating_add(lead).saturating_sub(gone);
         let (wait, last) = (u64::from(self.look), self.last);
         let pace = self.path.look(|road| {
-            // Beyond the place where it stands there are no steps, for now.
+            // A path that rests has no steps beyond that place, for now.
             let mark = road.next(self.axis);
             let due = mark.and_then(|mark| Some((mark.forward, road.law.time(mark.at)?)));
             if let Some((forward, time)) = due
                 && ticks(time) <= 2 * wait
             {
-                // To the nearest tick may be a tick too soon after the last step.
+                // Rounding may put the step one tick too close to the last one.
                 let least = (hz / road.fastest(self.axis)).round() as u64;
                 let early = last.is_some_and(|last| gone + ticks(time) + 1 == last + least);
                 let ticks = ticks(time) + u64::from(early);

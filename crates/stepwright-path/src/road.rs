@@ -1,4 +1,4 @@
-//! The ways of a path, one after another, and how far each axis has come on them.
+//! The ways of a path, one after another, and the progress of each axis on them.
 //!
 //! A new end is one of two things:
 //!
@@ -10,36 +10,36 @@
 //!                                        ◥ new
 //! ```
 //!
-//! Nothing that an axis has been handed out is taken back; what lies behind the
-//! place where the way is left belongs to the new one.
+//! Steps that were handed out are not taken back. The steps after the place where a way is left belong to the
+//! new way.
 
 use crate::curve::{Mark, Marks};
 use crate::law::Law;
 use crate::pace::Unplannable;
 
-/// A straight line, as it was ordered.
+/// A straight line as it was ordered.
 #[derive(Clone)]
 struct Straight {
-    /// Where it begins: along the path, and each axis in steps.
+    /// The beginning: along the path, and of each axis in steps.
     begin: f64,
     from: Vec<i64>,
-    /// Steps of each, and how long that is.
+    /// The steps of each axis, and the length.
     steps: Vec<i64>,
     length: f64,
 }
 
-/// A way of the path: where it is left, and where each axis steps on it.
+/// A way of the path: its beginning and end, and the steps of each axis.
 struct Way {
     begin: f64,
     end: f64,
     marks: Vec<Marks>,
-    /// Where each axis is before its first step on it, and where along the path
-    /// its last step was.
+    /// The position of each axis before its first step on this way, and the place of its last step along the
+    /// path.
     from: Vec<(i64, f64)>,
     line: Option<Straight>,
 }
 
-/// How far an axis has been handed out.
+/// The progress of an axis by the steps handed out.
 #[derive(Clone)]
 struct Cursor {
     way: usize,
@@ -47,22 +47,22 @@ struct Cursor {
     made: usize,
 }
 
-/// All ways of a path and its law.
+/// All ways of a path, and its law.
 pub(crate) struct Road {
     pub law: Law,
     ways: Vec<Way>,
     cursors: Vec<Cursor>,
-    /// Units a step leads, and steps/s at most, of each axis.
+    /// The length of a step, and the highest speed in steps/s, of each axis.
     step: Vec<f64>,
     fastest: Vec<f64>,
-    /// Seconds up to which some axis has been handed out.
+    /// The time up to which an axis has been handed out, in s.
     asked: f64,
 }
 
-/// A speed that is the highest but for rounding is not above it.
+/// The tolerance of the highest speed, for rounding.
 const ROUNDED: f64 = 1.0 + 1e-9;
 
-/// Half a step beside a line is on it.
+/// The distance beside a line, in steps, that counts as on the line.
 const BESIDE: f64 = 0.5 + 1e-9;
 
 impl Road {
@@ -75,7 +75,7 @@ impl Road {
         Road { law, ways, cursors, step: step.to_vec(), fastest, asked: 0.0 }
     }
 
-    /// The same, whose way is a line of this many steps.
+    /// Declares that the way is a line of these steps.
     pub fn of_line(mut self, steps: &[i32]) -> Road {
         let length = self.law.length();
         if let Some(way) = self.ways.first_mut() {
@@ -85,14 +85,14 @@ impl Road {
         self
     }
 
-    /// No axis makes more than this many steps/s, as ordered or because of a change.
+    /// Limits the speed of each axis, in steps/s, as ordered and after changes.
     pub fn within(&mut self, fastest: &[f64]) -> Result<(), Unplannable> {
         if fastest.len() != self.cursors.len() {
             return Err(Unplannable::Axes);
         }
         let marks = self.ways.first().map_or(&[][..], |way| way.marks.as_slice());
         let each = marks.iter().zip(fastest).map(|(marks, fastest)| marks.closest() * fastest);
-        // The slowest axis decides.
+        // The slowest axis determines the limit.
         let slowest = each.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
         let (axis, most) = slowest.unwrap_or((0, f64::INFINITY));
         if self.law.peak() > most * ROUNDED {
@@ -103,18 +103,17 @@ impl Road {
         Ok(())
     }
 
-    /// Steps/s that an axis makes at most.
+    /// The highest speed of an axis, in steps/s.
     pub fn fastest(&self, axis: usize) -> f64 {
         self.fastest.get(axis).copied().unwrap_or(f64::INFINITY)
     }
 
-    /// When a change that is asked for at `at` takes hold: not before what has
-    /// been handed out.
+    /// When a change asked for at `at` takes effect: not before the steps that were handed out.
     pub fn moment(&self, at: f64) -> f64 {
         at.max(self.asked)
     }
 
-    /// The next step of an axis; `None` if there is none, as far as is known.
+    /// The next step of an axis; `None` if no further step is known.
     pub fn next(&self, axis: usize) -> Option<Mark> {
         self.look(axis).map(|(mark, _)| mark)
     }
@@ -132,7 +131,7 @@ impl Road {
         }
     }
 
-    /// Hands the next step of an axis out, which is at `time`.
+    /// Hands out the next step of an axis, at `time`.
     pub fn hand_out(&mut self, axis: usize, time: f64) {
         if let Some((_, cursor)) = self.look(axis)
             && let Some(known) = self.cursors.get_mut(axis)
@@ -142,15 +141,14 @@ impl Road {
         self.wait(time);
     }
 
-    /// Nothing changes up to `time`.
+    /// Promises that nothing changes up to `time`.
     pub fn wait(&mut self, time: f64) {
         self.asked = self.asked.max(time);
     }
 
-    /// Leaves the last way at `place`: where each axis is then, and where its last
-    /// step was.
+    /// Leaves the last way at `place`. Returns the position of each axis there, and the place of its last step.
     fn leave(&mut self, place: f64) -> Vec<(i64, f64)> {
-        // A way that nobody is on yet will not be gone.
+        // Drop ways that no axis has entered yet.
         while let [.., last] = self.ways.as_slice() {
             let number = self.ways.len() - 1;
             let gone = self.cursors.iter().any(|cursor| cursor.way >= number);
@@ -172,21 +170,21 @@ impl Road {
         left.collect()
     }
 
-    /// The length of this many steps of each axis.
+    /// The length of these steps of all axes.
     fn length(&self, steps: &[i64]) -> f64 {
         let ways = steps.iter().zip(&self.step).map(|(n, d)| *n as f64 * d);
         ways.map(|way| way * way).sum::<f64>().sqrt()
     }
 
-    /// The speed along a line at which the first axis is as fast as it may be.
+    /// The speed along a line at which the first axis reaches its highest speed.
     fn most(&self, steps: &[i64], length: f64) -> f64 {
         let axes = steps.iter().zip(&self.fastest).filter(|(n, _)| **n != 0);
         axes.map(|(n, fastest)| fastest * length / n.unsigned_abs() as f64)
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Where the path ends if it goes straight on to `to`, and the line it is on;
-    /// `None` if that takes another way, or a turn.
+    /// The end of the path if it continues straight to `to`, and its line; `None` if `to` is elsewhere, or too
+    /// near to stop there.
     fn straight_on(&self, at: f64, to: &[i64]) -> Option<(f64, Straight)> {
         let line = self.ways.last()?.line.as_ref()?;
         let way: Vec<i64> = to.iter().zip(&line.from).map(|(to, from)| to - from).collect();
@@ -199,7 +197,7 @@ impl Road {
         (on_it && rolling && self.law.stop_from(at) < end).then(|| (end, line.clone()))
     }
 
-    /// The path is to end this many steps from where it began: when that takes hold.
+    /// Sets a new end, in steps from the beginning of the path. Returns when it takes effect.
     pub fn retarget(&mut self, at: f64, to: &[i32]) -> Result<f64, Unplannable> {
         if to.len() != self.cursors.len() {
             return Err(Unplannable::Axes);
@@ -267,7 +265,7 @@ mod tests {
         ]
     }
 
-    /// One piece begins as the one before it ends, and none is beyond a limit.
+    /// Each piece begins where the one before ends, and no piece exceeds a limit.
     fn check(law: &Law, pace: &Pace) {
         let Pace { speed, accel, decel, jerk } = *pace;
         let most = speed * SCALES.end();
@@ -295,8 +293,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is asked for: speed, acceleration and jerk stay within their
-        /// limits and don't leap, and what is over does not change.
+        /// After any changes speed, acceleration and jerk stay within their limits and do not jump, and the
+        /// past does not change.
         #[test]
         fn no_change_leaps(
             unit in prop::array::uniform2(-9i32..9),

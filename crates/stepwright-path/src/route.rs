@@ -1,4 +1,4 @@
-//! Lines and arcs at speed, without a stop between them: pieces in, steps out.
+//! A route: lines and arcs at speed, without a stop between them; pieces in, steps out.
 //!
 //! ```text
 //!   line_to, arc ──► joints ──► cells ──► passes ──► pieces in time ──► steps
@@ -6,14 +6,13 @@
 //!                    may be passed at    each node   acceleration      its own times
 //! ```
 //!
-//! A route plans ahead by what it knows, always to a rest at the end of that, so it may run out
-//! of pieces at any time. It plans again when enough has been added, from where it stands on,
-//! and keeps the plan before if a new one would break the law of speed. Memory is bounded where
-//! steps are taken between pieces: what lies ahead of the steps is kept, and with 65,536 cells of
-//! it half are made, whatever comes behind.
+//! A route always plans to a rest at the end of the known pieces, so it may run out of pieces at any time. When
+//! enough pieces have been added it plans again from its present state. It keeps the plan before if a new plan
+//! would break the law of speed. Memory is bounded if the caller takes steps between pieces: a route keeps only
+//! the cells ahead of the steps, and with 65,536 cells ahead the first half becomes final, whatever follows.
 //!
-//! **Changes.** An override, a hold and its end take hold at a time, from the speed there is
-//! then: the cell is cut there, and what is ahead planned again.
+//! **Changes.** An override, a hold and its end take effect at a given time, from the speed at that time: the
+//! cell is divided there, and the rest is planned again.
 
 use std::collections::VecDeque;
 
@@ -30,43 +29,43 @@ use crate::shape::{Shape, norm};
 use crate::smooth::{self, Smooth};
 use crate::stretch::Stretch;
 
-/// What one axis of a [`Route`] can do, in the user's unit and seconds.
+/// The limits of one axis of a [`Route`], in the user's unit and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisPace {
-    /// Units a step leads.
+    /// The length of a step, in units.
     pub step: f64,
-    /// Unit/s at most, whatever a piece orders.
+    /// The highest speed, in unit/s, whatever a piece orders.
     pub speed: f64,
-    /// Unit/s².
+    /// The acceleration, in unit/s².
     pub accel: f64,
-    /// Unit/s by which the speed may change at once: the motor's start speed. Where the jerk of any axis
-    /// is limited, less than `jerk` · 10⁻⁸ s² counts as that.
+    /// The change of the speed that is allowed at once, in unit/s: the start speed of the motor. If the jerk of
+    /// any axis is limited, values below `jerk` · 10⁻⁸ s² count as that.
     pub jump: f64,
-    /// The limit of jerk, in unit/s³; `accel` takes at least [`SOONEST`] to reach. Infinite for all
-    /// axes: none.
+    /// The limit of jerk, in unit/s³. Reaching `accel` takes at least [`SOONEST`]. If it is infinite for all
+    /// axes, jerk is not limited.
     pub jerk: f64,
 }
 
-/// Seconds within which an acceleration comes, at the soonest, where the jerk of any axis is limited.
+/// The shortest time in which an axis reaches its acceleration if the jerk of any axis is limited, in s.
 pub const SOONEST: f64 = 0.001;
 
 /// A step of an axis of a [`Route`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RouteStep {
-    /// Seconds after the start.
+    /// The time after the start, in s.
     pub time: f64,
     /// The axis, from 0.
     pub axis: usize,
-    /// Which way.
+    /// The direction.
     pub forward: bool,
 }
 
-/// A path of lines and arcs, passed at speed, of one axis or any number of them; an arc takes two.
+/// A path of lines and arcs, passed at speed, of any number of axes. An arc takes two axes.
 ///
-/// Each axis keeps the law of speed: |v(t) − v(t')| ≤ `jump` + `accel`·|t − t'| for every two
-/// times, so also over chords of a curve and over corners divided into tiny ones. With limited jerk
-/// it keeps more than that: it stays within half of its `jump` of a speed u with |u'| ≤ `accel` and
-/// |u''| ≤ `jerk`.
+/// Each axis keeps the law of speed: |v(t) − v(t')| ≤ `jump` + `accel`·|t − t'| for any two times. The law
+/// therefore holds over the chords of a curve, and over a corner divided into tiny corners. With limited jerk
+/// each axis keeps a stricter law: its speed stays within half of its `jump` of a speed u with
+/// |u'| ≤ `accel` and |u''| ≤ `jerk`.
 ///
 /// ```
 /// use stepwright_path::{AxisPace, Route};
@@ -75,7 +74,7 @@ pub struct RouteStep {
 /// let (mut steps, mut time) = ([0, 0], 0.0);
 /// for to in [[30.0, 0.0], [30.0, 20.0], [0.0, 0.0]] {
 ///     route.line_to(to, 100.0)?;
-///     // As far as is final by now; more once more is known.
+///     // The steps that are final now. More follow when more pieces are known.
 ///     for step in route.by_ref() {
 ///         steps[step.axis] += if step.forward { 1 } else { -1 };
 ///         time = step.time;
@@ -94,64 +93,64 @@ pub struct RouteStep {
 pub struct Route<const N: usize> {
     pub(crate) axes: [AxisPace; N],
     pub(crate) deviation: Option<f64>,
-    /// Where the last piece ends, along the route and of each axis.
+    /// The end of the last piece, along the route and of each axis.
     pub(crate) length: f64,
     pub(crate) place: [f64; N],
     pub(crate) loose: VecDeque<Loose<N>>,
-    /// Chords before those, as far as they are seen.
+    /// The chords before the loose pieces, as far as they matter.
     pub(crate) chords: Before<N>,
     pub(crate) cells: VecDeque<Cell<N>>,
     pub(crate) passes: Passes,
-    /// Cells that the plan does not know yet.
+    /// The number of cells added since the last plan.
     pub(crate) fresh: usize,
     pub(crate) closed: bool,
     pub(crate) scales: Scales,
-    /// When the first cell begins, and what the law leaves there.
+    /// When the first cell begins, and the state of the law there.
     pub(crate) time: f64,
     pub(crate) bucket: Bucket<N>,
-    /// The first cell in time, while it is being made.
+    /// The motion over the first cell, while it is being made.
     pub(crate) front: Option<[Piece; 3]>,
-    /// Position of each axis in steps, and where along the route its last step was.
+    /// The position of each axis in steps, and the place of its last step along the route.
     pub(crate) at: [i64; N],
     pub(crate) stepped: [f64; N],
-    /// The next step of each axis in the first cell, and where it is, once that is known.
+    /// The next step of each axis in the first cell and its place, once they are known.
     pub(crate) next: [Option<Option<(f64, RouteStep)>>; N],
-    /// What has been handed out.
+    /// The time of the last step handed out.
     pub(crate) now: f64,
     pub(crate) changes: VecDeque<(f64, Change)>,
-    /// Cells to the place where it is held.
+    /// The number of cells to the place of a hold.
     pub(crate) halt: Option<usize>,
-    /// Where the jerk is limited.
+    /// The additional state with limited jerk.
     pub(crate) smooth: Option<Box<Smooth<N>>>,
-    /// Where it was when, if that is wanted.
+    /// The recorded motion, if it is wanted.
     pub(crate) glides: Option<Glides>,
 }
 
-/// Cells that a route keeps ahead at most.
+/// The most cells that a route keeps ahead.
 const MOST: usize = 65_536;
 
-/// The same with limited jerk, where a plan takes longer.
+/// The same with limited jerk, as planning takes longer.
 const MOST_SMOOTH: usize = 8_192;
 
-/// Cells that are new when it is worth while to plan again, at least.
+/// The least number of new cells for which planning again is worthwhile.
 const FRESH: usize = 8;
 
-/// Turns of an arc at most: 62,832 cells.
+/// The most turns of an arc: 62,832 cells.
 const TURNS: f64 = 1_000.0;
 
-/// Parts of a cell are at least this part of it.
+/// The shortest part of a cell, relative to its length.
 pub(crate) const SLIVER: f64 = 1e-9;
 
 impl<const N: usize> Route<N> {
-    /// From position 0 of all axes, at rest.
+    /// A route that begins at position 0 of all axes, at rest.
     ///
     /// # Errors
-    /// [`Unplannable`] if a number of an axis is beyond [`PACES`].
+    /// [`Unplannable`] if a number of an axis is not within [`PACES`].
     pub fn new(axes: [AxisPace; N]) -> Result<Route<N>, Unplannable> {
         Route::at(axes, [0.0; N])
     }
 
-    /// From this place, at rest: each axis stands at the position nearest to it.
+    /// A route that begins at this place, at rest: each axis is at the step nearest to it.
     ///
     /// # Errors
     /// As for [`new`](Route::new); [`Unplannable::TooLong`] beyond 2³¹ − 1 steps from 0.
@@ -201,11 +200,11 @@ impl<const N: usize> Route<N> {
         Ok(route)
     }
 
-    /// Corners by junction deviation in place of the jump, in units: faster, and with jumps that
-    /// exceed what the axes are said to take, so the law of speed is not kept.
+    /// Limits corners by junction deviation, in units, in place of the jump. Corners are faster, and exceed the
+    /// jumps of the axes: the law of speed is not kept.
     ///
     /// # Errors
-    /// [`Unplannable::Deviation`] beyond [`PACES`].
+    /// [`Unplannable::Deviation`] if it is not within [`PACES`].
     pub fn with_deviation(mut self, deviation: f64) -> Result<Route<N>, Unplannable> {
         if !PACES.contains(&deviation) {
             return Err(Unplannable::Deviation);
@@ -214,21 +213,20 @@ impl<const N: usize> Route<N> {
         Ok(self)
     }
 
-    /// Adds a straight line to a place, at most at `feed` units/s along it. To the place where
-    /// the route ends already it is nothing.
+    /// Adds a straight line to a place, at most at `feed` units/s along it. A line to the present end of the
+    /// route adds nothing.
     ///
     /// # Errors
-    /// [`Unplannable::Speed`] beyond [`PACES`], [`Unplannable::TooLong`] beyond 2³¹ − 1 steps
-    /// from 0.
+    /// [`Unplannable::Speed`] if `feed` is not within [`PACES`]; [`Unplannable::TooLong`] beyond 2³¹ − 1
+    /// steps from 0.
     pub fn line_to(&mut self, to: [f64; N], feed: f64) -> Result<(), Unplannable> {
         self.straight(to, feed, false)
     }
 
-    /// Adds a straight line to a place, as fast as the axes can: a rapid. An override of the
-    /// ordered speed ([`scale`](Route::scale)) is none of it;
-    /// [`scale_rapids`](Route::scale_rapids) is.
+    /// Adds a rapid: a straight line to a place at the highest speed of the axes. Overrides of the ordered speed
+    /// ([`scale`](Route::scale)) do not apply to rapids; those of [`scale_rapids`](Route::scale_rapids) do.
     ///
-    /// Gives that speed, in units/s.
+    /// Returns the speed along the line, in units/s.
     ///
     /// # Errors
     /// [`Unplannable::TooLong`] beyond 2³¹ − 1 steps from 0.
@@ -243,7 +241,7 @@ impl<const N: usize> Route<N> {
     fn straight(&mut self, to: [f64; N], feed: f64, rapid: bool) -> Result<(), Unplannable> {
         self.check(&to)?;
         let way: [f64; N] = std::array::from_fn(|n| to[n] - self.place[n]);
-        // What is shorter than that has no direction.
+        // A shorter line has no direction, by rounding.
         if norm(&way) > 0.0 && norm(&way) > 1e-12 * norm(&to) {
             self.add(Shape::line(self.length, self.place, to), feed, rapid)?;
             self.place = to;
@@ -253,14 +251,14 @@ impl<const N: usize> Route<N> {
         Ok(())
     }
 
-    /// Adds an arc of two axes by `sweep` radians around a centre, positive from the first axis
-    /// towards the second; 2π is a circle, and there may be several. The others go by `climb`
-    /// meanwhile, whose numbers for the two are not used. At most at `feed` units/s along it.
+    /// Adds an arc of two axes by `sweep` radians around a centre, positive from the first axis towards the
+    /// second. 2π is a full circle; several turns are allowed. The other axes move by `climb` meanwhile; the
+    /// numbers of `climb` for the two axes are not used. The speed along the arc is at most `feed` units/s.
     ///
     /// # Errors
-    /// As for [`line_to`](Route::line_to); [`Unplannable::Axes`] if they are not two of the
-    /// route's, [`Unplannable::Radius`] where the centre is nearer than a step,
-    /// [`Unplannable::Sweep`] if that is 0 or more than 1,000 turns.
+    /// As for [`line_to`](Route::line_to); [`Unplannable::Axes`] unless `axes` are two axes of the route;
+    /// [`Unplannable::Radius`] if the centre is nearer than a step; [`Unplannable::Sweep`] if the sweep is 0 or
+    /// more than 1,000 turns.
     pub fn arc(
         &mut self,
         axes: [usize; 2],
@@ -297,41 +295,41 @@ impl<const N: usize> Route<N> {
         Ok(())
     }
 
-    /// No piece follows for now: the route comes to rest where it ends, and goes on from there
-    /// if one is added later.
+    /// Says that no piece follows for now: the route comes to rest at its end. It continues from there if a
+    /// piece is added later.
     pub fn close(&mut self) {
         self.settle_all();
         self.closed = true;
     }
 
-    /// Whether nothing of it is left.
+    /// Whether all of the route has been made.
     pub fn is_over(&self) -> bool {
         self.cells.is_empty() && self.loose.is_empty()
     }
 
-    /// Seconds from the start to the end of what has been made; pauses included.
+    /// The time from the start to the end of the part that has been made, in s, pauses included.
     pub fn time(&self) -> f64 {
         self.time.max(self.now)
     }
 
-    /// Where the route ends, by the pieces so far.
+    /// The end of the last piece.
     pub fn end(&self) -> [f64; N] {
         self.place
     }
 
-    /// Where each axis is in steps, as far as steps were handed out.
+    /// The position of each axis in steps, by the steps handed out.
     pub fn positions(&self) -> [i64; N] {
         self.at
     }
 
-    /// Units along the route from its start to its end, by the pieces so far.
+    /// The length of all pieces, in units.
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// Stands for this many seconds where the route ends; what is added later begins behind
-    /// that. False, and nothing happens, unless it [is over](Route::is_over): close it and take
-    /// its steps before. Less than 0, or no finite number, is 0.
+    /// Rests for this many seconds at the end of the route. Pieces that are added later begin after that. Returns
+    /// false and does nothing unless the route [is over](Route::is_over): close it and take its steps before. A
+    /// negative or not finite number counts as 0.
     pub fn dwell(&mut self, seconds: f64) -> bool {
         if !self.is_over() {
             return false;
@@ -341,8 +339,8 @@ impl<const N: usize> Route<N> {
         true
     }
 
-    /// Passes over the next part of the route without its steps. `None` when nothing is final, as
-    /// with the steps. The times are those of the steps: so long a job takes.
+    /// Passes the next part of the route without making steps; `None` if nothing is final, as with the steps. The
+    /// times are exactly those of the steps: this tells how long a job takes.
     pub fn pass_over(&mut self) -> Option<Stretch<N>> {
         loop {
             let due = self.enter()?;
@@ -354,7 +352,7 @@ impl<const N: usize> Route<N> {
         }
     }
 
-    /// The first cell in time, as it is passed.
+    /// The first cell, with its times.
     fn stretch(&self) -> Option<Stretch<N>> {
         let (pieces, cell) = (self.front.as_ref()?, self.cells.front()?);
         let place = |s| std::array::from_fn(|axis| cell.shape.place(axis, s));
@@ -377,7 +375,7 @@ impl<const N: usize> Route<N> {
         if known { Ok(()) } else { Err(Unplannable::TooLong) }
     }
 
-    /// The first cell in time: when it ends.
+    /// Enters the first cell if necessary, and returns the time of its end.
     pub(crate) fn enter(&mut self) -> Option<f64> {
         if self.front.is_none() {
             while self.halt == Some(0) {
@@ -398,10 +396,10 @@ impl<const N: usize> Route<N> {
         self.front.map(|pieces| pieces[2].to.t)
     }
 
-    /// Plans as far as is known; `None` if nothing of that is final.
+    /// Plans all known pieces; `None` if nothing of the plan is final.
     fn replan(&mut self) -> Option<()> {
         let count = self.cells.len();
-        // A plan with limited jerk takes longer.
+        // With limited jerk planning takes longer.
         let (most, part) =
             if self.smooth.is_some() { (MOST_SMOOTH, count / 4 * 3) } else { (MOST, count / 2) };
         let (full, enough) = (count >= most, self.fresh >= FRESH.max(part));
@@ -410,7 +408,7 @@ impl<const N: usize> Route<N> {
         }
         let planned = self.plan() || self.smooth.is_none();
         if !planned {
-            // By what was planned before.
+            // The plan before continues.
         } else if self.closed {
             self.passes.sure = self.cells.len();
         } else if full {
@@ -419,8 +417,8 @@ impl<const N: usize> Route<N> {
         (self.passes.sure > 0).then_some(())
     }
 
-    /// Plans; if the law can't be kept, what was planned stays, and what is new is passed from
-    /// rest to rest. Whether it was planned.
+    /// Plans. If no plan keeps the law, the plan before stays, and new cells are passed from rest to rest.
+    /// Returns whether there is a new plan.
     pub(crate) fn plan(&mut self) -> bool {
         if self.smooth.is_some() {
             return self.plan_smooth();
@@ -435,7 +433,7 @@ impl<const N: usize> Route<N> {
         planned
     }
 
-    /// It stands for this long.
+    /// Rests for this long, in s.
     pub(crate) fn stand_for(&mut self, wait: f64) {
         self.time += wait;
         match &mut self.smooth {
@@ -444,7 +442,7 @@ impl<const N: usize> Route<N> {
         }
     }
 
-    /// Leaves the first cell behind.
+    /// Removes the first cell, which has been made.
     fn leave(&mut self) {
         let (Some(pieces), Some(cell)) = (self.front.take(), self.cells.pop_front()) else {
             return;
@@ -463,12 +461,12 @@ impl<const N: usize> Route<N> {
         self.halt = self.halt.map(|cells| cells.saturating_sub(1));
     }
 
-    /// Leaves the first cell behind without its steps.
+    /// Removes the first cell without making its steps.
     pub(crate) fn pass(&mut self) {
         if let Some(cell) = self.cells.front() {
             for (axis, at) in self.at.iter_mut().enumerate() {
                 let place = cell.shape.place(axis, cell.end) / self.axes[axis].step;
-                // Half a step away it is where it was.
+                // Up to half a step away the position is the same.
                 if (place - *at as f64).abs() > 0.5 + 1e-6 {
                     *at = place.round() as i64;
                 }
@@ -477,7 +475,7 @@ impl<const N: usize> Route<N> {
         self.leave();
     }
 
-    /// The next step within the first cell, and where it is.
+    /// The next step within the first cell, and its place.
     fn soonest(&mut self) -> Option<(f64, RouteStep)> {
         let (pieces, cell) = (self.front.as_ref()?, self.cells.front()?);
         let mut soonest: Option<(f64, RouteStep)> = None;
@@ -499,8 +497,8 @@ impl<const N: usize> Route<N> {
     }
 }
 
-/// The steps of all axes in the order of their times. After `None` there are more once more of
-/// the route is known, it is closed, or resumed.
+/// The steps of all axes in the order of their times. After `None` more steps may follow, once pieces are
+/// added, or the route is closed or resumed.
 impl<const N: usize> Iterator for Route<N> {
     type Item = RouteStep;
 

@@ -1,4 +1,4 @@
-//! One axis, seen from the foreground: plans runs ahead of the interrupt.
+//! One axis in the foreground: plans runs ahead of the interrupt.
 
 use crate::clamp;
 use crate::engine::Playing;
@@ -9,37 +9,36 @@ use crate::queue::Producer;
 use crate::run::Run;
 use crate::units::Ticks;
 
-/// The planner of one axis: sets up a travel and keeps its queue filled.
+/// Plans one axis: sets up a travel and keeps its queue filled.
 ///
-/// Plans until the queue is full, or what is queued lasts for the board's
-/// horizon: so a change of mind is obeyed after that time and one run (at most
-/// 8 ms by default), or after the present step where that takes longer.
+/// Plans until the queue is full, or until the queued steps last for the board's horizon. So a
+/// change takes effect after that time and one run (at most 8 ms by default), or after the present
+/// step if that takes longer.
 ///
-/// A travel that has to turn is two *legs*, each from rest to rest in one
-/// direction. The second is set up once the first has been stepped to its end.
+/// A travel that has to turn has two *legs*, each from rest to rest in one direction. The second is
+/// set up once the first has been stepped to its end.
 #[derive(Clone, Copy)]
 #[repr(C)] // in this order, as `Planner` is
 pub(crate) struct Motor<const Q: usize> {
     /// How far the planning is.
     leg: Leg,
-    /// Direction of what is queued last.
+    /// The direction of the last queued step.
     forward: bool,
-    /// The travel is too long for `left` to be counted on.
+    /// Whether the travel is too long for `left` to be counted.
     beyond: bool,
-    /// What is left of the rest after its last travel, in ticks.
+    /// The ticks left of the rest after the last travel.
     rest: Ticks,
-    /// Where the travel is to end, in steps from where it began. Of an endless
-    /// one this is its first pulse.
+    /// The target of the travel, in steps from where it began. For an endless travel this is its
+    /// first pulse.
     target: i32,
-    /// Steps from the last pulse handed out to there, + in the direction of what
-    /// is queued last.
+    /// Steps from the last pulse handed out to the target, positive in the direction of the last
+    /// queued step.
     left: i32,
-    /// When the last 2·Q places of the queue end, by its counter, in the units of
-    /// [`Horizon`] and modulo 256: what is queued lasts for 255 at most, or counts so. More than
-    /// Q, for what is played has left its place.
+    /// When the last 2·Q places of the queue end, indexed by its counter, in units of [`Horizon`]
+    /// modulo 256: the queue lasts at most 255 units, or counts as that. There are more than Q,
+    /// because entries being played have left their places.
     ends: [[u8; 2]; Q],
-    /// Places of the queue that have been taken since the beginning, modulo 256, as far as
-    /// `ends` knows.
+    /// Places of the queue taken since the beginning, modulo 256, as far as `ends` is up to date.
     pushed: u8,
     planner: Planner,
 }
@@ -49,24 +48,24 @@ pub(crate) struct Motor<const Q: usize> {
 enum Leg {
     /// Planned to its end.
     Done,
-    /// It is ordered, and is being set up: nothing moves before all axes of the order are.
+    /// Ordered, and being set up: nothing moves before all axes of the order are set up.
     Ordered(Layout),
     /// A leg is set up, and not yet planned to its end.
     Open,
-    /// Likewise, but it was told to stop, wherever that leads.
+    /// As `Open`, but with an order to stop, wherever that leads.
     Braking,
-    /// Another one is to come, once the axis rests.
+    /// Another leg follows once the axis rests.
     Next,
 }
 
 /// How a change is made.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pass {
-    /// It has been tried.
+    /// Made, after it has been tried.
     Real,
-    /// It is tried, and its top speed counts, whether the travel reaches that or not.
+    /// Tried, and judged by its top speed, whether the travel reaches that or not.
     Quick,
-    /// It is tried, and the speed counts that the travel reaches.
+    /// Tried, and judged by the speed that the travel reaches.
     Exact,
 }
 
@@ -79,9 +78,9 @@ pub(crate) struct Horizon {
     units: u8,
 }
 
-/// Units that an entry counts at most: more than the horizon. The present one, what is queued
-/// behind it and a run that is planned then, for what is queued was less than the horizon, are
-/// no more than a byte tells.
+/// The most units that an entry counts: more than the horizon. The present entry, those queued
+/// after it (less than the horizon when the next run is planned) and that run together fit in a
+/// byte.
 const LONGEST: u8 = u8::MAX / 3;
 
 impl Horizon {
@@ -90,11 +89,11 @@ impl Horizon {
         Horizon { unit, units: (ticks >> unit) as u8 }
     }
 
-    /// Units that last for longer than these ticks, by one at most; [`LONGEST`] at most. So what is
-    /// queued never lasts for longer than it counts, if it counts less than the horizon.
+    /// The units that last longer than these ticks, by at most one unit; at most [`LONGEST`]. So
+    /// the queued steps never last longer than they count, if they count less than the horizon.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn span(&self, ticks: Ticks) -> u8 {
-        // A small chip shifts bit by bit, but for whole bytes.
+        // A small chip shifts bit by bit, except by whole bytes.
         let (bytes, bits) = if self.unit < 8 {
             (ticks, self.unit)
         } else {
@@ -117,16 +116,16 @@ impl<const Q: usize> Motor<Q> {
         rest: 0,
     };
 
-    /// Makes one of zeros [`IDLE`](Motor::IDLE).
+    /// Initialises a motor of zeros as [`IDLE`](Motor::IDLE).
     pub(crate) fn power_up(&mut self) {
         (self.leg, self.forward) = (Leg::Done, true);
     }
 
-    /// Takes an order, which [`lay`](Motor::lay) then sets up, and which waits for
-    /// [`begin`](Motor::begin); the motor must be idle.
+    /// Takes an order, which [`lay`](Motor::lay) then sets up and [`begin`](Motor::begin) starts;
+    /// the motor must be idle.
     ///
     /// # Errors
-    /// [`Unfit`] for what is no motion.
+    /// [`Unfit`] if the order is no motion.
     pub(crate) fn prepare(&mut self, order: &Order) -> Result<(), Unfit> {
         self.planner.accept(order)?;
         self.leg = Leg::Ordered(Layout::Speeds);
@@ -140,15 +139,15 @@ impl<const Q: usize> Motor<Q> {
         Ok(())
     }
 
-    /// The next piece of its order; [`Layout::Nothing`] if it has none.
+    /// The next piece of its order; [`Layout::Nothing`] without an order.
     pub(crate) fn ordered(&self) -> Layout {
         if let Leg::Ordered(piece) = self.leg { piece } else { Layout::Nothing }
     }
 
-    /// Sets up a piece of its order; at the end it tells what that asks of the board.
+    /// Sets up a piece of its order; the last pieces compute the load on the board.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub(crate) fn lay(
         &mut self,
         clock: &Clock,
@@ -173,14 +172,14 @@ impl<const Q: usize> Motor<Q> {
         Ok(())
     }
 
-    /// The board can step its order, or also plan for it, as this piece asked.
+    /// Called if the board can step its order, or also plan for it, as this piece asked.
     pub(crate) fn admit(&mut self, piece: Layout) {
         let next = if piece == Layout::Check { Layout::Plan } else { Layout::Wait };
         self.leg = Leg::Ordered(next);
     }
 
-    /// What it begins next waits for this long first: before it turns, if it does. False if
-    /// that is over at once: then nothing waits, and its last travel's rest goes on.
+    /// Sets how long the next travel waits before it turns or begins. Returns false if the travel
+    /// has 0 steps: then nothing waits, and the rest of the last travel continues.
     pub(crate) fn hold(&mut self, hold: Ticks) -> bool {
         let moves = self.left != 0;
         self.leg = Leg::Done;
@@ -191,13 +190,13 @@ impl<const Q: usize> Motor<Q> {
         moves
     }
 
-    /// Changes what is left of a travel in progress. A trial tells what that asks of the board,
-    /// for which it sets up the next leg too: it is for a copy. False if it has, and the copy is
-    /// of no use any more.
+    /// Changes the rest of a travel in progress. A trial computes the load on the board and
+    /// therefore also sets up the next leg: run it on a copy. Returns false if it has set up that
+    /// leg; then the copy is of no further use.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it, or the target is too far off to be
-    /// counted to. Then the motor is half changed.
+    /// [`Unfit`] if the timer can't represent it, or if the target is too far away to be counted.
+    /// Then the motor is left half changed.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn change(
         &mut self,
@@ -206,7 +205,7 @@ impl<const Q: usize> Motor<Q> {
         load: &mut Load,
         pass: Pass,
     ) -> Result<bool, Unfit> {
-        // What is planned to its end rests there first.
+        // A travel that is planned to its end rests there first.
         let open = self.is_open() && self.planner.steps_left() != 0;
         self.planner.limit(clock, change)?;
         if let Change::Target(steps) = *change {
@@ -217,10 +216,11 @@ impl<const Q: usize> Motor<Q> {
             }
         }
         let mut beyond = self.beyond;
-        // What is queued moves, and is over within the horizon.
+        // Queued steps move, and are over within the horizon.
         *load = Load::QUEUED;
         if pass == Pass::Quick && !self.planner.is_straight() {
-            // By its top speed, wherever it turns: to lay bent ramps out takes a chip 4 ms an axis.
+            // Judged by the top speed, wherever it turns: setting up bent ramps takes a chip 4 ms
+            // an axis.
             if open || self.left != 0 {
                 self.planner.outline();
                 *load = self.planner.load();
@@ -229,7 +229,7 @@ impl<const Q: usize> Motor<Q> {
             return if told { Ok(false) } else { Err(Unfit::TooLong) };
         }
         if open && self.leg == Leg::Braking {
-            // A stop has no target to come back to, or to speed up for.
+            // A stop has no target to come back to, or to accelerate for.
             self.planner.stop();
             self.brake();
         } else if open {
@@ -246,8 +246,8 @@ impl<const Q: usize> Motor<Q> {
             if self.planner.is_endless() {
                 return Ok(true);
             }
-            // What this leg leaves can only lie behind; or a curve's fall has begun,
-            // and ends before what is left.
+            // What this leg leaves can only be behind; or the fall of a curve has begun, and ends
+            // before the target.
             let steps = self.planner.steps_left() as i32;
             left = left.wrapping_sub(steps);
             beyond |= steps < 0 || left > 0 && self.planner.is_straight();
@@ -271,7 +271,7 @@ impl<const Q: usize> Motor<Q> {
         Ok(!turns)
     }
 
-    /// It becomes a copy of another: a function, as a chip copies byte by byte.
+    /// Copies another motor: a function, because a chip copies byte by byte.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn set(&mut self, other: &Self) {
         *self = *other;
@@ -282,37 +282,36 @@ impl<const Q: usize> Motor<Q> {
         matches!(self.leg, Leg::Open | Leg::Braking)
     }
 
-    /// This many steps forward are this many in the direction of what is queued last.
+    /// Converts steps forward to steps in the direction of the last queued step.
     fn along(&self, steps: i32) -> i32 {
         if self.forward { steps } else { steps.wrapping_neg() }
     }
 
-    /// Queues the beginning of the travel that is set up: the change of direction
-    /// if there is one, then the first pulse as long after the start as it
-    /// [holds](Motor::hold), and `lead` ticks. The queue must be empty.
+    /// Queues the beginning of the travel that is set up: the change of direction if there is one,
+    /// then the first pulse, after the [hold](Motor::hold) and `lead` ticks. The queue must be
+    /// empty.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn begin(&mut self, feed: &mut Producer<'_, Q>, mut lead: Ticks, horizon: &Horizon) {
-        // −2³¹ steps, which have no opposite, lead backward, whatever it faces.
+        // −2³¹ steps, which have no opposite, go backward, whatever the direction.
         let forward = self.left != i32::MIN && self.forward == (self.left > 0);
         self.left = self.left.wrapping_abs().wrapping_sub(1);
         self.leg = Leg::Open;
         feed.set_open(true);
         let hold = self.rest;
-        // A long wait is a turn too, if only to the same side: so the first step
-        // is always near, and costs a chip no more than the others.
+        // A long wait is a turn too, possibly to the same side: so the first step is always near,
+        // and costs a chip no more than the others.
         if forward != self.forward || hold > lead {
             self.push(feed, &Run::turn(hold, forward), horizon.span(hold));
         } else {
             lead = clamp::sum(lead, hold);
         }
         self.forward = forward;
-        // Half a tick ahead from here on: deadlines rounded down are rounded to
-        // the nearest.
+        // Half a tick ahead from here on, so that deadlines rounded down are rounded to nearest.
         let first = Run { ticks: lead, part: 1 << 15, count: 1, add: 0 };
         self.push(feed, &first, horizon.span(lead));
     }
 
-    /// Sets up the next leg, from rest; [`begin`](Motor::begin) it then.
+    /// Sets up the next leg, from rest; then call [`begin`](Motor::begin).
     pub(crate) fn turn(&mut self) {
         self.planner.lay_out_again(self.left.unsigned_abs());
     }
@@ -326,8 +325,8 @@ impl<const Q: usize> Motor<Q> {
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn push(&mut self, feed: &mut Producer<'_, Q>, run: &Run, span: u8) {
         if feed.append(run) {
-            // The last of the places that it takes lasts as long as the run. A run that waits
-            // for the next one counts with the place before it.
+            // The last of its places lasts as long as the run. A run that waits for the next one is
+            // added to the place before it.
             let (present, behind) = self.spans(feed);
             let span = span.min(!present.wrapping_add(behind));
             let last = self.pushed.wrapping_sub(1);
@@ -335,7 +334,7 @@ impl<const Q: usize> Motor<Q> {
         }
     }
 
-    /// How long the present entry of the queue lasts in all, and what is queued behind it, in
+    /// How long the whole present entry of the queue lasts, and how long the entries after it, in
     /// units.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn spans(&mut self, feed: &Producer<'_, Q>) -> (u8, u8) {
@@ -353,7 +352,7 @@ impl<const Q: usize> Motor<Q> {
         (end.wrapping_sub(self.end(played.wrapping_sub(1))), last.wrapping_sub(end))
     }
 
-    /// When the place ends that a counter of the queue stands for.
+    /// When the place of a counter's value ends.
     fn end(&self, at: u8) -> u8 {
         self.ends.as_flattened().get(usize::from(at) & (2 * Q - 1)).copied().unwrap_or(0)
     }
@@ -364,9 +363,9 @@ impl<const Q: usize> Motor<Q> {
         }
     }
 
-    /// If it is to plan a run: how long what is queued lasts at least, in units of the horizon;
-    /// else the highest number. Behind a wait of the horizon nothing is planned, so a change of
-    /// mind is obeyed there.
+    /// If a run should be planned: how long the queued steps last at least, in units of the
+    /// horizon; else the highest number. Nothing is planned after a wait of the horizon, so a
+    /// change takes effect there.
     #[inline(always)]
     pub(crate) fn wants(
         &mut self,
@@ -392,7 +391,8 @@ impl<const Q: usize> Motor<Q> {
             return None;
         }
         let (mut least, _) = self.lasts(feed, horizon, playing);
-        // Steps that have no entries yet get them at the next call: they last for nothing till then.
+        // Steps that have no entries yet get them at the next call: until then they last for no
+        // time.
         let behind = feed.behind();
         if behind != 0 {
             least = least.saturating_sub(horizon.span(behind));
@@ -400,13 +400,12 @@ impl<const Q: usize> Motor<Q> {
         Some(Ticks::from(least / 2).max(1) << horizon.unit)
     }
 
-    /// How long what is queued lasts, in units, at least and at most: the present entry may be
-    /// over at once if nobody knows.
+    /// How long the queued steps last, in units, at least and at most: the present entry may be
+    /// over at once if the rest of it is unknown.
     ///
-    /// What is left of the present entry is asked for last: where the interrupt has gone on to
-    /// the next one meanwhile, that counts twice, and planning waits for the next look. The
-    /// other way round it would not count at all, and more would be planned than a change of
-    /// mind may wait for.
+    /// The rest of the present entry is asked for last. If the interrupt has moved on to the next
+    /// entry meanwhile, that entry counts twice, and planning waits for the next call. In the other
+    /// order it would not count at all, and more would be planned than a change may wait for.
     #[inline(always)]
     fn lasts(
         &mut self,
@@ -425,12 +424,12 @@ impl<const Q: usize> Motor<Q> {
         (lasts, lasts)
     }
 
-    /// Whether another leg is to come, once the axis rests.
+    /// Whether another leg follows once the axis rests.
     pub(crate) fn is_to_turn(&self) -> bool {
         self.leg == Leg::Next
     }
 
-    /// Does a piece of planning: the last of a run queues it.
+    /// Does a piece of planning; the last piece of a run queues it.
     pub(crate) fn plan(
         &mut self,
         feed: &mut Producer<'_, Q>,
@@ -446,7 +445,7 @@ impl<const Q: usize> Motor<Q> {
             Planned::Ready => {
                 work.span = horizon.span(self.planner.take(work));
                 self.left = self.left.wrapping_sub(work.steps().into());
-                // Close to the end of what a number holds; an endless travel may go on.
+                // Close to the end of the range of a number; an endless travel may continue.
                 let [.., high] = self.left.to_le_bytes();
                 self.beyond |= high == 0x80;
             }
@@ -469,22 +468,22 @@ impl<const Q: usize> Motor<Q> {
         feed.set_open(false);
     }
 
-    /// How long it is to rest before its next travel, in ticks.
+    /// The ticks to rest before the next travel.
     pub(crate) fn rest(&self) -> Ticks {
         self.rest
     }
 
-    /// It has rested for these ticks.
+    /// Counts these ticks as rest.
     pub(crate) fn pass(&mut self, ticks: Ticks) {
         self.rest = clamp::less(self.rest, ticks);
     }
 
-    /// What comes after the end of a leg.
+    /// The state after the end of a leg.
     fn next(&self) -> Leg {
         if self.left == 0 { Leg::Done } else { Leg::Next }
     }
 
-    /// Brakes from the end of what is queued, and stays there.
+    /// Brakes from the end of the queued steps, and stays there.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn brake(&mut self) {
         if self.ordered() != Layout::Nothing {
@@ -504,7 +503,7 @@ impl<const Q: usize> Motor<Q> {
         self.left = left;
     }
 
-    /// Forgets the travel; the engine has killed it.
+    /// Forgets the travel, which the engine has killed.
     pub(crate) fn abandon(&mut self, feed: &mut Producer<'_, Q>, clock: &Clock, forward: bool) {
         self.left = 0;
         self.rest = self.planner.rest(clock);
@@ -512,36 +511,35 @@ impl<const Q: usize> Motor<Q> {
         self.forward = forward;
     }
 
-    /// Where the last pulse handed out led to, in steps from where the travel
-    /// began; `None` if that is too far to be counted.
+    /// The place of the last pulse handed out, in steps from where the travel began; `None` if that
+    /// is too far to be counted.
     pub(crate) fn planned(&self) -> Option<i32> {
         (!self.beyond).then_some(self.led())
     }
 
-    /// The same modulo 2³².
+    /// [`planned`](Motor::planned) modulo 2³².
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn led(&self) -> i32 {
         self.target.wrapping_sub(self.along(self.left))
     }
 
-    /// Where its travel is to end, in steps from where it began; `None` without an end, or
-    /// if that is too far to be counted.
+    /// The target of the travel, in steps from where it began; `None` without an end, or if that is
+    /// too far to be counted.
     pub(crate) fn target(&self) -> Option<i32> {
         (!self.beyond && !self.is_endless()).then_some(self.target)
     }
 
-    /// Whether a target, in steps from where the travel began, lies forward of
-    /// what is planned.
+    /// Whether a target, in steps from where the travel began, is ahead of the planned part.
     pub(crate) fn is_ahead(&self, target: i32) -> bool {
         target > self.led()
     }
 
-    /// Whether its travel leads forward.
+    /// Whether the travel goes forward.
     pub(crate) fn is_forward(&self) -> bool {
         self.forward
     }
 
-    /// Whether it goes on until it is stopped.
+    /// Whether the travel has no end.
     pub(crate) fn is_endless(&self) -> bool {
         self.leg == Leg::Open && self.planner.is_endless()
     }

@@ -1,7 +1,7 @@
 //! The planner of one axis: runs from the closed form, on a small chip.
 //!
-//! A travel is whole steps of rise, level and fall, and up to two *corner*
-//! steps that a change of piece divides:
+//! A travel consists of whole steps of rise, level and fall, and up to two *corner* steps, within
+//! which one piece changes to the next:
 //!
 //! ```text
 //!   w = v²            rise     corner     level     corner     fall
@@ -10,18 +10,18 @@
 //!   w_from             ╱                                     ╲     w = w_from + a2·n
 //! ```
 //!
-//! It can be set up again from any pulse, at the speed v there, with L steps to
-//! go and other limits (`change.rs`). Above the new top speed the rise is an *ease*: a fall to
-//! it. Where it has no room, one fall leads to rest. Where the top speed is out of reach, the
-//! highest that rise and fall leave room for follows from the steps (Austin, Eq 19), or where they
-//! are bent from Newton's method (`divide.rs`). A target
-//! nearer than the way to rest can't be reached: then it brakes to rest.
+//! It can be set up again from any pulse, at the speed v there, with L steps to go and other limits
+//! (`change.rs`). Above the new top speed the rise is an *ease*: a fall to that speed. If there is
+//! no room for it, a single fall leads to rest. If the top speed is out of reach, the highest speed
+//! that leaves room for rise and fall follows from the steps (Austin, Eq 19), or for bent ramps
+//! from Newton's method (`divide.rs`). A target nearer than the braking distance can't be reached:
+//! then the axis brakes to rest.
 //!
-//! With a limit of jerk the ramps are bent ([`Curve`]), without one straight; where a run of
-//! either ends, `ramp.rs` says.
+//! With a jerk limit the ramps are bent ([`Curve`]), otherwise straight; `ramp.rs` finds the ends
+//! of the runs of either.
 //!
-//! Constant acceleration makes the time between two pulses a matter of their
-//! mean speed alone, with no difference of large numbers in it:
+//! At constant acceleration the time between two pulses depends on their mean speed alone, so no
+//! large numbers are subtracted:
 //!
 //! ```text
 //!   Δt = 2·N / (v₁ + v₂)                 N steps from v₁ to v₂
@@ -29,22 +29,20 @@
 //!   error of the N − 1 steps between ≤ Δt·δ²/42
 //! ```
 //!
-//! (add is t″ at the mean speed; what a parabola leaves out is t‴·N³/125 at
-//! most, and t‴ = 3·Δt·δ²/N³. While δ ≤ ¼ the next term adds less than a
-//! tenth, which 42 → 32 covers.) Lengths are powers of two, but for the last two of a ramp.
+//! (add is t″ at the mean speed; the parabola leaves out at most t‴·N³/125, with t‴ = 3·Δt·δ²/N³.
+//! While δ ≤ ¼ the next term adds less than a tenth, which 42 → 32 covers.) Lengths are powers of
+//! two, except for the last two of a ramp.
 //!
-//! **Error.** Of straight ramps each Δt is good to 2⁻²⁹ of itself, so the pulse at the end of
-//! each run comes within 2⁻²⁹ of the travel's time of where it belongs, 2 ns
-//! in a second; those between within the [`Fit`](crate::profile::Fit) as well. What rounding to
-//! 2⁻¹⁶ ticks leaves over goes to the next run.
-//! A fall that a stop begins leaves out a part in 2²⁸ of v²: it comes earlier by 2⁻²⁹ of the time
-//! that it takes from v to rest.
-//! [`Path`](crate::profile::Path) says the same to 2⁻⁴⁰, at ten times the
-//! cost and size: it is for hosts.
+//! **Error.** For straight ramps each Δt has a relative error of 2⁻²⁹. So the pulse at the end of
+//! each run is within 2⁻²⁹ of the travel's time, 2 ns in a second; the pulses between within the
+//! [`Fit`](crate::profile::Fit) as well. The rest of the rounding to 2⁻¹⁶ ticks is added to the
+//! next run. A fall that a stop begins leaves out 2⁻²⁸ of v²: it comes earlier by 2⁻²⁹ of the time
+//! that it takes from v to rest. [`Path`](crate::profile::Path) has an error of 2⁻⁴⁰, at ten times
+//! the cost and size: it is for hosts.
 //!
 //! **Cost** on an ATmega328P, measured in simavr: a run of a straight ramp takes a root, a division
 //! and seven products, in four calls, the last of which queues it. The longest call takes 3,080
-//! cycles, the slave's way to it included (`planning_burst`); of a bent ramp 10,082, in a
+//! cycles, including the slave's way to it (`planning_burst`); for a bent ramp 10,082, in a
 //! controller that had them.
 
 mod bent;
@@ -74,59 +72,58 @@ pub(crate) use work::{Planned, Work};
 
 /// Plans the runs of one travel, one at a time.
 ///
-/// The order of the fields is for an AVR, which reaches 63 bytes from a pointer
-/// with one instruction: numbers, of which only the address is needed, come last.
+/// The order of the fields is for an AVR, which reaches 63 bytes from a pointer with one
+/// instruction: numbers, of which only the address is needed, come last.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct Planner {
     endless: bool,
-    /// The rise is an ease: it falls, to the top speed.
+    /// Whether the rise is an ease, a fall to the top speed.
     ease: bool,
-    /// Run length to try next, as a power of two.
+    /// The run length to try next, as a power of two.
     size: u8,
-    /// Its ramps have no limit of jerk.
+    /// Whether the ramps have no jerk limit.
     straight: bool,
-    /// Where the rest is to be set up again once the level is reached: the piece to do then.
+    /// If the rest must be set up again once the level is reached: the piece to do then.
     /// [`Layout::Nothing`] if the ramp in progress is the fall.
     piece: Layout,
-    /// How many top speeds may still be tried.
+    /// How many more top speeds may be tried.
     tries: u8,
-    /// What the runs handed out lack, in 2⁻³² ticks.
+    /// The time that the runs handed out lack, in 2⁻³² ticks.
     carry: u32,
-    /// Steps of the rise handed out.
+    /// Steps of the rise that were handed out.
     risen: u32,
-    /// Whole steps left of rise, level (with its corners) and fall.
+    /// Whole steps left of the rise, the level (with its corners) and the fall.
     rise: u32,
     level: u32,
     fall: u32,
-    /// Parts of a step, in 2⁻³²: of the rise in the first corner, of the fall
-    /// in the last.
+    /// Fractions of a step, in 2⁻³²: of the rise in the first corner, of the fall in the last.
     rise_part: u32,
     fall_part: u32,
-    /// Speed at the last pulse handed out, the highest allowed, and that
-    /// between rise and fall.
+    /// The speed at the last pulse handed out, the highest allowed speed, and the speed between
+    /// rise and fall.
     v: Num,
     top: Num,
     v_top: Num,
-    /// Speed² at the low end of a straight ramp; while rise and fall are sought, the least speed
-    /// between them.
+    /// Speed² at the low end of a straight ramp; while rise and fall are being divided, the lower
+    /// bound of the speed between them.
     w_from: Num,
-    /// While bent ones are sought, the highest speed between them.
+    /// While bent ramps are being divided, the upper bound of the speed between them.
     most: Bent,
-    /// Speed at the last pulse of all.
+    /// The speed at the very last pulse.
     v_end: Num,
-    /// Slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d. The last is
-    /// also the place of an interval, before there is an ease.
+    /// The slopes of the rise and the fall: 2a and 2d; and of an ease, at most 2d. Before there is
+    /// an ease, the last is also the place of an interval.
     a2: Num,
     d2: Num,
     slope: Num,
-    /// The time from the ramp's low end to the last pulse handed out, if it is bent.
+    /// The time from the low end of the ramp to the last pulse handed out, if the ramp is bent.
     at: Num,
     /// The ramp in progress.
     curve: Curve,
 }
 
-/// An acceleration in 0.001 steps/s² becomes its slope: 2a in 10⁻⁶ (steps/s)² per step.
+/// Converts an acceleration in 0.001 steps/s² to its slope: 2a in 10⁻⁶ (steps/s)² per step.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn twice(a: &mut Num) {
     whole(2000).times(a).to(a);
@@ -161,16 +158,16 @@ impl Planner {
         size: 0,
     };
 
-    /// Sets up another travel from rest, within the limits of the last: so
-    /// many pulses, the first of which is not part of the runs.
+    /// Sets up another travel from rest, with the limits of the last one and this many pulses, the
+    /// first of which is not part of the runs.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn lay_out_again(&mut self, pulses: u32) {
         self.begin_again();
         self.divide(clamp::less(pulses, 1));
     }
 
-    /// Of what is left only the limits count: for who asks for its [`load`](Planner::load), which is
-    /// that of its top speed then.
+    /// Reduces what is left to its limits: for the computation of its [`load`](Planner::load),
+    /// which is then that of its top speed.
     #[inline(always)]
     pub(crate) fn outline(&mut self) {
         (self.rise, self.level, self.fall) = (0, 1, 0);
@@ -183,15 +180,15 @@ impl Planner {
         self.v.set(&self.v_end);
     }
 
-    /// Has another limit from now on: [`resume`](Planner::resume) keeps to it.
+    /// Sets another limit from now on: [`resume`](Planner::resume) applies it.
     ///
     /// # Errors
-    /// [`Unfit::BelowStart`], [`Unfit::TooGentle`], or another if the timer can't hold what
-    /// comes of it.
+    /// [`Unfit::BelowStart`], [`Unfit::TooGentle`], or another if the timer can't represent the
+    /// result.
     pub(crate) fn limit(&mut self, clock: &Clock, change: &Change) -> Result<(), Unfit> {
         match change {
             Change::Target(_) => {
-                // Its ramps are no steeper for it, and need no longer end by themselves.
+                // The ramps do not get steeper, and need no longer end without a target.
                 self.endless = false;
                 return Ok(());
             }
@@ -211,9 +208,9 @@ impl Planner {
         self.check(clock)
     }
 
-    /// No interval may exceed 2³² ticks, the one across the peak included. And where there
-    /// is a speed to gain and to lose there must be ramps. On an endless travel, where no
-    /// target bounds them, they take less than 2³¹ steps; a curve's less than 2²².
+    /// Checks that no interval exceeds 2³² ticks, including the one across the peak, and that there
+    /// are ramps if a speed must be gained or lost. On an endless travel, where no target bounds
+    /// them, the ramps take less than 2³¹ steps; those of a curve less than 2²².
     fn check(&mut self, clock: &Clock) -> Result<(), Unfit> {
         let mut piece = Layout::First;
         while piece != Layout::Rise {
@@ -222,10 +219,10 @@ impl Planner {
         Ok(())
     }
 
-    /// Does a piece of that, and tells the next.
+    /// Does a piece of the check, and returns the next piece.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn check_piece(&mut self, clock: &Clock, piece: Layout) -> Result<Layout, Unfit> {
-        // From rest: the first step alone takes √(2/a), the last √(2/d).
+        // From rest: the first step takes √(2/a), the last √(2/d).
         let rests = self.v_end.is_zero();
         match piece {
             Layout::First => {
@@ -253,7 +250,7 @@ impl Planner {
         }
         let gentle = if self.a2.at_least(&self.d2) { &self.d2 } else { &self.a2 };
         let w = hand(high).square().number();
-        // Its target bounds its ramps, if there are any.
+        // The target bounds the ramps, if there are any.
         let bits = if !self.is_straight() {
             21
         } else if self.endless {
@@ -266,7 +263,7 @@ impl Planner {
     }
 
     /// The highest speed from here on, in 0.001 steps/s, rounded up; 1 if nothing is left to plan,
-    /// for what is queued moves.
+    /// because the queued steps still move.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn peak(&self) -> u32 {
         if self.steps_left() == 0 {
@@ -278,7 +275,7 @@ impl Planner {
         clamp::sum(whole, (part != 0).into())
     }
 
-    /// Steps that are still to be handed out; `u32::MAX` on an endless travel.
+    /// The number of steps left; `u32::MAX` on an endless travel.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn steps_left(&self) -> u32 {
         if self.endless {
@@ -288,17 +285,17 @@ impl Planner {
         }
     }
 
-    /// How long the axis rests after the travel, in ticks: an interval of the start speed;
-    /// from rest √(2/a), the first interval of a ramp, or one of the top speed, if that is
-    /// longer. Two travels of a step each come no closer than the first two steps of a longer
-    /// one may. By the limits of the last travel that was planned, or refused: to be asked at
-    /// its end.
+    /// How long the axis rests after the travel, in ticks: an interval of the start speed; from
+    /// rest √(2/a), the first interval of a ramp, or an interval of the top speed if that is
+    /// longer. So two travels of a single step are no closer than the first two steps of a longer
+    /// travel may be. Computed with the limits of the last travel that was planned, or refused:
+    /// call it at the end of the travel.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn rest(&self, clock: &Clock) -> Ticks {
         if !self.v_end.is_zero() {
             return self.first(clock).split().0;
         }
-        // Both are `twice` over a speed: one division for the slower of them.
+        // Both are `twice` divided by a speed: one division, by the slower of them.
         let (mut slower, top) = (hand(&self.a2).root().number(), self.top.scaled(1));
         if slower.at_least(&top) {
             slower.set(&top);
@@ -316,12 +313,12 @@ impl Planner {
         }
     }
 
-    /// Whether it goes on until it is stopped.
+    /// Whether the travel has no end.
     pub(crate) fn is_endless(&self) -> bool {
         self.endless
     }
 
-    /// Plans the next run, a piece of it a call.
+    /// Plans the next run, one piece per call.
     pub(crate) fn next(&mut self, clock: &Clock, work: &mut Work) -> Planned {
         if self.rise > 0 {
             self.ramp(clock, work, true)

@@ -1,15 +1,14 @@
 //! Numbers with 64 significant bits and a sign, for curves on a host.
 //!
-//! A number is ± m · 2^e with 2⁶³ ≤ m < 2⁶⁴, or 0: [`Num`](crate::num::Num)
-//! with twice the bits, and negative ones too. Integers alone, so every machine
-//! computes the same bits.
+//! A number is ± m · 2^e with 2⁶³ ≤ m < 2⁶⁴, or 0: like [`Num`](crate::num::Num) with twice the
+//! bits and a sign. Integer arithmetic only, so every machine computes the same bits.
 //!
 //! ```text
 //! error of a sum, a difference, a product   2⁻⁶⁴ of its result
 //!          a quotient, a root               2⁻⁶³
 //! ```
 //!
-//! Products and roots take 128 bits; a quotient, the dearest, some 20 ns on a PC.
+//! Products and roots take 128 bits; a quotient is the slowest, some 20 ns on a PC.
 
 use core::cmp::Ordering;
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -17,7 +16,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 /// A number with 64 significant bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Wide {
-    /// Its highest bit is set, but for 0.
+    /// The highest bit is set, except for 0.
     m: u64,
     e: i32,
     minus: bool,
@@ -25,7 +24,7 @@ pub(crate) struct Wide {
 
 impl Wide {
     pub(crate) const ZERO: Wide = Wide { m: 0, e: 0, minus: false };
-    /// More than anything that is computed with.
+    /// Larger than any number in use.
     pub(crate) const HUGE: Wide = Wide { m: 1 << 63, e: 1 << 20, minus: false };
 
     /// 1/3.
@@ -94,7 +93,7 @@ impl Wide {
         self * self
     }
 
-    /// √x; 0 of what is below 0.
+    /// √x; 0 if x is below 0.
     pub(crate) fn sqrt(self) -> Wide {
         if !self.is_plus() {
             return Wide::ZERO;
@@ -115,7 +114,7 @@ impl Wide {
         }
     }
 
-    /// In 2⁻³², to the nearest; 0 of what is below 0, saturating.
+    /// In 2⁻³², rounded to nearest; 0 if below 0, saturating.
     pub(crate) fn to_q32(self) -> u128 {
         let by = self.e + 32;
         match by {
@@ -126,7 +125,7 @@ impl Wide {
         }
     }
 
-    /// The next whole number down; saturating.
+    /// The largest whole number not above this; saturating.
     pub(crate) fn floor(self) -> i64 {
         let most = i64::MAX;
         let m = match self.e {
@@ -143,7 +142,7 @@ impl Wide {
         }
     }
 
-    /// The next whole number up; saturating.
+    /// The smallest whole number not below this; saturating.
     pub(crate) fn ceil(self) -> i64 {
         (-self).floor().saturating_neg()
     }
@@ -185,7 +184,7 @@ impl Mul for Wide {
     }
 }
 
-/// By 0: [`Wide::HUGE`].
+/// Division by 0 gives [`Wide::HUGE`].
 impl Div for Wide {
     type Output = Wide;
     fn div(self, other: Wide) -> Wide {

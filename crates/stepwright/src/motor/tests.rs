@@ -1,4 +1,4 @@
-//! How long what is queued lasts.
+//! How long the queued steps last.
 
 use super::*;
 use crate::queue::{Next, Queue, Source};
@@ -15,7 +15,7 @@ fn what_is_queued_lasts_as_long_as_its_runs() {
         let unit = k % 20 + 1;
         let span = horizon.span((unit << horizon.unit) - 1);
         motor.push(&mut feed, &Run::steady(2000, 1), span);
-        // The one before is played.
+        // The previous entry has been played.
         let last = if k == 0 { 0 } else { (k - 1) % 20 + 1 };
         let (present, behind) = motor.spans(&feed);
         assert_eq!(u32::from(present + behind), unit + last, "run {k}");
@@ -25,9 +25,9 @@ fn what_is_queued_lasts_as_long_as_its_runs() {
     assert_eq!(motor.spans(&feed), (0, 0));
 }
 
-/// The interrupt may go on to the next entry between two looks: it does so while it is asked
-/// what is left of the present one, which is a short wait. Behind it lies a step of 58 units
-/// and one of 40, so that nothing is to be planned.
+/// The interrupt may move on to the next entry between two reads: here it does so when it is asked
+/// for the rest of the present entry, which is a short wait. After it come a step of 58 units and
+/// one of 40, so that nothing should be planned.
 #[test]
 fn nothing_is_planned_behind_a_long_step_that_begins_meanwhile() {
     let horizon = Horizon::new(256_000);

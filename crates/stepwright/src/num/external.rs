@@ -1,12 +1,13 @@
-//! The hook for a chip's own routines: the same numbers, computed elsewhere.
+//! The hook for a chip's own number routines: the same results, computed elsewhere.
 //!
-//! With the feature `external-numbers` a board-support crate defines the functions below,
-//! and they MUST give the bits of `mod.rs`. `stepwright-avr` does so in assembly: what rustc
-//! 1.96 makes of `mod.rs` for an AVR is three times as long and twice as slow, as it saves
-//! eighteen registers around everything.
+//! With the feature `external-numbers` a board-support crate defines the functions below, which
+//! MUST return the same bits as `mod.rs`. `stepwright-avr` has them in assembly: the code that
+//! rustc 1.96 makes of `mod.rs` for an AVR is three times as long and twice as slow, because it
+//! saves eighteen registers around every function.
 //!
-//! A number is six bytes, least first: m in four, e in two. The routines keep to C's
-//! convention. The number in hand is theirs: one, of the foreground, never used in an interrupt.
+//! A number is six bytes, least significant first: m in four, e in two. The routines keep to C's
+//! convention. They own the number in hand: there is one, for the foreground; an interrupt never
+//! uses it.
 //!
 //! | routine | result |
 //! | --- | --- |
@@ -48,30 +49,30 @@ unsafe extern "C" {
     fn stepwright_hand_at_least(a: *const Num) -> u8;
 }
 
-/// Where a number has its parts, in bytes.
+/// The offsets of the parts of a number, in bytes.
 pub mod layout {
     use super::Num;
     use core::mem::offset_of;
 
-    /// m, least byte first.
+    /// m, least significant byte first.
     pub const MANTISSA: usize = offset_of!(Num, low);
-    /// e, likewise.
+    /// e, least significant byte first.
     pub const EXPONENT: usize = offset_of!(Num, e);
-    /// All of it.
+    /// The size of a number.
     pub const SIZE: usize = size_of::<Num>();
     const _: () = assert!(offset_of!(Num, high) == MANTISSA + 2, "the halves of m are apart");
 }
 
-/// The right to the number in hand (`hand.rs`): there is one chain at a time.
+/// The right to use the number in hand (`hand.rs`): there is one chain at a time.
 pub(super) struct Place(());
 
-/// What has a second operand.
+/// Defines the operations with a second operand.
 macro_rules! in_hand {
     ($($name:ident = $routine:ident),*) => { $(
         #[inline(always)]
         pub(super) fn $name(&mut self, other: &Num) {
-            // SAFETY: the routine reads a number and works on the one in hand, which
-            // nobody else does: no interrupt plans.
+            // SAFETY: the routine reads a number and works on the one in hand, which nothing else
+            // uses: no interrupt plans.
             unsafe { $routine(other) }
         }
     )* };
@@ -159,7 +160,7 @@ impl Place {
     pub(super) fn end(&self) {}
 }
 
-/// The operations of `mod.rs`, which says what they do.
+/// The operations of `mod.rs`, which documents them.
 impl Num {
     #[inline(always)]
     pub(crate) fn set(&mut self, to: &Num) {

@@ -1,40 +1,40 @@
-//! The number in hand: a chain of operations without a number between.
+//! The number in hand: a chain of operations without stored intermediate results.
 //!
 //! ```text
 //!   hand(a).times(b).plus(c).root().to(d)       d = √(a·b + c)
 //! ```
 //!
-//! The bits are those of [`Num`]'s own operations. On an AVR the number lies at a fixed
-//! place, so that an operation takes one address where [`Num`]'s take three, which halves
-//! the code around it. There is one hand, for the foreground; a second chain that begins
-//! before the first has ended would spoil it, and is found out by the tests.
+//! The results are those of [`Num`]'s own operations, bit for bit. On an AVR the number is at a
+//! fixed address, so that an operation takes one address where [`Num`]'s take three, which halves
+//! the code around it. There is one hand, for the foreground. A second chain that begins before the
+//! first has ended would overwrite it; the tests detect that.
 
 use super::Num;
 use crate::clamp;
 
-/// A chain that is under way. What ends it gives the number away.
+/// A chain in progress. The operation that ends it returns or stores the number.
 #[must_use = "the chain has no end"]
 pub(crate) struct Hand(Place);
 
-/// Begins with a number.
+/// Begins a chain with a number.
 #[inline(always)]
 pub(crate) fn hand(a: &Num) -> Hand {
     Hand(Place::load(a))
 }
 
-/// Begins with an integer.
+/// Begins a chain with an integer.
 #[inline(always)]
 pub(crate) fn whole(n: u32) -> Hand {
     Hand(Place::whole(n))
 }
 
-/// Begins with a part of one, in 2⁻³².
+/// Begins a chain with a fraction, in 2⁻³².
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(crate) fn part(x: u32) -> Hand {
     whole(x).scaled(-32)
 }
 
-/// What has a second operand.
+/// Defines the operations with a second operand.
 macro_rules! operations {
     ($($(#[$doc:meta])* $name:ident),*) => { $(
         $(#[$doc])*
@@ -64,14 +64,14 @@ impl Hand {
         off
     }
 
-    /// Its square.
+    /// The square.
     #[inline(always)]
     pub(crate) fn square(mut self) -> Hand {
         self.0.square();
         self
     }
 
-    /// Its square root.
+    /// The square root.
     #[inline(always)]
     pub(crate) fn root(mut self) -> Hand {
         self.0.root();
@@ -85,21 +85,21 @@ impl Hand {
         self
     }
 
-    /// Writes it down, and goes on.
+    /// Stores the number, and continues.
     #[inline(always)]
     pub(crate) fn also(self, a: &mut Num) -> Hand {
         self.0.store(a);
         self
     }
 
-    /// Writes it down.
+    /// Stores the number.
     #[inline(always)]
     pub(crate) fn to(self, a: &mut Num) {
         self.0.store(a);
         self.0.end();
     }
 
-    /// The number itself.
+    /// Returns the number.
     #[inline(always)]
     pub(crate) fn number(self) -> Num {
         let number = self.0.number();
@@ -107,13 +107,13 @@ impl Hand {
         number
     }
 
-    /// The least e for which it is less than 2^e.
+    /// The least e for which the number is less than 2^e.
     #[inline(always)]
     pub(crate) fn bits(&self) -> i16 {
         self.0.bits()
     }
 
-    /// Whether it is less than 2^e.
+    /// Whether the number is less than 2^e.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn below(self, e: i8) -> bool {
         let bits = self.bits();
@@ -136,7 +136,7 @@ impl Hand {
         clamp::sum(whole, part >> 31)
     }
 
-    /// Whether it is at least so large.
+    /// Whether the number is at least `other`.
     #[inline(always)]
     pub(crate) fn at_least(self, other: &Num) -> bool {
         let is = self.0.at_least(other);
@@ -148,7 +148,7 @@ impl Hand {
 #[cfg(feature = "external-numbers")]
 use super::external::Place;
 
-/// Where the number is.
+/// The place of the number.
 #[cfg(not(feature = "external-numbers"))]
 struct Place(Num);
 
@@ -231,7 +231,7 @@ impl Place {
     }
 }
 
-/// Sees to it that there is one chain at a time.
+/// Checks that there is one chain at a time.
 #[cfg(test)]
 mod busy {
     extern crate std;

@@ -1,15 +1,15 @@
 //! Numbers with 32 significant bits, for planning on a small chip.
 //!
-//! A number is m · 2^e with 2³¹ ≤ m < 2³², or 0: a floating point made of
-//! integers, so that a PC and an 8-bit chip compute the same bits. Nothing is
-//! negative; a difference that would be is 0.
+//! A number is m · 2^e with 2³¹ ≤ m < 2³², or 0: floating point in integer arithmetic, so that a PC
+//! and an 8-bit chip compute the same bits. No number is negative; a difference that would be
+//! negative is 0.
 //!
 //! ```text
 //! error of each operation: less than 2⁻³⁰ of its result, mostly 2⁻³¹
 //! ```
 //!
-//! On an 8-bit chip everything is out of line and made of 32-bit steps: 64-bit
-//! arithmetic costs it a hundred bytes of flash wherever it appears.
+//! For an 8-bit chip all functions are out of line and use 32-bit steps: 64-bit arithmetic costs it
+//! a hundred bytes of flash wherever it appears.
 
 #[cfg(feature = "external-numbers")]
 mod external;
@@ -23,18 +23,18 @@ pub(crate) use hand::{Hand, hand, part, whole};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)] // the assembly reads it
 pub(crate) struct Num {
-    /// m, its halves apart: so that a compiler for 8 bits hands a number on by
-    /// its address, which takes a third of the code.
+    /// m, in two halves: so a compiler for 8 bits passes a number by its address, which takes a
+    /// third of the code.
     low: u16,
     high: u16,
     e: i16,
 }
 
 impl Num {
-    /// Its exponent is below every other: it is never the larger of two.
+    /// The exponent is below every other: zero is never the larger of two numbers.
     #[cfg(not(feature = "external-numbers"))]
     pub(crate) const ZERO: Num = Num::of(0, i16::MIN / 2);
-    /// For what is set before it is read.
+    /// The initial value of a number that is set before it is read.
     pub(crate) const UNSET: Num = Num::of(0, 0);
     #[cfg(test)]
     pub(crate) const ONE: Num = Num::power(0);
@@ -44,8 +44,8 @@ impl Num {
         Num::of(1 << 31, e - 31)
     }
 
-    /// An integer from 1 on, its upper 32 bits, and 1 / it: for constants, with
-    /// arithmetic that a small chip has not.
+    /// The upper 32 bits of an integer ≥ 1, and its inverse: for constants, with arithmetic that a
+    /// small chip does not have.
     #[inline(always)]
     pub(crate) const fn and_inverse(x: u64) -> (Num, Num) {
         let x = if x == 0 { 1 } else { x };
@@ -76,7 +76,7 @@ impl Num {
     /// The upper 32 bits of an integer.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn from_wide(x: u64) -> Num {
-        // The two halves, added: exact up to 32 bits, else rounded down.
+        // The sum of the two halves: exact up to 32 bits, else rounded down.
         let low = whole(x as u32).number();
         whole((x >> 32) as u32).scaled(32).plus(&low).number()
     }
@@ -87,19 +87,19 @@ impl Num {
         Num::power(self.exponent().wrapping_mul(85) >> 8)
     }
 
-    /// The largest power of two that it is not below.
+    /// The largest n for which the number is at least 2^n.
     pub(crate) fn exponent(&self) -> i16 {
         self.e.wrapping_add(31)
     }
 
-    /// What it has beyond its [`exponent`](Num::exponent)'s power, as a part of that: in 1/256,
+    /// What the number has beyond 2^[`exponent`](Num::exponent), as a fraction of that, in 1/256,
     /// rounded down.
     pub(crate) fn fraction(&self) -> u8 {
         (self.high >> 7) as u8
     }
 
-    /// Becomes a number if that is between two others; else it is a part of the way from the
-    /// lesser to the larger.
+    /// Sets this number to `to` if that is between `least` and `most`; else to `least` plus `part`
+    /// of the way to `most`.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn set_between(&mut self, least: &Num, to: &Num, most: &Num, part: &Num) {
         let inside = !least.at_least(to) && !to.at_least(most);
@@ -110,7 +110,7 @@ impl Num {
         }
     }
 
-    /// The least e for which it is less than 2^e.
+    /// The least e for which the number is less than 2^e.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn bits(&self) -> i16 {
         if self.high == 0 { i16::MIN / 2 } else { self.e.wrapping_add(32) }
@@ -122,16 +122,16 @@ impl Num {
     }
 }
 
-/// The operations, unless a board-support crate has its own.
+/// The operations, unless a board-support crate provides them.
 #[cfg(not(feature = "external-numbers"))]
 impl Num {
-    /// m · 2^e, of any m.
+    /// m · 2^e, for any m.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn new(mut m: u32, mut e: i16) -> Num {
         if m == 0 {
             return Num::ZERO;
         }
-        // Bytes first: an 8-bit chip moves them.
+        // Whole bytes first: an 8-bit chip moves them.
         while m >> 24 == 0 {
             m <<= 8;
             e = e.wrapping_sub(8);
@@ -143,7 +143,7 @@ impl Num {
         Num::of(m, e)
     }
 
-    /// Becomes another number.
+    /// Sets this number to another.
     #[inline(always)]
     pub(crate) fn set(&mut self, to: &Num) {
         *self = *to;
@@ -163,7 +163,7 @@ impl Num {
         if self.e < other.e {
             return Num::ZERO;
         }
-        // What falls off below would make it smaller by less than a unit.
+        // The bits dropped below would make the result smaller by less than a unit.
         let other = shifted_down(other.m(), self.e.wrapping_sub(other.e));
         match self.m().overflowing_sub(other) {
             (_, true) => Num::ZERO,
@@ -176,8 +176,8 @@ impl Num {
         if self.e != other.e { self.e > other.e } else { self.m() >= other.m() }
     }
 
-    /// The largest n with x · 2^n no more than this: of numbers, neither 0, that lie less
-    /// than 2¹²⁸ apart.
+    /// The largest n for which x · 2^n is not more than this number. Neither number may be 0, and
+    /// they must be less than a factor of 2¹²⁸ apart.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn doublings_of(&self, x: &Num) -> i8 {
         self.e.wrapping_sub(x.e).wrapping_sub((self.m() < x.m()).into()) as i8
@@ -194,7 +194,7 @@ impl Num {
         Num::product(short_product(self.high, other.high), self.e, other.e)
     }
 
-    /// The quotient; by 0 a number beyond all that is meant here.
+    /// The quotient; the quotient by 0 is larger than any number in use.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn over(&self, other: &Num) -> Num {
         if self.m() == 0 {
@@ -219,8 +219,8 @@ impl Num {
         if self.m() == 0 {
             return Num::ZERO;
         }
-        // An even exponent: m stands for m · 2³², its root has 32 bits
-        // and half of (e − 32) behind them.
+        // An even exponent: m stands for m · 2³², whose root has 32 bits and half of (e − 32) as
+        // its exponent.
         let odd = self.e & 1 != 0;
         let (m, e) = if odd { (self.m() >> 1, self.e.wrapping_add(1)) } else { (self.m(), self.e) };
         let half = if odd { self.low as u8 & 1 } else { 0 };
@@ -238,7 +238,7 @@ impl Num {
         ((both >> 32) as u32, both as u32)
     }
 
-    /// From the upper half of the product of two mantissas.
+    /// The number whose mantissa is the upper half of the product of two mantissas.
     #[inline(always)]
     fn product(m: u32, a: i16, b: i16) -> Num {
         let e = a.wrapping_add(b).wrapping_add(32);
@@ -308,7 +308,7 @@ fn fraction(n: u32, d: u32) -> u32 {
     }
 }
 
-/// [`fraction`], one subtraction a bit.
+/// [`fraction`], with one subtraction per bit.
 #[cfg(any(test, all(not(target_pointer_width = "64"), not(feature = "external-numbers"))))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn fraction_bitwise(mut n: u32, d: u32) -> u32 {
@@ -327,8 +327,8 @@ fn fraction_bitwise(mut n: u32, d: u32) -> u32 {
 
 /// √((m + half/2) · 2³²) to a unit or two, for m ≥ 2³⁰.
 ///
-/// A root of 16 bits by bits, its rest by one division: with m = s² + r the
-/// root is s + r/2s, too much by less than (r/2s)²/2s ≤ ½ · 2⁻¹⁶.
+/// The upper 16 bits of the root bit by bit, the rest by one division: with m = s² + r the root is
+/// s + r/2s, too large by less than (r/2s)²/2s ≤ ½ · 2⁻¹⁶.
 #[cfg(not(feature = "external-numbers"))]
 fn root_of(m: u32, half: u8) -> u32 {
     let (mut rest, mut s, mut bit) = (m, 0u32, 1u32 << 30);
@@ -400,7 +400,7 @@ mod tests {
             prop_assert!((value(a.roughly(&b)) - x * y).abs() <= x * y / 16384.0);
             prop_assert!(close(a.root(), x.sqrt()), "{a:?} {} {}", value(a.root()), x.sqrt());
             prop_assert_eq!(a.at_least(&b), x >= y);
-            // A difference is as good as its operands are.
+            // A difference is as exact as its operands.
             let tolerance = x.max(y) * 2f64.powi(-30);
             prop_assert!((value(a.minus(&b)) - (x - y).max(0.0)).abs() <= tolerance);
             if !b.is_zero() {
@@ -437,7 +437,7 @@ mod tests {
         }
     }
 
-    /// Neither bound is between the two.
+    /// The bounds themselves are not between the two.
     #[test]
     fn between_two_numbers() {
         let n = |n: u32| whole(n).number();

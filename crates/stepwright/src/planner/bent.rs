@@ -1,16 +1,16 @@
-//! Numbers that only bent ramps have: without S-curves they take no memory.
+//! Numbers that only bent ramps need: without S-curves they take no memory.
 
 use core::ops::{Deref, DerefMut};
 
 use crate::num::Num;
 
-/// The number; nothing without the feature `jerk`, where nobody asks for it.
+/// The number; empty without the feature `jerk`, where it is never read.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(super) struct Bent(#[cfg(feature = "jerk")] Num);
 
 impl Bent {
-    /// For what is set before it is read.
+    /// The initial value of a number that is set before it is read.
     pub(super) const UNSET: Bent = Bent(
         #[cfg(feature = "jerk")]
         Num::UNSET,
@@ -42,7 +42,7 @@ impl DerefMut for Bent {
     }
 }
 
-/// Runs a second that bends ask for; none without the feature `jerk`.
+/// Runs a second that bends need; empty without the feature `jerk`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Bends(#[cfg(feature = "jerk")] u16);
 

@@ -1,8 +1,8 @@
 //! A ramp with bent ends: the S-curve, on a small chip.
 //!
-//! Between two speeds the acceleration comes and goes at the jerk J. With the
-//! time t and the steps x counted from the low end, a bend of
-//! b = min(A/J, √(Δv/J)), and of t the part β = min(t, b) bent, u = t − β not:
+//! Between two speeds the acceleration grows and falls at the jerk J. The time t and the steps x
+//! are counted from the low end. A bend takes b = min(A/J, √(Δv/J)); of the time t, β = min(t, b)
+//! is bent and u = t − β is not:
 //!
 //! ```text
 //!   v(t) = v_low  + J/2·β·(t + u)                       t ≤ whole − b
@@ -16,30 +16,30 @@
 //!        b  whole−b  whole
 //! ```
 //!
-//! When pulse x comes is found the other way round, from a guess:
-//! t ← t − (x(t) − x) / v(t), each step of which doubles the digits that are right.
+//! The time of pulse x is found iteratively, from a guess: t ← t − (x(t) − x) / v(t). Each
+//! iteration doubles the number of correct digits.
 //!
-//! **Error.** Time and steps are computed from an end of the ramp: 2⁻²⁹ of the
-//! ramp's time; and where it eases down to a level, 2⁻²⁸ of its steps, which are
-//! gone at the low speed. **Cost** on an ATmega328P: see `planner`.
+//! **Error.** Time and steps are computed from an end of the ramp: 2⁻²⁹ of the ramp's time; where
+//! it eases down to a level, 2⁻²⁸ of its steps, which are made at the low speed. **Cost** on an
+//! ATmega328P: see `planner`.
 
 use super::bent::Bent;
 use crate::clamp;
 use crate::num::{Hand, Num, hand, whole};
 
-/// One ramp, up or down. Times are in 1000 s, as speeds are in 0.001 steps/s.
+/// One ramp, up or down. Times are in 1000 s, because speeds are in 0.001 steps/s.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(super) struct Curve {
     /// J/2.
     half_jerk: Bent,
-    /// Speeds at its ends.
+    /// The speeds at the ends.
     low: Bent,
     high: Bent,
-    /// Time of a bend, and of all.
+    /// The time of a bend, and of the whole ramp.
     bend: Bent,
     whole: Bent,
-    /// Steps of all.
+    /// The steps of the whole ramp.
     length: Num,
 }
 
@@ -54,7 +54,7 @@ impl Curve {
         length: Num::UNSET,
     };
 
-    /// Has a jerk, in 0.001 steps/s³.
+    /// Sets the jerk, in 0.001 steps/s³.
     pub(super) fn set_jerk(&mut self, jerk: u64) {
         // J/2 in 0.001 steps/s per (1000 s)²: 500,000 J.
         let jerk = Num::from_wide(jerk);
@@ -67,12 +67,12 @@ impl Curve {
         whole(3).over(&self.half_jerk).below(e.wrapping_mul(3))
     }
 
-    /// Lays the ramp between two speeds, at this slope (2A). Of a straight one the length is all
-    /// that is told.
+    /// Sets up the ramp between two speeds, with this slope (2A). For a straight ramp only the
+    /// length is computed.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn lay(&mut self, low: &Num, high: &Num, slope: &Num, straight: bool) {
         if straight {
-            // Whole numbers are exact: no step of the ramp is divided that need not be.
+            // Whole numbers are exact: no step of the ramp is divided needlessly.
             hand(low).square().to(&mut self.length);
             hand(high).square().minus(&self.length).over(slope).to(&mut self.length);
             return;
@@ -81,7 +81,7 @@ impl Curve {
         self.high.set(high);
         hand(high).minus(low).to(&mut self.length);
         hand(slope).over(&self.half_jerk).scaled(-2).to(&mut self.bend);
-        // What both bends gain: A²/J.
+        // What both bends gain together: A²/J.
         hand(&self.bend).times(slope).scaled(-1).to(&mut self.whole);
         if hand(&self.length).at_least(&self.whole) {
             hand(&self.length).over(slope).scaled(1).plus(&self.bend).to(&mut self.whole);
@@ -92,20 +92,20 @@ impl Curve {
         self.measure();
     }
 
-    /// The length follows from the rest.
+    /// Computes the length from the other values.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn measure(&mut self) {
         hand(&self.low).plus(&self.high).times(&self.whole).scaled(-1).to(&mut self.length);
     }
 
-    /// Steps of it, less what a part in 2²⁸ of its highest speed² is, which is `high`: what was set up to fit
-    /// still does, whatever the rounding says.
+    /// The steps of the ramp, less the steps for 2⁻²⁸ of its highest speed², which is that of
+    /// `high`: a ramp that was set up to fit still fits after rounding.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn scant(&self, high: &Num, slope: &Num) -> Hand {
         hand(high).square().scaled(-28).over(slope).off(&self.length)
     }
 
-    /// Is whole steps long: a little longer.
+    /// Lengthens the ramp to whole steps.
     pub(super) fn round_up(&mut self, high: &Num, slope: &Num) {
         let (steps, part) = self.scant(high, slope).split();
         whole(clamp::sum(steps, (part != 0).into())).to(&mut self.length);
@@ -121,19 +121,19 @@ impl Curve {
         &self.whole
     }
 
-    /// Steps more for each 0.001 steps/s that its high end is higher.
+    /// The growth of the length in steps for each 0.001 steps/s that the high end is higher.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn growth(&self) -> Hand {
         let peak = hand(&self.half_jerk).times(&self.bend).scaled(2).number();
         hand(&self.low).plus(&self.high).over(&peak).scaled(1).plus(&self.whole).scaled(-1)
     }
 
-    /// Time from there to the high end.
+    /// The time from `t` to the high end.
     pub(super) fn tail(&self, t: &Num) -> Hand {
         hand(&self.whole).minus(t)
     }
 
-    /// Whether the acceleration is constant at that time.
+    /// Whether the acceleration is constant at time `t`.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn is_straight(&self, t: &Num) -> bool {
         t.at_least(&self.bend) && self.tail(t).at_least(&self.bend)
@@ -144,12 +144,12 @@ impl Curve {
         &self.half_jerk
     }
 
-    /// Speed at the high end.
+    /// The speed at the high end.
     pub(super) fn high(&self) -> &Num {
         &self.high
     }
 
-    /// Speed at the low end.
+    /// The speed at the low end.
     pub(super) fn low(&self) -> &Num {
         &self.low
     }
@@ -177,16 +177,16 @@ impl Curve {
         }
     }
 
-    /// A time near which x is, when the last pulse, at t, was this many steps
-    /// before (on the way up) or after it, at v.
+    /// Guesses the time at place x; the last pulse, at t, was this many steps before it (on the way
+    /// up) or after it, at v.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn guess(&self, t: &mut Num, v: &Num, steps: &Num, x: &Num, up: bool) {
         if v.is_zero() {
             // From rest: x = J/6·t³, to a power of two.
             *t = hand(x).over(&self.half_jerk).scaled(1).number().near_cube_root();
         } else {
-            // The time is n/v; the mean acceleration counts a third of the way ahead, and from that
-            // follows the mean speed.
+            // The time is n/v; the mean acceleration is that at a third of the way ahead, and gives
+            // the mean speed.
             let time = hand(steps).over(v).number();
             let mut near = hand(t).number();
             move_by(up, &mut near, &hand(&time).roughly(&THIRD).number());
@@ -208,8 +208,8 @@ impl Curve {
         self.clamp(t);
     }
 
-    /// Brings t nearer to when x is: at t are a speed and a place. Whether it is there; the
-    /// speed is still that of the t before, some 2⁻¹⁵ of t from it at most.
+    /// Brings t nearer to the time at place x; `v` and `place` are those at t. Returns whether t is
+    /// exact enough; the speed is still that of the previous t, at most some 2⁻¹⁵ of t away.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn correct(&self, t: &mut Num, v: &Num, place: &Num, x: &Num) -> bool {
         let behind = x.at_least(place);
@@ -217,20 +217,20 @@ impl Curve {
         let mut off = hand(more).minus(less).over(v).number();
         move_by(behind, t, &off);
         self.clamp(t);
-        // What is left is less than off²/t, and 2⁻³⁰ of t.
+        // The remaining error is less than off²/t, and 2⁻³⁰ of t.
         hand(&off).scaled(15).to(&mut off);
         t.at_least(&off)
     }
 
-    /// No time is beyond the high end.
+    /// Limits a time to the high end.
     fn clamp(&self, t: &mut Num) {
         if t.at_least(&self.whole) {
             t.set(&self.whole);
         }
     }
 
-    /// Ends the ramp as soon as the jerk allows, t from its low end; of one down this place is
-    /// told as it is then.
+    /// Ends the ramp as soon as the jerk allows, at t from its low end; for a ramp down, sets t to
+    /// the same place in the new ramp.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn level_out(&mut self, t: &mut Num, up: bool) {
         let mut done = hand(t).number();
@@ -241,14 +241,14 @@ impl Curve {
         if self.bend.at_least(&rest) {
             return;
         }
-        // Only so much of the ramp is done, and a bend that ends it.
+        // Only this much of the ramp is done, followed by a bend that ends it.
         let mut v = Num::UNSET;
         self.at(t, &mut v, &mut rest);
         if self.bend.at_least(&done) {
             self.bend.set(&done);
         }
         hand(&done).plus(&self.bend).to(&mut self.whole);
-        // What a bend changes the speed by.
+        // The change of speed in a bend.
         let lost = hand(&self.half_jerk).times(&self.bend).times(&self.bend).number();
         if up {
             hand(&lost).plus(&v).to(&mut self.high);
@@ -260,7 +260,7 @@ impl Curve {
     }
 }
 
-/// Adds to a number, or subtracts from it.
+/// Adds `by` to a number, or subtracts it.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(super) fn move_by(up: bool, a: &mut Num, by: &Num) {
     let place = hand(a);

@@ -1,4 +1,4 @@
-//! How many steps rise, stay level and fall: see the picture in `planner.rs`.
+//! Divides a travel into rise, level and fall: see the diagram in `planner.rs`.
 
 use super::curve::move_by;
 use super::ramp::difference;
@@ -7,8 +7,7 @@ use crate::clamp;
 use crate::num::{hand, whole};
 
 impl Planner {
-    /// Divides `steps` from the last pulse handed out into rise or ease, level
-    /// and fall.
+    /// Divides `steps` from the last pulse handed out into rise or ease, level and fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn divide(&mut self, steps: u32) {
         let mut piece = Layout::Rise;
@@ -17,27 +16,27 @@ impl Planner {
         }
     }
 
-    /// Does a piece of setting up what is left once more, on the level.
+    /// Does a piece of setting up the rest again, on the level.
     pub(super) fn divide_again(&mut self) {
         let steps = self.level.wrapping_add(self.fall);
         self.piece = self.divide_piece(self.piece, steps);
     }
 
-    /// Does a piece of dividing `steps` from here, where the speed is v and level, into rise
-    /// or ease, level and fall, and tells the next.
+    /// Does a piece of dividing `steps` from here, at the constant speed v, into rise or ease,
+    /// level and fall. Returns the next piece.
     ///
-    /// Where the top speed is out of reach, the highest speed that rise and fall leave room for
-    /// follows from the steps where both are straight. Else it is found by Newton's method,
-    /// inside bounds. Until it is found they are in `w_from` and `most`; the length of the fall is
-    /// in `at`, what it grows by in `slope`.
+    /// If the top speed is out of reach, the highest speed that leaves room for rise and fall
+    /// follows from the steps if both ramps are straight. Else it is searched by Newton's method
+    /// within bounds. Until it is found the bounds are in `w_from` and `most`, the length of the
+    /// fall is in `at`, and its growth in `slope`.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn divide_piece(&mut self, piece: Layout, steps: u32) -> Layout {
-        // Its ramps take less than half of that each.
+        // Each ramp takes less than half of that.
         let steps = if self.endless { u32::MAX } else { steps };
         match piece {
             Layout::Fall => {
                 if self.tries == 0 {
-                    // A single step, which is taken; or there is no speed between the two.
+                    // A single step, which is taken; or there is no speed between the bounds.
                     self.ease = false;
                     self.v_top.set(&self.w_from);
                 }
@@ -66,7 +65,7 @@ impl Planner {
                 if straight { Layout::Try } else { Layout::Join }
             }
             Layout::Try => self.meet(steps),
-            // The first: also where a change begins it once more.
+            // The first piece: also if a change starts the division again.
             _ => {
                 (self.tries, self.piece) = (TRIES, Layout::Speeds);
                 self.ease = !self.top.at_least(&self.v);
@@ -81,14 +80,14 @@ impl Planner {
         }
     }
 
-    /// No higher speed than the present one is tried.
+    /// Limits the search to speeds up to the present one.
     fn try_at_most(&mut self) {
         if !self.is_straight() {
             self.most.set(&self.v_top);
         }
     }
 
-    /// Rise and fall are laid: they fit, or the next speed is tried.
+    /// Rise and fall are computed: ends the search if they fit, else sets the next speed to try.
     fn meet(&mut self, steps: u32) -> Layout {
         let ramps = hand(self.curve.length()).plus(&self.at).number();
         let length = whole(steps).number();
@@ -101,7 +100,7 @@ impl Planner {
         }
         self.tries = self.tries.wrapping_sub(1);
         if !fits && self.ease {
-            // No room: it keeps its speed, and then falls.
+            // No room: keeps the speed, then falls.
             self.ease = false;
             self.v_top.set(&self.v);
             self.try_at_most();
@@ -110,21 +109,21 @@ impl Planner {
         if self.is_straight() {
             return Layout::Spare;
         }
-        // The next number at least: where a curve is steep it is too much, and the last to try.
+        // The next number at least: where a curve is steep this is too much, and the last to try.
         // Or a little less.
         let (bound, less) = if fits { (&mut self.w_from, -30) } else { (&mut *self.most, -28) };
         let v = &self.v_top;
         hand(&off).over(&self.slope).times(v).scaled(1).to(&mut off);
         let mut w = hand(v).also(bound).square().number();
         if fits && w.at_least(&off.scaled(27)) {
-            // It is near enough: v is to be a part in 2²⁸ higher at most.
+            // Near enough: v would be higher by at most 2⁻²⁸ of itself.
             self.share(steps);
             return Layout::Check;
         }
         hand(&w).scaled(less).plus(&off).to(&mut off);
         move_by(fits, &mut w, &off);
         hand(&w).root().to(&mut w);
-        // A sixteenth of the way, and less the less of these ramps there is room for.
+        // A sixteenth of the way, less if there is less room for these ramps.
         let (less, more) = if fits { (&ramps, &length) } else { (&length, &ramps) };
         let part = hand(less).over(more).scaled(-4).number();
         self.v_top.set_between(&self.w_from, &w, &self.most, &part);
@@ -134,14 +133,14 @@ impl Planner {
         Layout::Fall
     }
 
-    /// The highest speed of straight ramps in this many steps, or that of now, is the last to
-    /// try.
+    /// Sets the last speed to try: the highest speed of straight ramps in this many steps, or the
+    /// present one.
     ///
     /// ```text
     ///   v_top²·(2a + 2d) = steps·2a·2d + v²·2d + v_end²·2a
     /// ```
     ///
-    /// Less a part in 2²⁸, so that it fits. In two pieces: the right side is in `slope` meanwhile.
+    /// Reduced by 2⁻²⁸, so that it fits. In two pieces: the right side is in `slope` in between.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn peak_of_straight(&mut self, piece: Layout, steps: u32) -> Layout {
         let (up, down, peak) = (&self.a2, &self.d2, &mut self.slope);
@@ -161,7 +160,7 @@ impl Planner {
         Layout::Fall
     }
 
-    /// The speed is found: rise, level and fall take their steps.
+    /// The speed is found: assigns the steps to rise, level and fall.
     fn share(&mut self, steps: u32) {
         self.risen = 0;
         let curve = &self.curve;
@@ -186,5 +185,5 @@ impl Planner {
     }
 }
 
-/// How often a speed is looked for.
+/// The most speeds that are tried.
 const TRIES: u8 = 39;

@@ -1,5 +1,5 @@
-//! A travel from rest, set up a piece a call: an order of several axes keeps the main loop
-//! for no longer than a piece of planning does.
+//! Sets up a travel from rest one piece per call: an order of several axes keeps the main loop busy
+//! no longer than a piece of planning does.
 
 use super::{Clock, Planner, twice};
 use crate::clamp;
@@ -8,59 +8,59 @@ use crate::order::{Order, Travel};
 use crate::profile::{Ramp, Unfit};
 use crate::units::{Accel, Speed};
 
-/// The next piece of laying a travel out. Until its piece an order's number is where
-/// nothing else is yet.
+/// The next piece of setting up a travel. Until its piece is done, a value of the order is kept in
+/// a field that is not used yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Layout {
     /// Start and top speed, which are in `risen` and `level`.
     Speeds,
-    /// The slope of the rise: of an acceleration, which is in `a2`, or of this many steps, in
-    /// `rise`.
+    /// The slope of the rise: from an acceleration in `a2`, or from a number of steps in `rise`.
     Up,
-    /// The slope of the fall, likewise in `d2` and `fall`.
+    /// The slope of the fall: from `d2` or `fall`.
     Down,
     /// The first interval.
     First,
-    /// The last one, if that is another.
+    /// The last interval, if it differs.
     Last,
-    /// Whether all intervals are short enough, and the ramps steep enough.
+    /// Check that all intervals are short enough, and the ramps steep enough.
     Limits,
-    /// The speed to try first.
+    /// The first speed to try.
     Rise,
     /// The length of a fall from the speed that is tried.
     Fall,
-    /// What a higher speed makes of it. Of straight ramps the speed that fits, and likewise below.
+    /// The growth of the fall with the speed. For straight ramps the speed that fits; likewise in
+    /// `Join`.
     Spare,
     /// The length of the rise.
     Meet,
-    /// What a higher speed makes of it.
+    /// The growth of the rise with the speed.
     Join,
-    /// Whether rise and fall fit.
+    /// Check whether rise and fall fit.
     Try,
-    /// It is set up: its highest speed,
+    /// The travel is set up: its highest speed.
     Load,
-    /// and how many runs it asks for.
+    /// The number of runs that it needs.
     Runs,
-    /// Whether the board can step it,
+    /// Check whether the board can step it.
     Check,
-    /// and plan for it.
+    /// Check whether the board can plan for it.
     Plan,
-    /// It can: how long it waits with the others.
+    /// Both checks passed: how long it waits with the others.
     Wait,
-    /// Its beginning is queued.
+    /// Queue its beginning.
     Begin,
     /// There is no order.
     Nothing,
 }
 
 impl Planner {
-    /// Takes a travel from rest to rest, or on and on, which [`lay`](Planner::lay) then lays
-    /// out. The first pulse, at time 0, is not part of the runs.
+    /// Takes a travel from rest to rest, or an endless one, which [`lay`](Planner::lay) then sets
+    /// up. The first pulse, at time 0, is not part of the runs.
     ///
-    /// In place: a chip has better things to do than to hand 100 bytes on.
+    /// In place, because copying 100 bytes is expensive on a chip.
     ///
     /// # Errors
-    /// [`Unfit`] for what is no motion, or not of this planner.
+    /// [`Unfit`] if the order is no motion, or not one that this planner supports.
     pub(crate) fn accept(&mut self, order: &Order) -> Result<(), Unfit> {
         if matches!(order.up, Ramp::Steps(0)) || matches!(order.down, Ramp::Steps(0)) {
             return Err(Unfit::NoRamp);
@@ -80,11 +80,10 @@ impl Planner {
         Ok(())
     }
 
-    /// Does a piece of setting up the travel that was accepted, of this many pulses, and tells
-    /// the next.
+    /// Does a piece of setting up the accepted travel, of this many pulses. Returns the next piece.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub(crate) fn lay(
         &mut self,
         clock: &Clock,
@@ -126,8 +125,8 @@ impl Planner {
         })
     }
 
-    /// The slope of a ramp. One in steps is at least that of [`Accel::MIN`]; 0 where it has
-    /// nothing to gain: there is none.
+    /// Sets the slope of a ramp. The slope of a ramp in steps is at least that of [`Accel::MIN`];
+    /// it is 0 if the ramp gains nothing: there is no ramp.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn set_slope(&mut self, up: bool) {
         let (slope, steps) = if up { (&mut self.a2, self.rise) } else { (&mut self.d2, self.fall) };
@@ -136,7 +135,7 @@ impl Planner {
         }
         hand(&self.v_end).square().to(slope);
         hand(&self.top).square().minus(slope).to(slope);
-        // To the nearest 10⁻⁶, as the law holds it.
+        // Rounded to the nearest 10⁻⁶, as in the law.
         let nearest = whole(steps).under(slope).also(slope).rounded_whole();
         if hand(slope).below(32) {
             let least = 2000 * Accel::MIN.millisteps() as u32;
@@ -144,7 +143,7 @@ impl Planner {
         }
     }
 
-    /// All at once.
+    /// Sets up a whole travel at once.
     #[cfg(test)]
     pub(crate) fn lay_out(&mut self, clock: &Clock, order: &Order) -> Result<(), Unfit> {
         self.accept(order)?;
@@ -160,9 +159,10 @@ impl Planner {
     }
 }
 
-/// The length of a travel's first run, as a power of two, that is tried first. The faster it
-/// starts, the fewer steps a short run of it lasts for: what is queued at the start has to last
-/// while more is planned. Of straight ramps up to 100,000 steps/s² at 16 MHz these are not too long.
+/// The length of a travel's first run that is tried first, as a power of two. The faster the travel
+/// starts, the shorter a run of few steps lasts: the steps queued at the start have to last while
+/// more are planned. For straight ramps up to 100,000 steps/s² at 16 MHz these runs are not too
+/// long.
 fn first_size(start: u32) -> u8 {
     // 2^21 thousandths are 2097 steps/s.
     if start >> 24 == 0 { (start >> 21) as u8 } else { 6 }

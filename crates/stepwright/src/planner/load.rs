@@ -1,67 +1,69 @@
-//! What a travel asks of its board: its highest speed, and how many runs a second its ramps take.
+//! The load of a travel on its board: its highest speed, and the runs a second that its ramps need.
 //!
-//! A run is as long as the [`Fit`](crate::profile::Fit) allows, and a step at least. On a ramp of
-//! a steps/s², at v steps/s and with an error of ε = 1 µs, that is
+//! A run is as long as the [`Fit`](crate::profile::Fit) allows, and at least a step. On a ramp of a
+//! steps/s², at v steps/s and with an error of ε = 1 µs, that is
 //!
 //! ```text
 //!   N = v²/2a · √(32·ε·v/3) steps        v/N = K·a / v^1.5 runs a second, K = 612
 //! ```
 //!
-//! and v runs a second where N is less than 1. Most are asked for where both meet:
+//! and v runs a second where N is less than 1. The most runs are needed where both meet:
 //!
 //! ```text
 //!   v* = (K·a)^0.4        runs a second = min(v*, v_top)
 //! ```
 //!
-//! A travel that starts above v* takes fewer in the steady course, and is judged alike: its ramps are
-//! short, a few runs from start to end, and a stop on the way has as many more to plan in that time.
+//! A travel that starts above v* needs fewer runs at its steady speed, but counts the same: its
+//! ramps are short, a few runs from start to end, and a stop during the travel needs as many more
+//! in that time.
 //!
-//! A straight ramp of less than four steps waits in the queue as a whole; the gentler one of a travel
-//! counts then, if that has more. If not, half of the travel's runs are queued before it starts, and
-//! v/2 a second are asked for, on the way v; none if all of it waits in the queue, or if its level leaves the time to
-//! plan the fall, 15 ms. With a limit of jerk a run takes twice the time, and near rest is shorter: four times as
-//! many are counted. There the acceleration is √(2J·v) at most, so that both meet no later than at
+//! A straight ramp of fewer than four steps waits in the queue as a whole; then the gentler ramp of
+//! the travel counts, if that has more steps. If it has not, half of the travel's runs are queued
+//! before it starts, and it needs v/2 a second, or v if it is changed during the travel. It needs
+//! none if all of it waits in the queue, or if its level lasts long enough to plan the fall, 15 ms.
+//! With a jerk limit a run takes twice the time, and near rest runs are shorter: four times as many
+//! are counted. There the acceleration is √(2J·v) at most, so that both meet no later than at
 //!
 //! ```text
 //!   v* = (K·√(2J))^0.5
 //! ```
 //!
-//! A bend may be over before the next run is planned, and a stop leads through two of them and two corners,
-//! with a run for each step: that is a burst, which one axis has the time for. Beside other axes a bend counts
-//! in full, however short it is:
+//! A bend may be over before the next run is planned, and a stop leads through two bends and two
+//! corners, with a run for each step: that is a burst, for which one axis has the time. Beside
+//! other axes a bend counts in full, however short it is:
 //!
 //! ```text
 //!   runs a second = 4·min(⅝·(K·√(2J))^0.5, v_top)        (measured on a Mega)
 //! ```
 //!
-//! An axis ramps while it is slow. Once it is fast its steps take the time from the ramps of others:
-//! 65.536 of them count as a run.
+//! An axis ramps while it is slow. Once it is fast its steps take time from the ramps of others:
+//! 65.536 steps count as a run.
 //!
-//! **Error.** Logarithms and powers to base 2 are straight lines between whole powers: −6 … +5 % up to
-//! 3,000,000 steps/s², and as much again with a limit of jerk.
+//! **Error.** Logarithms and powers to base 2 are linear between whole powers: −6 … +5 % up to
+//! 3,000,000 steps/s², and as much again with a jerk limit.
 
 use super::Planner;
 use super::bent::Bends;
 use crate::num::{Num, hand, whole};
 
-/// What a travel asks of its board.
+/// The load of a travel on its board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Load {
-    /// The highest speed from now on, in 0.001 steps/s; 1 for what is queued, 0 for what rests.
+    /// The highest speed from now on, in 0.001 steps/s; 1 for queued steps, 0 at rest.
     pub(crate) peak: u32,
-    /// Runs a second that its ramps ask for.
+    /// Runs a second that the ramps need.
     pub(crate) runs: u16,
-    /// … and their bends, beside other axes.
+    /// Runs a second that their bends need beside other axes.
     pub(crate) bends: Bends,
 }
 
 impl Load {
     pub(crate) const NONE: Load = Load { peak: 0, runs: 0, bends: Bends::NONE };
-    /// Nothing is left to plan, but for the steps of the axis.
+    /// Nothing is left to plan, but queued steps still move.
     pub(crate) const QUEUED: Load = Load { peak: 1, ..Load::NONE };
 
-    /// Runs a second whose time it takes from the ramps of another axis, and asks for beside it: of
-    /// its own ramps and their bends, or of its steps once it is fast.
+    /// Runs a second whose time the axis takes from the ramps of other axes, and needs beside them:
+    /// for its ramps and their bends, or for its steps once it is fast.
     pub(crate) fn takes(&self) -> u16 {
         self.runs.max(self.bends.runs()).max((self.peak >> 16) as u16)
     }
@@ -70,22 +72,22 @@ impl Load {
 /// A logarithm to base 2, in 1/256.
 type Log = i16;
 
-/// A ramp of fewer steps is short; the first four behind the beginning wait in any queue as a whole.
+/// A ramp of fewer steps is short; the first four steps after the beginning fit in any queue.
 const FEW: u32 = 4;
 
-/// From a slope, 2a in 10⁻⁶ (steps/s)², to K·a in steps/s^2.5.
+/// Converts a slope, 2a in 10⁻⁶ (steps/s)², to K·a in steps/s^2.5.
 const K: Log = 2_980;
-/// From 0.001 steps/s to steps/s.
+/// Converts 0.001 steps/s to steps/s.
 const MILLI: Log = 2_551;
-/// To a half.
+/// A factor of a half.
 const HALF: Log = 256;
-/// From a quarter of that of half a jerk, in steps per (1000 s)³, to v* in steps/s.
+/// Converts the fourth root of half a jerk, in steps per (1000 s)³, to v* in steps/s.
 const BEND: Log = -600;
-/// To five eighths.
+/// A factor of five eighths.
 const BURST: Log = 174;
 
 impl Planner {
-    /// What is left of the travel asks for.
+    /// The load of the rest of the travel.
     pub(crate) fn load(&self) -> Load {
         let peak = self.peak();
         Load { peak, runs: self.runs(peak, false), bends: self.bends(peak) }
@@ -107,13 +109,13 @@ impl Planner {
         power(log(&top).wrapping_sub(MILLI).min(meeting)).saturating_mul(4)
     }
 
-    /// Runs a second at the speed from which on a run of a bend is longer than a step.
+    /// The speed from which on a run of a bend is longer than a step.
     fn bend(&self) -> Log {
         (log(self.curve.half_jerk()) >> 2).wrapping_add(BEND)
     }
 
-    /// Runs a second on its steepest ramp that counts, up to this speed. It has yet to begin, or it
-    /// is changed on the way: then no queue waits until it is full.
+    /// Runs a second on the steepest ramp that counts, up to this speed. `begins`: the travel has
+    /// not begun yet. A travel that is changed on the way can't rely on a full queue.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn runs(&self, peak: u32, begins: bool) -> u16 {
         let (a2, d2) = (&self.a2, &self.d2);
@@ -124,7 +126,7 @@ impl Planner {
         let straight = self.is_straight();
         let top = whole(peak).number();
         let mut runs = log(&top).wrapping_sub(MILLI);
-        // What speed² grows by in a step of a ramp that takes four. (To divide takes too long for a
+        // The growth of speed² per step in a ramp of four steps. (A division takes too long for a
         // piece of an order.)
         let mut four = hand(&self.v_end).square().number();
         hand(&top).square().minus(&four).scaled(-2).to(&mut four);
@@ -133,16 +135,16 @@ impl Planner {
             if self.v_end.at_least(&top) {
                 return 0;
             }
-            // The other one counts, unless it is as short.
+            // The other ramp counts, unless it is as short.
             if straight {
                 slope = gentle;
                 short = slope.is_zero() || !four.at_least(slope);
             }
         }
-        // What is left on the way may be too short for the top speed that it is judged by.
+        // The rest of a changed travel may be too short for the top speed with which it is judged.
         if straight && (short || !begins && self.steps_left() < 2 * FEW) {
-            // Its runs are steps, however gentle it is.
-            // 0.001 steps/s over 2¹⁶ are the steps of 15 ms.
+            // Its runs are single steps, however gentle it is. 0.001 steps/s over 2¹⁶ are the steps
+            // of 15 ms.
             if begins && self.steps_left() <= FEW || self.level >= peak >> 16 {
                 return 0;
             }
@@ -163,12 +165,12 @@ impl Planner {
     }
 }
 
-/// Of a number of 2⁻⁶⁰ to 2⁶⁰.
+/// The logarithm of a number of 2⁻⁶⁰ to 2⁶⁰.
 fn log(n: &Num) -> Log {
     n.exponent().wrapping_shl(8) | n.fraction() as Log
 }
 
-/// 2 to that power, rounded down; less than 2¹⁶.
+/// 2 to the power `log`, rounded down; less than 2¹⁶.
 fn power(log: Log) -> u16 {
     let [fraction, exponent] = log.max(0).to_le_bytes();
     ((0x100 | u32::from(fraction)) << exponent.min(15) >> 8) as u16
@@ -230,7 +232,7 @@ mod tests {
         (k * accel).powf(0.4)
     }
 
-    /// As near as the module says, and a run for rounding.
+    /// Within the error that the module states, and one run for rounding.
     fn near(exact: f64) -> RangeInclusive<f64> {
         0.94 * exact - 1.0..=1.05 * exact + 1.0
     }
@@ -277,7 +279,7 @@ mod tests {
         assert_eq!(load(603, 771, 577, None).takes(), load(603, 771, 577, None).runs);
     }
 
-    /// The steep one has less than four steps, up or down.
+    /// The steep ramp has less than four steps, up or down.
     #[test]
     fn the_gentler_ramp_counts_where_the_steeper_one_is_short() {
         for slopes in [[100_000_000, 826_814], [826_814, 100_000_000]] {
@@ -307,7 +309,7 @@ mod tests {
             let near = 0.94 * exact..=1.16 * exact;
             assert!(near.contains(&runs(pulses, begins)), "{pulses}: {}", runs(pulses, begins));
         }
-        // All of it waits in the queue, which nobody waits for on the way; or the level is long.
+        // All steps wait in the queue, but not during the travel; or the level is long.
         assert_eq!(runs(5, true), 0.0);
         assert!(runs(5, false) > 2_900.0);
         assert_eq!((runs(90, true), runs(90, false)), (0.0, 0.0));

@@ -1,25 +1,25 @@
 //! The ramp in progress: straight, or with bent ends ([`Curve`](super::curve::Curve)).
 //!
-//! Both shapes are set up as curves. Where a run of a bent one ends is found by its time, by
-//! Newton's method; of a straight one by speed² alone, which is linear in the steps:
+//! Both shapes are set up as curves. The end of a run of a bent ramp is found by its time, with
+//! Newton's method; that of a straight ramp by speed² alone, which is linear in the steps:
 //!
 //! ```text
 //!   v² = w_from + slope·x          x steps from the low end
 //!   Δt = 2·N / (v₁ + v₂)           N steps from v₁ to v₂
 //! ```
 //!
-//! An ease, which falls to a lower top speed, is whole steps long where it is straight, at d or
-//! a little less. (Its length has 32 bits; were it not whole, what they leave out would be gone
-//! at the low speed, and take long: a 2³¹st of 1000 steps is 3 ticks at 20 steps/s and 134 MHz.)
+//! An ease, which falls to a lower top speed, is whole steps long if it is straight, at d or a
+//! little less. (Its length has 32 bits. If it were not whole, the rounding would be travelled at
+//! the low speed and take long: 2⁻³¹ of 1000 steps is 3 ticks at 20 steps/s and 134 MHz.)
 
 use super::{Clock, Layout, Planned, Planner, Stage, Work};
 use crate::num::{Hand, Num, hand, part, whole};
 use crate::units::Jerk;
 
 impl Planner {
-    /// Sets the limit of another travel, or takes it away.
+    /// Sets or removes the jerk limit of another travel.
     pub(super) fn limit_jerk(&mut self, jerk: Option<Jerk>) {
-        // The last one may have been stopped at once, in the midst of a change.
+        // The last travel may have been stopped at once in the middle of a change.
         self.piece = Layout::Speeds;
         self.straight = jerk.is_none();
         if let Some(jerk) = jerk {
@@ -32,16 +32,16 @@ impl Planner {
         self.curve.starts_within(clock.second_eighth())
     }
 
-    /// Whether a ramp up to this speed, whose square is w, would take less than 2²² steps
-    /// if it were all bends.
+    /// Whether a ramp up to this speed, whose square is w, would take less than 2²² steps if it
+    /// consisted of bends only.
     pub(super) fn ends(&self, high: &Num, w: &Num) -> bool {
-        // v·√(v/J) steps. Times in a ramp are good to 2⁻²⁹ of all of it: to 2⁻⁶ of an
-        // interval at its high end then, and not to several intervals.
+        // v·√(v/J) steps. Times in a ramp have an error of 2⁻²⁹ of its whole time: with this limit
+        // 2⁻⁶ of an interval at its high end, otherwise possibly several intervals.
         hand(w).times(high).over(self.curve.half_jerk()).below(45)
     }
 
-    /// Time from the last pulse handed out, which is at v, or from one at this time to the high
-    /// end, which is this part of a step ahead.
+    /// The time to the high end, which is this part of a step ahead: from the last pulse handed
+    /// out, at speed v or at time t.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn tail(&self, t: &Num, v: &Num, of_step: u32) -> Hand {
         if self.is_straight() {
@@ -52,13 +52,13 @@ impl Planner {
         }
     }
 
-    /// Whether its jerk is not limited.
+    /// Whether the jerk is not limited.
     #[inline(always)]
     pub(crate) fn is_straight(&self) -> bool {
         !cfg!(feature = "jerk") || self.straight
     }
 
-    /// Whether all is to be set up again once the level is reached.
+    /// Whether the rest must be set up again once the level is reached.
     #[inline(always)]
     pub(super) fn is_again(&self) -> bool {
         self.piece >= Layout::Rise && self.piece < Layout::Check
@@ -70,22 +70,22 @@ impl Planner {
         self.piece == Layout::Nothing
     }
 
-    /// At the end of a rise the speed is that of its curve: pulses are found by their times,
-    /// and their speeds are told to some 2⁻¹⁵. From here a change may set up the rest.
+    /// Sets the speed at the end of a rise to that of its curve: pulses are found by their times,
+    /// with an error of their speeds of some 2⁻¹⁵. A change may set up the rest from here.
     pub(super) fn reach(&mut self) {
         if !self.is_falling() && self.rise | self.rise_part == 0 {
             self.v.set(&self.v_top);
         }
     }
 
-    /// Lays the curve of a fall from the top speed.
+    /// Sets up the curve of a fall from the top speed.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn curve_of_fall(&mut self) {
         let straight = self.is_straight();
         self.curve.lay(&self.v_end, &self.v_top, &self.d2, straight);
     }
 
-    /// Lays the fall.
+    /// Sets up the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn lay_fall(&mut self) {
         if !self.is_straight() {
@@ -97,7 +97,7 @@ impl Planner {
         (self.piece, self.ease) = (Layout::Nothing, false);
     }
 
-    /// Where on its ramp the pulse this many steps ahead is, from the low end.
+    /// The place on the ramp of the pulse this many steps ahead, from the low end.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn place_after(&self, steps: u16) -> Hand {
         let steps = u32::from(steps);
@@ -111,8 +111,8 @@ impl Planner {
         }
     }
 
-    /// Finds, in several calls, when the pulse this many steps ahead comes,
-    /// and its speed: `time`, if the ramp is bent, and `pending`. Whether it has.
+    /// Finds, in several calls, the time of the pulse this many steps ahead, if the ramp is bent
+    /// (`time`), and its speed (`pending`). Returns whether it is found.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     fn find(&self, work: &mut Work, steps: u16) -> bool {
         let begins = work.stage == Stage::Begin;
@@ -148,7 +148,7 @@ impl Planner {
         false
     }
 
-    /// A piece of planning a ramp run: its end, its mean interval and δ, and what follows.
+    /// Does a piece of planning a ramp run: its end, its mean interval and δ, and the rest.
     #[inline(always)]
     pub(super) fn follow(&mut self, clock: &Clock, work: &mut Work, first: bool) {
         if !first && !self.is_falling() {
@@ -163,7 +163,7 @@ impl Planner {
     #[inline(always)]
     fn measure(&self, clock: &Clock, work: &mut Work) -> Hand {
         if self.is_straight() {
-            // δ/N = 2·slope/(v₁ + v₂)². It needs few bits: the run's end is exact.
+            // δ/N = 2·slope/(v₁ + v₂)². A few bits suffice: the run's end is exact.
             let mean = hand(&work.pending).plus(&self.v).under(&clock.twice).also(&mut work.mean);
             let by = mean.roughly(&clock.inverse).also(&mut work.delta);
             by.roughly(&work.delta).roughly(&self.slope)
@@ -180,8 +180,8 @@ impl Planner {
         .also(&mut work.delta)
     }
 
-    /// What follows from δ: see [`settle`](Planner::settle). Where the acceleration changes
-    /// the jerk adds to δ² J·Δt²/v, for its third.
+    /// Computes the error from δ: see [`settle`](Planner::settle). Where the acceleration changes,
+    /// the jerk adds a third of J·Δt²/v to δ².
     fn shape(&mut self, clock: &Clock, work: &mut Work, first: bool, delta: Hand) {
         let curve = &self.curve;
         let size = self.size as i8;
@@ -198,7 +198,7 @@ impl Planner {
         self.settle(clock, work, first, &error, spread);
     }
 
-    /// A run of a ramp, or the fall's part of a corner, has led here.
+    /// Moves to the end of a ramp run, or of the fall's part of a corner.
     pub(super) fn arrive(&mut self, work: &Work) {
         self.v.set(&work.pending);
         if !self.is_straight() {
@@ -206,7 +206,7 @@ impl Planner {
         }
     }
 
-    /// The one step that a change of piece divides.
+    /// Plans the one step that a change of piece divides.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn corner(&mut self, clock: &Clock, work: &mut Work, last: bool) -> Planned {
         if !self.is_falling() {
@@ -228,7 +228,7 @@ impl Planner {
             }
             if last {
                 self.lay_fall();
-                // Until the corner is done: what a change of a bent one can't take back.
+                // Until the corner is done: a change of a bent ramp can't take this back.
                 self.at.set(&work.delta);
                 work.stage = Stage::Begin;
                 return Planned::Again;
@@ -255,7 +255,7 @@ impl Planner {
     }
 }
 
-/// The larger of two less the other: the first is, or it is not.
+/// The larger of two numbers minus the other; `first` if `a` is the larger.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 pub(super) fn difference(first: bool, a: &Num, b: &Num) -> Hand {
     let (more, less) = if first { (a, b) } else { (b, a) };

@@ -1,4 +1,4 @@
-//! One run at a time of each piece of a travel: ramps, the level, the corners between.
+//! Plans one run at a time of each piece of a travel: ramps, level, corners.
 
 use super::share::{share, share_of_ramp};
 use super::{Clock, Planned, Planner, Stage, Work};
@@ -7,15 +7,13 @@ use crate::run::Run;
 use crate::units::Ticks;
 
 impl Planner {
-    /// A ramp run: 2^size steps from v to the speed there, of the first ramp
-    /// (rise or ease) or of the fall.
+    /// A ramp run: 2^size steps from v, of the first ramp (rise or ease) or of the fall.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(super) fn ramp(&mut self, clock: &Clock, work: &mut Work, first: bool) -> Planned {
         if work.stage == Stage::Late {
             work.run.add = 0;
             if work.run.count != 1 {
-                // An even number: then neither a group's mean interval nor the spread
-                // has a half to lose.
+                // An even number: then neither a group's mean interval nor the spread loses a half.
                 let half = hand(&work.delta).roughly(&work.mean).scaled(15).rounded_whole() as i32;
                 let up = first && !self.ease;
                 work.run.add = if up { half.wrapping_neg() } else { half }.wrapping_shl(1);
@@ -36,9 +34,9 @@ impl Planner {
         Planned::Again
     }
 
-    /// A ramp run of this δ is handed out next, or a shorter one is tried: by the
-    /// largest error of a step between its ends, in ticks, and by the spread of its
-    /// intervals over their mean: less than 2^spread.
+    /// Accepts a ramp run with this δ, or tries a shorter one. Decides by the largest error of a
+    /// step within the run, in ticks, and by the spread of its intervals over their mean, which is
+    /// less than 2^spread.
     pub(super) fn settle(
         &mut self,
         clock: &Clock,
@@ -56,14 +54,14 @@ impl Planner {
             work.stage = Stage::Begin;
             return;
         }
-        // Twice the length has eight times the error; a fall's grows by itself.
-        // A run that was short for want of room says nothing of the next ones.
+        // Twice the length has eight times the error; that of a fall grows by itself. A run that
+        // was short for lack of room says nothing about the next ones.
         if work.run.count == 1 << size {
             let longer = size < most.min(clock.ramp_size) && spread <= -4;
             if longer && off <= if up { -3 } else { -4 } {
                 self.size = size + 1;
             } else if !up && size > 0 && off >= 0 {
-                // By (1 − 2δ)^−2½ from run to run: 1 + 8δ is more.
+                // It grows by (1 − 2δ)^−2½ from run to run; 1 + 8δ is more.
                 let next = hand(error).roughly(&work.delta).scaled(size as i8 + 3).plus(error);
                 if !next.below(clock.bound) {
                     self.size = size - 1;
@@ -73,29 +71,28 @@ impl Planner {
         work.stage = Stage::Late;
     }
 
-    /// Takes the run that is [`Planned::Ready`], and tells how many ticks it lasts: steps with
-    /// a mean interval, growing by `add`, an even number.
+    /// Takes the run that is [`Planned::Ready`], and returns the ticks that it lasts: steps with a
+    /// mean interval, growing by `add`, an even number.
     ///
     /// ```text
     ///   first interval = mean − add·(N − 1)/2
     /// ```
     ///
-    /// rounded down, in 2⁻¹⁶ ticks; what the N of them lack then is carried.
+    /// rounded down, in 2⁻¹⁶ ticks; the rest of the N intervals is carried.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn take(&mut self, work: &mut Work) -> Ticks {
         work.stage = Stage::Taken;
         let Run { add, count: steps, .. } = work.run;
         let (whole, part) = work.mean.split();
         let wide = u32::from(steps);
-        // Both are less than the steps of a run, 2¹⁵ at most, in 2⁻¹⁶ ticks: no
-        // overflow.
+        // Both are less than the steps of a run, at most 2¹⁵, in 2⁻¹⁶ ticks: no overflow.
         let lack = u32::from(part as u16).wrapping_mul(wide);
         let carry = self.carry.wrapping_add(lack);
         let over = (carry >> 16) as u16;
         // Mostly there is nothing to divide.
         let more = if over < steps { 0 } else { over.checked_div(steps).unwrap_or(0) };
         self.carry = carry.wrapping_sub(u32::from(more.wrapping_mul(steps)) << 16);
-        // It is less than δ of the interval, and fits: see `longest_of`.
+        // The spread is less than δ of the interval, and fits: see `longest_of`.
         let spread = (add >> 1).wrapping_mul(wide.wrapping_sub(1) as i32);
         // What the first interval has beyond the whole ticks of the mean.
         let beyond = ((part >> 16) as i32).wrapping_add(more.into()).wrapping_sub(spread);

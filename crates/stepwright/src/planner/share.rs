@@ -1,8 +1,7 @@
-//! How long the next run of a piece is.
+//! The length of the next run of a piece.
 
-/// Steps of the next run, where `full` would be its length and `room` is left
-/// of its piece. The last two share what is left: short runs would come faster
-/// than a chip can plan them.
+/// Steps of the next run, where `full` is its usual length and `room` is left of its piece. The
+/// last two runs share the rest: short runs would come faster than a chip can plan them.
 pub(super) fn share(room: u32, full: u16) -> u16 {
     // No run is longer than half of this.
     let room = if room >> 16 == 0 { room as u16 } else { u16::MAX };
@@ -15,9 +14,8 @@ pub(super) fn share(room: u32, full: u16) -> u16 {
     }
 }
 
-/// Likewise of a ramp, where `full` is a power of two. What is no multiple of 32
-/// comes last, in a run of its own: such a run grows step by step,
-/// or is too short to.
+/// [`share`] for a ramp, where `full` is a power of two. The steps beyond a multiple of 32 come
+/// last, in a run of their own: such a run grows step by step, or is too short for groups.
 pub(super) fn share_of_ramp(room: u32, full: u16) -> u16 {
     const WHOLE: u16 = 32;
     let steps = share(room, full);
@@ -26,8 +24,8 @@ pub(super) fn share_of_ramp(room: u32, full: u16) -> u16 {
     } else if u32::from(steps) == room {
         steps & !(WHOLE - 1)
     } else {
-        // No more than `full`, which is a multiple of 32 here: more than 32 are
-        // half of what is less than twice that.
+        // No more than `full`, which is a multiple of 32 here: more than 32 steps are half of less
+        // than twice `full`.
         steps.wrapping_add(WHOLE - 1) & !(WHOLE - 1)
     }
 }

@@ -15,8 +15,7 @@ fn taken(planner: &mut Planner, work: &mut Work) -> Run {
     run
 }
 
-/// A long ramp ends when the closed form says: no run loses a part of a
-/// tick for good.
+/// A long ramp ends when the closed form says: no run loses a fraction of a tick for good.
 #[test]
 fn rounding_does_not_add_up() {
     for (hz, top, accel) in [
@@ -82,8 +81,8 @@ fn a_corner_takes_its_time() {
     }
 }
 
-/// What falls to its target still reaches it when its travel is set up again on the way,
-/// whatever the rounding says: also where it began as fast as it falls from.
+/// A fall still reaches its target when its travel is set up again on the way, whatever the
+/// rounding; also if it began as fast as it falls from.
 #[test]
 fn a_fall_that_is_laid_out_again_reaches_its_target() {
     let clock = Clock::new(Rate::from_hz(100_000).unwrap(), &Fit::EXACT);
@@ -129,32 +128,33 @@ fn slow(start: u32, top: u32, travel: i32) -> Order {
     Order { start: v(start), top: v(top), up: ramp, down: ramp, jerk: None, travel }
 }
 
-/// A peak is what a board must be able to step: rounded up.
+/// A board must be able to step the peak speed: it is rounded up.
 #[test]
 fn a_peak_is_rounded_up() {
     let clock = Clock::new(Rate::from_hz(16_000_000).unwrap(), &Fit::EXACT);
     let mut planner = Planner::IDLE;
-    // One step up at 1 step/s²: √2 steps/s; two: 2 steps/s, exactly. One alone is a step yet.
+    // One step up at 1 step/s²: √2 steps/s; two: 2 steps/s, exactly. A single step is left as it
+    // is.
     for (travel, peak) in [(3, 1_415), (5, 2_000), (1, 1)] {
         planner.lay_out(&clock, &slow(0, 1_000_000, travel)).unwrap();
         assert_eq!(planner.peak(), peak, "{travel} pulses");
     }
 }
 
-/// 2³² ticks of 16 MHz are 268.4 s: more than 0.004 steps/s take, and less than 0.003.
+/// 2³² ticks of 16 MHz are 268.4 s: an interval at 0.004 steps/s is shorter, one at 0.003 longer.
 #[test]
 fn no_interval_is_longer_than_32_bits() {
     let clock = Clock::new(Rate::from_hz(16_000_000).unwrap(), &Fit::EXACT);
     let mut planner = Planner::IDLE;
     assert_eq!(planner.lay_out(&clock, &slow(4, 4, 9)), Ok(()));
     assert_eq!(planner.lay_out(&clock, &slow(3, 3, 9)), Err(Unfit::TooSlow));
-    // Nor is the one across a peak from rest, with its ramps.
+    // Nor is the interval across a peak from rest, with its ramps.
     assert_eq!(planner.lay_out(&clock, &slow(0, 4, 9)), Ok(()));
     assert_eq!(planner.lay_out(&clock, &slow(0, 3, 9)), Err(Unfit::TooSlow));
 }
 
-/// A piece ends in as few runs as it can: a level in two of one length, a ramp
-/// with what is no multiple of 32 by itself.
+/// A piece ends in as few runs as it can: a level in two of the same length, a ramp with the steps
+/// beyond a multiple of 32 by themselves.
 #[test]
 fn the_end_of_a_piece_is_shared() {
     let runs = |share: fn(u32, u16) -> u16, mut room: u32| {
@@ -214,7 +214,7 @@ mod bent {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(3000))]
 
-        /// From rest to rest it is the closed form of 128 bits.
+        /// From rest to rest the planner follows the closed form of 128 bits.
         #[test]
         fn pulses_keep_the_curve(
             hz in prop_oneof![Just(1_000_000u32), Just(16_000_000)],
@@ -246,7 +246,7 @@ mod bent {
     }
 }
 
-/// What is left of a travel, run by run.
+/// The rest of a travel, run by run.
 fn rest_of(mut planner: Planner, clock: &Clock) -> std::vec::Vec<(u32, u16, u16, i32)> {
     let (mut work, mut runs) = (Work::NONE, std::vec::Vec::new());
     loop {
@@ -261,8 +261,8 @@ fn rest_of(mut planner: Planner, clock: &Clock) -> std::vec::Vec<(u32, u16, u16,
     }
 }
 
-/// The rest of a changed S-curve is divided in pieces. A change between two of them finds the
-/// planner as if it had come before the first.
+/// The rest of a changed S-curve is divided in pieces. A change between two pieces leads to the
+/// same plan as one before the first.
 #[test]
 fn a_change_between_the_pieces_of_a_division_begins_it_again() {
     let rate = Rate::from_hz(16_000_000).unwrap();
@@ -280,7 +280,7 @@ fn a_change_between_the_pieces_of_a_division_begins_it_again() {
             left -= i32::from(taken(&mut planner, &mut work).count as i16);
         }
     }
-    // A higher top speed than the rest has room for, so that several are tried.
+    // A higher top speed than the rest has room for, so that several speeds are tried.
     planner.limit(&clock, &Change::Top(v(90_000))).unwrap();
     planner.resume(left);
     while planner.rise > 0 || planner.rise_part != 0 {
@@ -307,8 +307,8 @@ fn a_change_between_the_pieces_of_a_division_begins_it_again() {
     assert!(pieces > 8, "{pieces}");
 }
 
-/// A change of a straight ramp is set up at once, so in few pieces: also where there is room
-/// for the fall alone, and no speed between the bounds fits.
+/// A change of a straight ramp is set up at once, so in few pieces: also if there is room for the
+/// fall alone, and no speed between the bounds fits.
 #[test]
 fn a_straight_ramp_is_laid_out_in_two_rounds() {
     let rate = Rate::from_hz(16_000_000).unwrap();
@@ -342,13 +342,13 @@ fn a_straight_ramp_is_laid_out_in_two_rounds() {
     }
 }
 
-/// The top speed of a bent travel that has no room for its own is found in few rounds, also where
-/// it lies close above the start speed: the board answers no order before.
+/// The top speed of a bent travel without room for its own is found in few iterations, also if it
+/// is close above the start speed: the board answers no order before.
 #[test]
 fn the_top_speed_of_a_bent_travel_is_found_in_few_rounds() {
     let rate = Rate::from_hz(16_000_000).unwrap();
     let clock = Clock::new(rate, &Fit::board(rate));
-    // From 1 to e^n, evenly by powers.
+    // From 1 to e^n, evenly in the exponent.
     let mut seed = 1u64;
     let mut power = |n: f64| {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

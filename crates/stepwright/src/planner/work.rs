@@ -1,10 +1,10 @@
-//! How far the planning of a run is.
+//! The state of planning a run.
 
 use super::bent::Bent;
 use crate::num::Num;
 use crate::run::Run;
 
-/// A run that is half planned: one for all axes, which take turns.
+/// A run that is being planned: one for all axes, which take turns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Work {
     /// The speed at the end of a ramp run.
@@ -13,13 +13,13 @@ pub(crate) struct Work {
     pub(super) mean: Num,
     /// δ of a ramp run, divided by its steps, or the time of a corner.
     pub(super) delta: Num,
-    /// When a run of a bent ramp ends, from the low end.
+    /// The time of the end of a run of a bent ramp, from the low end.
     pub(super) time: Bent,
-    /// The run: its steps and its growth, an even number, at first; then its first interval.
+    /// The run: first its steps and its growth, an even number; then its first interval.
     pub(super) run: Run,
     /// Units of the horizon that the run lasts.
     pub(crate) span: u8,
-    /// How far its planning is.
+    /// How far the planning of the run is.
     pub(super) stage: Stage,
 }
 
@@ -34,18 +34,18 @@ impl Work {
         stage: Stage::Begin,
     };
 
-    /// Whether a run is half planned: there is room for it.
+    /// Whether a run is being planned; then there is room for it.
     pub(crate) fn is_begun(&self) -> bool {
         self.stage != Stage::Begin
     }
 
-    /// Its axis is the one that is planned until it is [cleared](Work::clear).
+    /// Keeps the axis as the one that is planned until the work is [cleared](Work::clear).
     pub(crate) fn begin(&mut self) {
         self.stage = Stage::Half;
     }
 
-    /// The run that has been [taken](super::Planner::take), until it is
-    /// [handed over](Work::clear): the planner is beyond it.
+    /// The run that has been [taken](super::Planner::take), until it is [queued](Work::clear): the
+    /// planner is already past it.
     pub(crate) fn taken(&self) -> Option<&Run> {
         (self.stage == Stage::Taken).then_some(&self.run)
     }
@@ -55,8 +55,8 @@ impl Work {
         self.run.count
     }
 
-    /// Forgets what has been begun: the travel has changed. A run that has been taken is a
-    /// part of the travel, and stays.
+    /// Forgets a run that is being planned, because the travel has changed. A run that has been
+    /// taken is a part of the travel, and stays.
     pub(crate) fn drop(&mut self) {
         if self.stage != Stage::Taken {
             self.clear();
@@ -74,22 +74,21 @@ impl Work {
 pub(super) enum Stage {
     /// Not begun.
     Begin,
-    /// The speed at the end of a ramp run is known, or guessed; the interval of the level;
-    /// of a corner the time of its rise and level.
+    /// Known or guessed: the speed at the end of a ramp run; the interval of the level; the time of
+    /// the rise and level of a corner.
     Half,
-    /// All of a ramp run is known.
+    /// All values of a ramp run are known.
     Late,
     /// The run has been taken, and is to be queued.
     Taken,
 }
 
-/// What [`Planner::next`] has done.
+/// The result of [`Planner::next`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Planned {
     /// A run: [`take`](super::Planner::take) it now.
     Ready,
-    /// Nothing yet: ask again. A run is made in three calls or more, so that
-    /// no call takes a chip long.
+    /// Nothing yet: call again. A run takes three calls or more, so that no call takes a chip long.
     Again,
     /// The travel is planned to its end.
     End,

@@ -1,7 +1,7 @@
 //! Constant speed: every interval is f/v.
 //!
-//! The interval is held to 2⁻³² ticks and the fraction carried, so pulse n is
-//! within one tick of n·f/v up to 2³¹ pulses.
+//! The interval is kept to 2⁻³² ticks and the fraction is carried, so pulse n is within one tick of
+//! n·f/v, up to 2³¹ pulses.
 
 use super::path::{Bounds, Path, slope_of};
 use super::{Delays, Unfit};
@@ -17,9 +17,9 @@ use crate::units::{Accel, Rate, Speed};
 /// ```
 ///
 /// # Errors
-/// [`Unfit`] if the timer can't hold it.
+/// [`Unfit`] if the timer can't represent it.
 pub fn path(rate: Rate, speed: Speed, pulses: u32) -> Result<Path, Unfit> {
-    // Starting at the top speed: the slopes are never used.
+    // The path starts at the top speed: the slopes are never used.
     let any = slope_of(Accel::MAX);
     Path::new(&Bounds { rate, start: speed, top: speed, a2: any, d2: any }, pulses)
 }
@@ -34,7 +34,7 @@ pub fn path(rate: Rate, speed: Speed, pulses: u32) -> Result<Path, Unfit> {
 /// ```
 ///
 /// # Errors
-/// [`Unfit`] if the timer can't hold it.
+/// [`Unfit`] if the timer can't represent it.
 pub fn delays(rate: Rate, speed: Speed, pulses: u32) -> Result<Delays, Unfit> {
     Ok(Delays::new(path(rate, speed, pulses)?))
 }

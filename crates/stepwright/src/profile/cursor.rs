@@ -1,4 +1,4 @@
-//! From a path to runs: a cursor that walks the closed form.
+//! Makes runs of a path: a cursor that walks the closed form.
 //!
 //! Between pulses n and n + N the true time is nearly a parabola. The run
 //! takes its growth from the intervals c = f/v at both ends and its first
@@ -8,24 +8,22 @@
 //!   add = (c₂ − c₁)/N        interval = (Δt − add·N(N−1)/2)/N
 //! ```
 //!
-//! so it ends where the closed form says, and errors never accumulate: what
-//! rounding leaves over goes to the next run. Between the ends it is off by
-//! about t‴·N³/125, and the *defect of the trapezoid rule* measures just that
-//! without another root or division:
+//! So a run ends where the closed form says, and errors never accumulate: the rest of the rounding
+//! is added to the next run. Between its ends the run is off by about t‴·N³/125, and the *defect of
+//! the trapezoid rule* measures just that without another root or division:
 //!
 //! ```text
 //!   N·(c₁ + c₂)/2 − Δt = t‴·N³/12        error ≤ defect / 4
 //! ```
 //!
-//! (About a tenth while t‴ hardly changes. A quarter is the bound for any
-//! t‴ ≥ 0: let it be concentrated in one place x of the run, and the largest
-//! error is (1 − x/N)/4 or (x/N)/4 of the defect; every t‴ is a sum of such.
-//! While c changes by less than a sixteenth t‴ ∝ c⁵ changes by less than 1.38;
-//! at least 1/1.38 of the defect then has a tenth for its error and the rest a
-//! quarter: 0.139 in all.)
+//! (The error is about a tenth of the defect while t‴ hardly changes. A quarter is the bound for
+//! any t‴ ≥ 0: if t‴ is concentrated at one place x of the run, the largest error is (1 − x/N)/4 or
+//! (x/N)/4 of the defect, and every t‴ is a sum of such cases. While c changes by less than a
+//! sixteenth, t‴ ∝ c⁵ changes by less than a factor of 1.38; then at least 1/1.38 of the defect has
+//! an error of a tenth, and the rest a quarter: 0.139 in all.)
 //!
-//! Every run is checked by it; one that fails is halved. Lengths are powers of
-//! two, so that dividing by N is a shift. A whole ramp is a few dozen runs.
+//! Every run is checked with this bound; a run that exceeds it is halved. Lengths are powers of
+//! two, so that a division by N is a shift. A whole ramp is a few dozen runs.
 
 use super::Runs;
 use super::path::Path;
@@ -36,23 +34,22 @@ use crate::units::{Rate, Ticks};
 /// How closely runs follow their profile, and how long they may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fit {
-    /// Largest error of a step's time, in 2⁻³² ticks.
+    /// The largest error of a step's time, in 2⁻³² ticks.
     pub(crate) error: Q32,
-    /// Longest run, in ticks; a single step may always take longer.
+    /// The longest run, in ticks; a single step may always take longer.
     pub(crate) longest: Ticks,
-    /// Longest ramp run and longest level run, as powers of two.
+    /// The longest ramp run and the longest level run, as powers of two.
     pub(crate) ramp_size: u8,
     pub(crate) level_size: u8,
 }
 
 impl Fit {
-    /// What the single steps of a profile are made from: runs within 0.375
-    /// ticks, their growth rounded to 0.063, deadlines rounded to 0.5; together
-    /// within one tick of the ideal.
+    /// For the single steps of a profile: runs within 0.375 ticks, their growth rounded to 0.063,
+    /// deadlines rounded to 0.5; together within one tick of the ideal.
     pub const EXACT: Fit = Fit { error: 3 << 29, ..Fit::new(1 << 30, 1 << 24) };
 
-    /// The default for a board: 1 µs, at least a tick, and runs of at most
-    /// 8 ms, so that a change of mind is obeyed soon.
+    /// The default for a board: within 1 µs or a tick, whichever is longer, and runs of at most 8
+    /// ms, so that a change takes effect soon.
     pub const fn board(rate: Rate) -> Fit {
         let micro = rate.hz() / 1_000_000;
         Fit::within(if micro == 0 { 1 } else { micro }, rate.hz() / 125)
@@ -64,13 +61,12 @@ impl Fit {
         Fit::new((if error == 0 { 1 } else { error } as u64) << 32, longest)
     }
 
-    /// The same closeness, in runs of at most `longest` ticks.
+    /// The same error, in runs of at most `longest` ticks.
     pub const fn lasting(self, longest: Ticks) -> Fit {
         Fit { longest, ..self }
     }
 
-    /// `size`, or the largest below it with which a run of intervals `c` is
-    /// not too long.
+    /// `size`, or the largest value below it for which a run with intervals `c` is not too long.
     pub(super) fn shorter(&self, c: Q32, mut size: u8) -> u8 {
         while size > 0 && (c >> 32) > u64::from(self.longest) >> size {
             size -= 1;
@@ -79,9 +75,9 @@ impl Fit {
     }
 
     const fn new(error: Q32, longest: Ticks) -> Fit {
-        // `add` is rounded to 2⁻¹⁷ ticks, which at the middle of N steps makes
-        // N²/8 · 2⁻¹⁷: a quarter of the error at most, so N² ≤ error · 2¹⁸.
-        // A level interval is rounded to 2⁻¹⁶, N of them to N · 2⁻¹⁶.
+        // `add` is rounded to 2⁻¹⁷ ticks. In the middle of N steps this makes an error of N²/8 ·
+        // 2⁻¹⁷, which may be a quarter of `error` at most: N² ≤ error · 2¹⁸. A level interval is
+        // rounded to 2⁻¹⁶, N of them to N · 2⁻¹⁶.
         let bits = (64 - error.leading_zeros() - 1) as u8; // error ≥ 2^bits
         let ramp = (bits + 18 - 32) / 2;
         let level = bits + 16 - 32 - 2;
@@ -96,15 +92,14 @@ impl Fit {
 
 /// Walks a [`Path`] and yields its [runs](Run).
 ///
-/// Each run starts from the exact time of the step before it, so any mixture
-/// of runs adds up to the path's own time. A ramp run costs a root, two
-/// divisions and a 64-bit product. That is for hosts: linked for an ATmega328P it
-/// takes 20 KB, and boards plan with 32-bit numbers instead.
+/// Each run starts from the exact time of the step before it, so any mixture of runs adds up to the
+/// path's own time. A ramp run takes a root, two divisions and a 64-bit product. This is for hosts:
+/// linked for an ATmega328P it takes 20 KB; boards plan with 32-bit numbers instead.
 #[derive(Clone, Debug)]
 pub struct Cursor {
     path: Path,
     fit: Fit,
-    /// The last pulse handed out, and its speed.
+    /// The last pulse handed out, its speed² and its speed.
     n: u32,
     w: u64,
     v: u64,
@@ -112,7 +107,7 @@ pub struct Cursor {
     c: Q32,
     /// How far the runs handed out are behind the path, in 2⁻³² ticks.
     lag: i64,
-    /// Run length to try next, as a power of two.
+    /// The run length to try next, as a power of two.
     size: u8,
 }
 
@@ -120,14 +115,14 @@ pub struct Cursor {
 pub(super) const HALF_TICK: i64 = 1 << 31;
 
 impl Cursor {
-    /// Stands on the path's first pulse.
+    /// A cursor at the path's first pulse.
     pub fn new(path: Path, fit: Fit) -> Cursor {
         let mut cursor = Cursor { path, fit, n: 0, w: 0, v: 0, c: 0, lag: HALF_TICK, size: 0 };
         cursor.stand(0);
         cursor
     }
 
-    /// Stands on pulse `n`: the run that begins there comes next.
+    /// A cursor at pulse `n`: the next run begins there.
     pub fn at(path: Path, fit: Fit, n: u32) -> Cursor {
         let mut cursor = Cursor::new(path, fit);
         cursor.stand(if path.is_endless() { n } else { n.min(path.length()) });
@@ -146,13 +141,12 @@ impl Cursor {
         &self.path
     }
 
-    /// A ramp run: from `self` with w changing by ∓`slope2` per step, at most
-    /// `room` steps.
+    /// A ramp run of at most `room` steps, with w changing by ±`slope2` per step.
     fn ramp(&mut self, room: u32, slope2: u64, up: bool) -> Run {
         let scale = if self.n_is_rising() { self.path.rise } else { self.path.fall };
         let mut size = self.size.min(self.fit.ramp_size).min(floor_log2(room));
         loop {
-            // Longer runs than the longest are not even tried.
+            // Runs longer than the longest are not tried.
             size = self.fit.shorter(self.c, size);
             let change = shl(slope2, size);
             let w = if up { self.w.wrapping_add(change) } else { self.w.saturating_sub(change) };
@@ -207,7 +201,7 @@ impl Cursor {
         run
     }
 
-    /// The one step whose interval a corner of the path divides.
+    /// The one step that contains a corner of the path.
     fn corner(&mut self) -> Run {
         let path = &self.path;
         let from = u64::from(self.n) << 32;
@@ -262,8 +256,8 @@ impl Iterator for Cursor {
             }
         } else {
             if self.n == floor(decel_start) {
-                // A peak between steps that rounding put on a step: the fall
-                // has its own, exact line.
+                // Rounding has moved a peak between two steps onto a step: the fall begins exactly
+                // there.
                 self.stand(self.n);
             }
             self.ramp(length - self.n, self.path.d2, false)
@@ -272,8 +266,8 @@ impl Iterator for Cursor {
     }
 }
 
-/// 2^size steps in `time` and the `lag` before it, while the interval changes from
-/// `c1` to `c2`; with the lag that remains. `None` if it can't be held.
+/// 2^size steps in `time` and the `lag` before it, while the interval changes from `c1` to `c2`;
+/// and the lag that remains. `None` if a run can't represent them.
 pub(super) fn fitted(time: Q32, lag: i64, c1: Q32, c2: Q32, size: u8) -> Option<(Run, i64)> {
     if size == 0 {
         return Some(single(time, lag));
@@ -292,13 +286,13 @@ pub(super) fn fitted(time: Q32, lag: i64, c1: Q32, c2: Q32, size: u8) -> Option<
     Some((run, time.wrapping_sub(run.duration() << 16) as i64))
 }
 
-/// One step after `time`, in whole 2⁻¹⁶ ticks; with the lag that remains.
+/// One step after `time`, in whole 2⁻¹⁶ ticks; and the lag that remains.
 pub(super) fn single(time: Q32, lag: i64) -> (Run, i64) {
     let total = time.saturating_add_signed(lag);
     (Run::new(total >> 16, 0, 1), (total & 0xFFFF) as i64)
 }
 
-/// N·(c₁ + c₂)/2 − Δt, never negative, saturating.
+/// N·(c₁ + c₂)/2 − Δt, never negative, saturated.
 fn defect(c1: Q32, c2: Q32, time: Q32, size: u8) -> u64 {
     let mean = (c1 >> 1).saturating_add(c2 >> 1);
     if zeros(mean) <= size {

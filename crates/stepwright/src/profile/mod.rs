@@ -1,12 +1,11 @@
-//! Ramp laws: how many ticks until the next step?
+//! Ramp laws: the ticks until the next step.
 //!
-//! A profile answers that one question, so it is an [`Iterator`] over
-//! [`Ticks`](crate::Ticks) with no hardware, no clock and no allocation: `m`
-//! pulses are `m` delays, each the time *before* its pulse. The first is 0
+//! A profile is an [`Iterator`] over [`Ticks`](crate::Ticks) with no hardware, no clock and no
+//! allocation: `m` pulses are `m` delays, each the time *before* its pulse. The first delay is 0
 //! unless the profile says otherwise.
 //!
-//! Laws with a closed form have a second face, [`Path`]: the time of pulse
-//! `n`, and the [run](crate::Run) that begins at it.
+//! A law with a closed form also has a [`Path`]: the time of pulse `n`, and the [run](crate::Run)
+//! that begins at it.
 //!
 //! | law | file | closed form |
 //! | --- | --- | --- |
@@ -35,20 +34,20 @@ pub use trapezoid::Trapezoid;
 use crate::run::{Run, Steps};
 use core::fmt;
 
-/// Runs of a known number of steps: what [`Delays`] are made of.
+/// Runs with a known number of steps, from which [`Delays`] are made.
 pub trait Runs: Iterator<Item = Run> {
-    /// Steps that are still to be handed out; `u32::MAX` if there is no end.
+    /// The number of steps left; `u32::MAX` if there is no end.
     fn steps_left(&self) -> u32;
 }
 
-/// The pulses of a [`Path`] or a [`Curve`], as delays in ticks, each within a
-/// tick of the closed form. The first is 0.
+/// The pulses of a [`Path`] or a [`Curve`] as delays in ticks, each within a tick of the closed
+/// form. The first is 0.
 ///
-/// Plays runs that are fitted to a quarter of a tick, so a step costs two
-/// additions; the closed form is evaluated once a run.
+/// The runs behind it are fitted to a quarter of a tick: a step takes two additions, and the closed
+/// form is evaluated once per run.
 #[derive(Clone, Debug)]
 pub struct Delays<R = Cursor> {
-    /// The pulse at time 0 is still to come.
+    /// Whether the pulse at time 0 is still to come.
     first: bool,
     steps: Steps<R>,
 }
@@ -92,27 +91,27 @@ impl<R: Runs> Iterator for Delays<R> {
 
 impl<R: Runs> ExactSizeIterator for Delays<R> {}
 
-/// Why a law can't be held by this timer.
+/// Why a timer can't represent a travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unfit {
-    /// Two steps would lie more than 2³¹ ticks apart, the most of a law in closed form, or more
-    /// than 2³², the most of an axis: the speed or the acceleration is too low for this timer.
+    /// Two steps would be more than 2³¹ ticks apart (the limit of a law in closed form) or more
+    /// than 2³² (the limit of an axis): the speed or the acceleration is too low for this timer.
     TooSlow,
-    /// More than 2³¹ − 1 steps in a travel, either way; a law in closed form has one pulse more.
+    /// More than 2³¹ − 1 steps in a travel, in either direction; a law in closed form has one pulse
+    /// more.
     TooLong,
     /// The top speed is 0.
     Standstill,
     /// The ramp has no steps.
     NoRamp,
-    /// A travel in progress would go on more slowly than at the start speed,
-    /// which it ends with.
+    /// A travel in progress would continue below the start speed, with which it ends.
     BelowStart,
-    /// The ramps are too gentle for the top speed: they would take 2³¹ steps or more, or
-    /// there are none, for the top speed that was ordered is not above the start speed.
+    /// The ramps are too gentle for the top speed: they would take 2³¹ steps or more, or there are
+    /// none, because the top speed that was ordered is not above the start speed.
     TooGentle,
-    /// The ramps up and down differ, and the law takes its ramp back.
+    /// The ramps up and down differ, but the law uses its ramp in reverse.
     Uneven,
-    /// The order limits the jerk, and the law does not.
+    /// The order limits the jerk, but the law does not.
     Jerk,
 }
 
@@ -127,7 +126,7 @@ impl Unfit {
         self.parts().2
     }
 
-    /// What is wrong, what stands between, and what to do.
+    /// What is wrong, the separator, and what to do.
     const fn parts(self) -> (&'static str, &'static str, &'static str) {
         match self {
             Unfit::TooSlow => (

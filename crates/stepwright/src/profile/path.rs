@@ -1,7 +1,7 @@
 //! A path: up to three pieces of constant acceleration, in closed form.
 //!
-//! In the domain of speed squared constant acceleration is a straight line
-//! over the steps, so corners are divisions and everything else additions:
+//! Over the steps, constant acceleration makes the speed squared a straight line, so corners are
+//! divisions and everything else is additions:
 //!
 //! ```text
 //!   w = v²     rise        level          fall
@@ -20,15 +20,14 @@
 //!   fall   t(n) = t(length) − (v(n) − v_end) / d
 //! ```
 //!
-//! (Austin, Eq 1–8, with a start speed; the Nano slave's ramp). Error of
-//! [`Path::time_of`] against the ideal of the values as held: at most half a
-//! tick, or 2⁻⁴⁰ of the time.
+//! (Austin, Eq 1–8, with a start speed; the Nano slave's ramp). The error of [`Path::time_of`]
+//! against the ideal, for the stored values, is at most half a tick, or 2⁻⁴⁰ of the time.
 
 use super::Unfit;
 use crate::fixed::{self, ONE, Q32, Scale, portion, ratio, root, root_fine};
 use crate::units::{Accel, Rate, Speed};
 
-/// Which piece of a path a step belongs to.
+/// The piece of a path to which a step belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Towards the top speed (downwards, if the path begins above it).
@@ -37,9 +36,9 @@ pub enum Phase {
     Cruise,
     /// Towards the end speed.
     Down,
-    /// Of an S-curve: the acceleration grows, upwards or downwards.
+    /// In an S-curve: the magnitude of the acceleration grows.
     JerkUp,
-    /// Of an S-curve: the acceleration goes back.
+    /// In an S-curve: the magnitude of the acceleration falls.
     JerkDown,
 }
 
@@ -56,7 +55,7 @@ impl Phase {
     }
 }
 
-/// What bounds a path: speeds as squares and accelerations as slopes of w.
+/// The limits of a path: speeds, and accelerations as slopes of w.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
     /// The timer's rate.
@@ -67,17 +66,17 @@ pub struct Bounds {
     pub top: Speed,
     /// 2a in 10⁻⁶ (steps/s)² per step, not 0.
     pub a2: u64,
-    /// 2d likewise.
+    /// 2d in 10⁻⁶ (steps/s)² per step, not 0.
     pub d2: u64,
 }
 
-/// Slope of speed² that belongs to an acceleration: 2a in 10⁻⁶ (steps/s)² per step.
+/// The slope of speed² at an acceleration: 2a in 10⁻⁶ (steps/s)² per step.
 pub const fn slope_of(a: Accel) -> u64 {
     a.millisteps() * 2000
 }
 
-/// A motion along one axis in closed form: three pieces of constant
-/// acceleration, whose pulses lie a step apart.
+/// A motion along one axis in closed form: three pieces of constant acceleration, with one pulse
+/// per step.
 ///
 /// Made by a law ([`Trapezoid::path`](super::Trapezoid::path),
 /// [`RampSteps::path`](super::RampSteps::path)).
@@ -90,11 +89,11 @@ pub struct Path {
     pub(crate) w_end: u64,
     pub(crate) w_peak: u64,
     pub(crate) v_peak: u64,
-    /// Slopes; the first piece falls when `sinks`.
+    /// Slopes; the first piece falls if `sinks`.
     pub(crate) a2: u64,
     pub(crate) d2: u64,
     pub(crate) sinks: bool,
-    /// End of the first and begin of the last piece.
+    /// The end of the first and the beginning of the last piece.
     pub(crate) accel_end: Q32,
     pub(crate) decel_start: Q32,
     pub(crate) rise: Scale,
@@ -103,12 +102,12 @@ pub struct Path {
     pub(crate) level: Q32,
 }
 
-/// A decel_start that never comes: an endless run.
+/// A `decel_start` that never comes: an endless run.
 const NEVER: Q32 = u64::MAX;
 
 impl Path {
-    /// From rest to rest: `pulses` pulses that begin and end at the start
-    /// speed. A top speed at or below the start speed: no ramp, all at top.
+    /// From rest to rest: `pulses` pulses that begin and end at the start speed. If the top speed
+    /// is not above the start speed there is no ramp: all at the top speed.
     pub(crate) fn new(bounds: &Bounds, pulses: u32) -> Result<Path, Unfit> {
         if pulses > 1 << 31 {
             return Err(Unfit::TooLong);
@@ -118,8 +117,8 @@ impl Path {
         Ok(Path::from_motion(bounds, start, pulses))
     }
 
-    /// From a motion at speed² `w` to rest, `pulses` − 1 steps further: the
-    /// pulse at 0 has been made. The steps must be enough to brake.
+    /// From a motion at speed² `w` to rest, `pulses` − 1 steps further: the pulse at 0 has been
+    /// made. The steps must be enough to brake.
     pub(crate) fn from_motion(bounds: &Bounds, w: u64, pulses: u32) -> Path {
         let Bounds { rate, start, top, a2, d2 } = *bounds;
         let length = u64::from(pulses.saturating_sub(1)) << 32;
@@ -150,7 +149,7 @@ impl Path {
         path
     }
 
-    /// Endless: from speed² `w` to the top speed, and on.
+    /// Endless: from speed² `w` to the top speed, without an end.
     pub(crate) fn endless(bounds: &Bounds, w: u64) -> Path {
         let mut path = Path::from_motion(bounds, w, u32::MAX);
         let top = bounds.top.squared();
@@ -159,16 +158,16 @@ impl Path {
         path
     }
 
-    /// The top speed is out of reach: the rise meets the fall at
-    /// s = (d2·L − (w_begin − w_end)) / (a2 + d2) (Austin, Eq 19).
+    /// Sets the peak if the top speed is out of reach: the rise meets the fall at s = (d2·L −
+    /// (w_begin − w_end)) / (a2 + d2) (Austin, Eq 19).
     ///
-    /// Computed from the flatter side: its product fits 64 bits, and its
-    /// speed is the one that a rounded position disturbs less.
+    /// Computed from the flatter side: its product fits in 64 bits, and a rounded position disturbs
+    /// its speed less.
     fn turn_early(&mut self, length: Q32) {
         let steps = length >> 32;
         let above = self.w_begin - self.w_end.min(self.w_begin);
         if self.sinks {
-            // Only the brake's own curve is left: it begins at once.
+            // Only the braking curve is left: it begins at once.
             (self.accel_end, self.w_peak, self.v_peak) = (0, self.w_begin, root(self.w_begin));
         } else if self.a2 <= self.d2 {
             let fall = ratio(self.a2.wrapping_mul(steps).wrapping_add(above), self.a2 + self.d2);
@@ -188,7 +187,7 @@ impl Path {
         self.pulses
     }
 
-    /// Whether it never ends by itself.
+    /// Whether the path has no end.
     pub const fn is_endless(&self) -> bool {
         self.decel_start == NEVER
     }
@@ -223,8 +222,8 @@ impl Path {
         (root(w).saturating_add((1 << 33) - 1) >> 33) as u32
     }
 
-    /// The phase of pulse n: of the interval that leads to it, by its middle;
-    /// for pulse 0 that of the first interval.
+    /// The phase of pulse n: that of the middle of the interval before it; for pulse 0, that of the
+    /// first interval.
     pub fn phase_of(&self, n: u32) -> Phase {
         let middle = (u64::from(n.max(1)) << 32) - ONE / 2;
         if middle < self.accel_end {
@@ -236,24 +235,24 @@ impl Path {
         }
     }
 
-    /// Steps that the fall takes, rounded up; 0 for an endless path.
+    /// The steps of the fall, rounded up; 0 for an endless path.
     pub fn braking_steps(&self) -> u32 {
         let length = u64::from(self.length()) << 32;
         (length.saturating_sub(self.decel_start).saturating_add(ONE - 1) >> 32) as u32
     }
 
-    /// 2a of the rise and 2d of the fall as held, in 10⁻⁶ (steps/s)² per step.
+    /// The stored 2a of the rise and 2d of the fall, in 10⁻⁶ (steps/s)² per step.
     pub const fn slopes(&self) -> (u64, u64) {
         (self.a2, self.d2)
     }
 
-    /// Speed² from which the fall begins, and the rise ends.
+    /// The positions at which the rise ends and the fall begins.
     pub(crate) fn corner(&self) -> (Q32, Q32) {
         (self.accel_end, self.decel_start)
     }
 
-    /// When pulse `n` comes, in ticks after pulse 0, to the nearest tick; `n`
-    /// beyond the end counts as the end. Works in 128 bits: for hosts.
+    /// The time of pulse `n`, in ticks after pulse 0, rounded to the nearest tick; `n` beyond the
+    /// end counts as the end. Works in 128 bits: for hosts.
     pub fn time_of(&self, n: u32) -> u64 {
         let n = if self.is_endless() { n } else { n.min(self.length()) };
         let at = u64::from(n) << 32;
@@ -275,8 +274,8 @@ impl Path {
     }
 }
 
-/// w + slope · at for a position in 2⁻³² steps, and its root. Between steps w
-/// has a fraction, which at low accelerations the time of the peak needs.
+/// w + slope · at for a position in 2⁻³² steps, and its root. Between steps w has a fraction, which
+/// the time of the peak needs at low accelerations.
 fn along(w: u64, slope: u64, at: Q32) -> (u64, u64) {
     let part = at as u32;
     let w = w.wrapping_add(slope.wrapping_mul(at >> 32)).wrapping_add(portion(slope, part));
@@ -284,7 +283,7 @@ fn along(w: u64, slope: u64, at: Q32) -> (u64, u64) {
 }
 
 impl Bounds {
-    /// No interval may exceed 2³¹ ticks, the one across the peak included.
+    /// Checks that no interval exceeds 2³¹ ticks, including the one across the peak.
     ///
     /// # Errors
     /// [`Unfit::Standstill`] without a top speed, [`Unfit::TooSlow`] for longer intervals.
@@ -293,7 +292,7 @@ impl Bounds {
             return Err(Unfit::Standstill);
         }
         let slowest = match self.start.min(self.top) {
-            // From rest: the first step alone takes √(2/a), the last √(2/d).
+            // From rest: the first step takes √(2/a), the last √(2/d).
             Speed::ZERO => {
                 let first = |slope| Scale::new(self.rate, slope).time(root(slope));
                 let ramps = first(self.a2).saturating_add(first(self.d2));

@@ -7,17 +7,17 @@
 //!   a = (v_t² − v_s²) / 2R          "braking distance = ramp steps taken so far"
 //! ```
 //!
-//! Held is 2a, to the nearest 10⁻⁶ (steps/s)² per step, and at least that of
-//! 0.001 steps/s² (a ramp that would be flatter ends sooner). The rest is the
-//! [trapezoid](super::trapezoid), and so is its error. (The document says in
-//! one place that the *period* diminishes at a constant rate; constant
+//! 2a is stored, rounded to the nearest 10⁻⁶ (steps/s)² per step, and at least that of 0.001
+//! steps/s² (a ramp that would be flatter ends sooner). The rest, and its error, is that of the
+//! [trapezoid](super::trapezoid). (The document says in one place that the *period* decreases at a
+//! constant rate; elsewhere it says constant acceleration, which this law implements.)
 //! acceleration, which it says elsewhere, is what it is held to.)
 
 use super::path::{Bounds, Path, slope_of};
 use super::{Delays, Unfit};
 use crate::units::{Accel, Rate, Speed};
 
-/// Half of a travel's ramps: how a change of speed is given.
+/// One of a travel's two ramps: how its change of speed is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ramp {
     /// Over this many steps between start and top speed, 1 … 65535.
@@ -50,7 +50,7 @@ impl RampSteps {
         RampSteps::mixed(rate, start, top, Ramp::Steps(steps), Ramp::Steps(steps))
     }
 
-    /// Each ramp in its own way, by steps or by acceleration.
+    /// Each ramp given in its own way, by steps or by acceleration.
     ///
     /// # Errors
     /// [`Unfit::NoRamp`] for a ramp of 0 steps.
@@ -72,15 +72,15 @@ impl RampSteps {
     /// The motion in closed form, with `pulses` pulses: 0 … 2³¹.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn path(&self, pulses: u32) -> Result<Path, Unfit> {
         Path::new(&self.bounds, pulses)
     }
 
-    /// From the start speed to the top speed, and on without end.
+    /// From the start speed to the top speed, then without an end.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn endless(&self) -> Result<Path, Unfit> {
         self.bounds.check()?;
         Ok(Path::endless(&self.bounds, self.bounds.start.min(self.bounds.top).squared()))
@@ -89,14 +89,14 @@ impl RampSteps {
     /// The delay before each of `pulses` pulses; the first is 0.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn delays(&self, pulses: u32) -> Result<Delays, Unfit> {
         Ok(Delays::new(self.path(pulses)?))
     }
 }
 
-/// 2a for a ramp of `steps` ≥ 1 steps, at least that of [`Accel::MIN`]: the
-/// flattest whose times a speed in 64 bits can tell apart.
+/// 2a for a ramp of `steps` ≥ 1 steps, at least that of [`Accel::MIN`]: the flattest ramp whose
+/// times a 64-bit speed can distinguish.
 fn slope_over(start: Speed, top: Speed, steps: u16) -> u64 {
     let steps = u64::from(steps.max(1));
     let rise = top.squared().saturating_sub(start.squared());

@@ -1,8 +1,8 @@
 //! Lists, callbacks and waits (stepper_h's buffered and dynamic series).
 //!
 //! A series takes its delays from any iterator of [`Part`]s: a list that was
-//! prepared, or [`core::iter::from_fn`] for a callback. Exact by definition:
-//! what is asked is what is given.
+//! prepared, or [`core::iter::from_fn`] for a callback. Exact by definition: the delays are the
+//! ones that were given.
 
 use crate::units::Ticks;
 

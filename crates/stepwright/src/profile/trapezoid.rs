@@ -5,11 +5,10 @@
 //!   v(s)² = v_s² + 2·d·(L − s)      fall    (L = m − 1 steps in all)
 //! ```
 //!
-//! capped at the top speed; when that is out of reach the two meet
-//! (Austin, Eq 19). The m pulses lie at s = 0 … L of this continuous
-//! profile, the first at time 0. Error of every pulse: below one tick, or
-//! 2⁻⁴⁰ of the elapsed time if that is larger (0.82 ticks by construction;
-//! see `docs/accuracy.md` for what was measured).
+//! Both are capped at the top speed; if that is out of reach, rise and fall meet (Austin, Eq 19).
+//! The m pulses are at s = 0 … L of this continuous profile, the first at time 0. The error of
+//! every pulse is below one tick, or 2⁻⁴⁰ of the elapsed time if that is larger (0.82 ticks by
+//! construction; see `docs/accuracy.md` for measurements).
 
 use super::path::{Bounds, Path, slope_of};
 use super::{Delays, Unfit};
@@ -37,14 +36,14 @@ pub struct Trapezoid {
 }
 
 impl Trapezoid {
-    /// From `start` (0 allowed) at `accel` to `top`, and back at the same rate.
-    /// A top speed at or below the start speed means: all at the top speed.
+    /// From `start` (may be 0) at `accel` to `top`, and back at the same rate. If the top speed is
+    /// not above the start speed, the whole travel is at the top speed.
     pub const fn new(rate: Rate, start: Speed, top: Speed, accel: Accel) -> Trapezoid {
         let slope = slope_of(accel);
         Trapezoid { bounds: Bounds { rate, start, top, a2: slope, d2: slope } }
     }
 
-    /// The same with a deceleration of its own.
+    /// This travel with another deceleration.
     pub const fn with_decel(mut self, decel: Accel) -> Trapezoid {
         self.bounds.d2 = slope_of(decel);
         self
@@ -53,7 +52,7 @@ impl Trapezoid {
     /// The motion in closed form, with `pulses` pulses: 0 … 2³¹.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn path(&self, pulses: u32) -> Result<Path, Unfit> {
         Path::new(&self.bounds, pulses)
     }
@@ -61,7 +60,7 @@ impl Trapezoid {
     /// The delay before each of `pulses` pulses; the first is 0.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn delays(&self, pulses: u32) -> Result<Delays, Unfit> {
         Ok(Delays::new(self.path(pulses)?))
     }

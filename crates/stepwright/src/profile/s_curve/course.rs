@@ -1,8 +1,8 @@
-//! From any state of motion to rest at a distance: which jerk when.
+//! The course from any state of motion to rest at a distance: the jerk over time.
 //!
-//! A motion has a speed v and an acceleration a. Two manners of going on are
-//! as fast as the limits allow: to *drive* towards the top speed, and to
-//! *stop*. The way to a target is to drive for a time x, then to stop:
+//! A motion has a speed v and an acceleration a. There are two ways to continue as fast as the
+//! limits allow: to *drive* towards the top speed, and to *stop*. A target is reached by driving
+//! for a time x, then stopping:
 //!
 //! ```text
 //!   jerk    +J  0  −J  0     −J  0  +J         v ▲       ____________
@@ -11,37 +11,35 @@
 //!                      x ▲                       └───╱──┴────────────┴──╲──► t
 //! ```
 //!
-//! How far that leads, D(x), never rests as x grows, so the x that leads to the
-//! target is searched for between two that lead short of it and beyond. A target
-//! that even an immediate stop, D(0), would pass is reached by driving the other
-//! way: the same, mirrored. (This is the time-optimal solution of a third-order
-//! system wherever the acceleration may be passed through freely; see
-//! Berscheid, Kröger: *Jerk-limited Real-time Trajectory Generation with
-//! Arbitrary Target States*, 2021, for all the cases that a closed form would
-//! have to tell apart.)
+//! The distance D(x) grows with x, so the x that leads to the target is searched between one that
+//! ends short of it and one beyond. A target that even an immediate stop, D(0), would pass is
+//! reached by driving the other way: the same, mirrored. (This is the time-optimal solution of a
+//! third-order system wherever the acceleration may be passed through freely; see Berscheid,
+//! Kröger: *Jerk-limited Real-time Trajectory Generation with Arbitrary Target States*, 2021, for
+//! all the cases that a closed form would have to distinguish.)
 //!
-//! To reach a speed u from a state, with ½a|a|/J gained anyway while a returns
-//! to 0, and g what then lacks:
+//! To reach a speed u from a state: ½a|a|/J is gained anyway while a returns to 0, and g is the
+//! rest of the difference:
 //!
 //! ```text
 //!   peak² = J·g + max(a, 0)²      if above the limit: held there for the rest
 //! ```
 //!
-//! **Through zero**: braking obeys the deceleration, speeding up the acceleration,
-//! and at the moment between them the acceleration is within both, as the jerk
-//! lets it not leap.
+//! **Through zero**: braking obeys the deceleration limit, accelerating the acceleration limit. At
+//! the moment between them the acceleration is within both, because the jerk limit does not let it
+//! jump.
 
 use crate::wide::Wide;
 
-/// What bounds a motion, in steps and seconds; nothing is 0.
+/// The limits of a motion, in steps and seconds; none is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Limits {
     pub top: Wide,
-    /// Acceleration while the speed grows and while it rests.
+    /// The acceleration limits while the speed grows and while it falls.
     pub up: Wide,
     pub down: Wide,
     pub jerk: Wide,
-    /// Speed that the motion ends at: at most that which it begins with.
+    /// The speed at which the motion ends: at most that at which it begins.
     pub end: Wide,
 }
 
@@ -61,14 +59,14 @@ impl Motion {
         Motion { v: self.v.flipped(minus), a: self.a.flipped(minus) }
     }
 
-    /// `time` later, at a constant jerk.
+    /// The motion `time` later, at a constant jerk.
     fn after(self, jerk: Wide, time: Wide) -> Motion {
         let change = jerk * time;
         Motion { v: self.v + (self.a + change.scaled(-1)) * time, a: self.a + change }
     }
 }
 
-/// A time of constant jerk.
+/// A period of constant jerk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stage {
     pub from: Motion,
@@ -85,7 +83,7 @@ impl Stage {
         time: Wide::ZERO,
     };
 
-    /// How far it leads. Computed from its slower end, where the least is lost.
+    /// The distance of the stage. Computed from its slower end, where the error is least.
     pub(super) fn way(&self) -> Wide {
         let (m, back) = match self.from.v.abs() <= self.to.v.abs() {
             true => (self.from, false),
@@ -103,12 +101,12 @@ impl Stage {
         }
     }
 
-    /// Its two parts, before and after `at`, where the motion is `there`.
+    /// The two parts of the stage, before and after `at`, where the motion is `there`.
     fn cut(self, at: Wide, there: Motion, rest: Wide) -> [Stage; 2] {
         [Stage { to: there, time: at, ..self }, Stage { from: there, time: rest, ..self }]
     }
 
-    /// Parts in which neither the acceleration nor the speed changes its sign.
+    /// The parts of the stage in which neither the acceleration nor the speed changes its sign.
     pub(super) fn parts(self) -> Stages<4> {
         let mut parts = Stages::EMPTY;
         for part in self.at_no_acceleration() {
@@ -119,7 +117,7 @@ impl Stage {
         parts
     }
 
-    /// Divided where the acceleration passes 0.
+    /// Divides the stage where the acceleration passes 0.
     fn at_no_acceleration(self) -> [Stage; 2] {
         let (a, b) = (self.from.a, self.to.a);
         if !opposite(a, b) {
@@ -130,19 +128,19 @@ impl Stage {
         self.cut(at, there, b.abs() / self.jerk.abs())
     }
 
-    /// Divided where the speed passes 0; the acceleration does not.
+    /// Divides the stage where the speed passes 0; the acceleration does not.
     fn at_rest(self) -> [Stage; 2] {
         let (Motion { v, a }, Motion { v: u, a: b }) = (self.from, self.to);
         if !opposite(v, u) {
             return [self, Stage::NONE];
         }
-        // a at v = 0: a² − 2jv, and the time as a quotient without a difference.
+        // a at v = 0 is √(a² − 2jv); the time is a quotient without a difference.
         let sign = if a.is_zero() { b } else { a };
         let there = (a.squared() - (self.jerk * v).scaled(1)).sqrt().flipped(sign.is_minus());
         let half = |v: Wide, a: Wide| (v.scaled(1) / (a + there)).abs();
         let (at, rest) = (half(v, a), half(u, b));
         if at.max(rest) > self.time.scaled(1) {
-            // Both speeds are what rounding left of 0: there is nothing to divide.
+            // Both speeds are rounding errors of 0: there is nothing to divide.
             return [self, Stage::NONE];
         }
         self.cut(at, Motion { v: Wide::ZERO, a: there }, rest)
@@ -158,7 +156,7 @@ fn opposite(a: Wide, b: Wide) -> bool {
     !a.is_zero() && !b.is_zero() && a.is_minus() != b.is_minus()
 }
 
-/// Up to N stages, one after the other; none of them takes no time.
+/// Up to N stages, one after the other; each takes some time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stages<const N: usize> {
     all: [Stage; N],
@@ -192,15 +190,15 @@ impl<const N: usize> IntoIterator for Stages<N> {
     }
 }
 
-/// A drive is 7 stages at most, a stop 3, with a cruise between them.
+/// A drive has at most 7 stages, a stop 3, with a cruise between them.
 pub(super) type Course = Stages<11>;
 
 impl Limits {
-    /// From `motion` to the speed `to` without acceleration, which on the way is at
-    /// most `up` or `down`. One that is more is brought back first.
+    /// From `motion` to the speed `to` with acceleration 0. On the way the acceleration is at most
+    /// `up` or `down`; if it is more at first, it is brought back.
     fn reach(&self, motion: Motion, to: Wide, up: Wide, down: Wide) -> [Stage; 3] {
         let jerk = self.jerk;
-        // What lacks to the speed that will be there anyway.
+        // The difference to the speed that is reached anyway as the acceleration returns to 0.
         let gain = to - self.at_no_acceleration(motion);
         let minus = gain.is_minus();
         let (gain, most) = (gain.abs(), if minus { down } else { up });
@@ -209,7 +207,7 @@ impl Limits {
         let mut peak = (jerk * gain + present).sqrt();
         let mut hold = Wide::ZERO;
         if peak > most {
-            // Not below 0 when the acceleration is too large already.
+            // Not below 0 if the acceleration is too large already.
             let ramps = (most.squared() - present) / jerk;
             hold = if ramps.is_minus() { gain / most } else { (gain - ramps) / most };
             peak = most;
@@ -236,12 +234,12 @@ impl Limits {
         self.reach(motion, self.end, self.down, self.down)
     }
 
-    /// The speed that is there when the acceleration has been brought back to 0.
+    /// The speed when the acceleration has been brought back to 0.
     pub(super) fn at_no_acceleration(&self, motion: Motion) -> Wide {
         motion.v + (motion.a * motion.a.abs() / self.jerk).scaled(-1)
     }
 
-    /// How far a stop leads.
+    /// The distance of a stop.
     pub(super) fn stopping(&self, motion: Motion) -> Wide {
         self.stop(motion).iter().fold(Wide::ZERO, |sum, stage| sum + stage.way())
     }
@@ -258,9 +256,9 @@ impl Limits {
         drive
     }
 
-    /// Of a motion that goes backwards, or would before long: the stages to rest,
-    /// and with which acceleration it goes on from there. One that both sides of
-    /// rest may have, and that can be done with by the top speed.
+    /// For a motion that goes backward, or would do so soon: the stages to rest, and the
+    /// acceleration with which it continues from there. That acceleration is allowed on both sides
+    /// of rest and can be brought back to 0 before the top speed.
     fn turn(&self, motion: Motion) -> Option<(Stages<7>, Motion)> {
         if !motion.v.is_minus() && !self.at_no_acceleration(motion).is_minus() {
             return None;
@@ -287,8 +285,8 @@ impl Limits {
     pub(super) fn course(&self, motion: Motion, way: Wide) -> Course {
         let mut course = Stages::EMPTY;
         if motion.a.is_zero() && motion.v == self.end && motion.v.is_plus() && way.is_plus() {
-            // What the jerk can gain on the way may be too little for 64 bits of a speed to
-            // tell: then its ramps would be of any length, and it keeps its speed.
+            // The jerk may gain too little on the way for a 64-bit speed to represent: its ramps
+            // would have any length. Then the motion keeps its speed.
             let time = way / motion.v;
             if self.jerk * time.squared() <= motion.v.scaled(-46) {
                 course.push(Stage { from: motion, to: motion, jerk: Wide::ZERO, time });
@@ -297,8 +295,8 @@ impl Limits {
         }
         let over = self.stopping(motion) - way;
         if over.abs() <= way.abs().max(Wide::whole(1)).scaled(-50) {
-            // A stop leads there but for rounding. To drive for that little, or to undo
-            // it, would leave an acceleration at the end, small in these limits only.
+            // A stop ends there except for rounding. Driving for this small difference, or undoing
+            // it, would leave an acceleration at the end, which is small only in these limits.
             for stage in self.stop(motion) {
                 course.push(stage);
             }
@@ -335,8 +333,8 @@ impl Limits {
         course
     }
 
-    /// How much of `stage`, followed by a stop, leads `left` steps on: a search by
-    /// secants (Illinois), which halves the interval where they are slow.
+    /// The part of `stage` that, followed by a stop, leads `left` steps further: a secant search
+    /// (Illinois), which halves the interval where the secants converge slowly.
     fn part(&self, stage: Stage, left: Wide) -> Stage {
         let until = |time| Stage { to: stage.from.after(stage.jerk, time), time, ..stage };
         let beyond = |part: &Stage| part.way() + self.stopping(part.to) - left;
@@ -364,7 +362,7 @@ impl Limits {
             }
             let off = beyond(&until(x));
             let side = off.is_minus();
-            // An end that stays twice weighs half.
+            // The weight of an end that stays twice is halved.
             let again = last == Some(side);
             if side {
                 (low, short) = (x, off);
@@ -383,8 +381,7 @@ impl Limits {
 mod tests {
     use super::*;
 
-    /// The acceleration at the moment of rest, on the way back from `v` to a target
-    /// far ahead.
+    /// The acceleration at the moment of rest, on the way back from `v` to a target far ahead.
     fn at_rest(v: i64, [top, up, down, jerk]: [u64; 4]) -> Wide {
         let [top, up, down, jerk] = [top, up, down, jerk].map(Wide::whole);
         let limits = Limits { top, up, down, jerk, end: Wide::ZERO };
@@ -400,11 +397,11 @@ mod tests {
 
     #[test]
     fn rest_is_passed_with_all_that_both_sides_allow() {
-        // From so far back that it brakes with its limit for a while.
+        // From far enough back that it brakes with its limit for a while.
         near(at_rest(-100_000, [50_000, 300, 500, 7]), Wide::whole(300));
         near(at_rest(-100_000, [50_000, 300, 300, 7]), Wide::whole(300));
         near(at_rest(-100_000, [50_000, 500, 300, 7]), Wide::whole(300));
-        // And so that it doesn't, its limit for braking being higher.
+        // And with a higher braking limit, which it does not reach.
         near(at_rest(-100_000, [50_000, 300, 5_000, 7]), Wide::whole(300));
     }
 

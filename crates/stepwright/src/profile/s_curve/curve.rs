@@ -1,20 +1,19 @@
 //! A curve: pieces of constant jerk, in closed form.
 //!
-//! Within a piece neither speed nor acceleration changes its sign, and it is
-//! seen **from its slower end**, with time and way counted from there:
+//! Within a piece neither the speed nor the acceleration changes its sign. A piece is described
+//! **from its slower end**, with time and distance counted from there:
 //!
 //! ```text
 //!   σ(τ) = v·τ + a·τ²/2 + j·τ³/6       v ≥ 0, a + j·τ ≥ 0: σ rises ever faster
 //! ```
 //!
-//! So σ is convex: Newton's method from the right comes down to τ(σ) without
-//! overshooting, and as σ′·τ ≥ σ, τ is relatively as good as σ, however near to
-//! rest. Pieces before the fastest moment have their places and times from the
-//! beginning, those after it from the end, so that both ends are exact.
+//! So σ is convex: Newton's method from the right converges to τ(σ) without overshooting, and as
+//! σ′·τ ≥ σ, the relative error of τ is no larger than that of σ, however near to rest. Pieces
+//! before the fastest moment have their places and times from the beginning, those after it from
+//! the end, so that both ends are exact.
 //!
-//! A pulse is due whenever the curve reaches a whole step that is not the one
-//! it reached last. Where it turns back between two steps, the step on which
-//! it stands is not repeated:
+//! A pulse is due whenever the curve reaches a whole step other than the last one. Where the curve
+//! turns back between two steps, the pulse of the last step is not repeated:
 //!
 //! ```text
 //!   11 ┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈
@@ -30,45 +29,45 @@ use crate::profile::{Phase, Unfit};
 use crate::units::Rate;
 use crate::wide::Wide;
 
-/// Most pieces of a curve: 11 stages, 5 of them divided.
+/// The most pieces of a curve: 11 stages, 5 of them divided.
 const PIECES: usize = 16;
-/// Most legs: a curve turns back three times at most.
+/// The most legs: a curve turns back at most three times.
 const LEGS: usize = 4;
 
-/// A time of constant jerk, in steps and seconds, seen from its slower end.
+/// A period of constant jerk, in steps and seconds, as seen from its slower end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Piece {
-    /// When and where its slower end is.
+    /// Time and place of the slower end.
     at: Wide,
     place: Wide,
-    /// Speed and acceleration there, and jerk, forwards in its direction.
+    /// Speed and acceleration at the slower end, and the jerk, positive in the piece's direction.
     v: Wide,
     a: Wide,
     pub(super) jerk: Wide,
-    /// How long and how far to its faster end.
+    /// Time and distance to the faster end.
     time: Wide,
     way: Wide,
     /// Whether the slower end comes first.
     pub(super) speeds_up: bool,
     backward: bool,
     phase: Phase,
-    /// The first pulse after its begin (of the first piece: there), and the last
-    /// one before its end or there.
+    /// The first pulse after the beginning of the piece (for the first piece: at it), and the last
+    /// pulse before its end or at it.
     pub(super) first: u32,
     pub(super) last: u32,
-    /// The last one whose interval has its middle before its end.
+    /// The last pulse whose interval has its middle before the end of the piece.
     middle: u32,
 }
 
-/// A part of the way in one direction.
+/// A part of the curve in one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Leg {
-    /// The pulse that was made last before it, and the step of that.
+    /// The last pulse before the leg, and its step.
     first: u32,
     from: i64,
-    /// Its last pulse.
+    /// The last pulse of the leg.
     last: u32,
-    /// When it begins, in seconds.
+    /// When the leg begins, in seconds.
     pub(super) begin: Wide,
     pub(super) backward: bool,
 }
@@ -80,26 +79,26 @@ impl Leg {
         if self.backward { self.from - steps } else { self.from + steps }
     }
 
-    /// What a moment on this leg is, with its sign.
+    /// The motion at a moment of this leg, with its sign.
     pub(super) fn motion(&self, moment: &Moment) -> Motion {
         Motion { v: moment.v.flipped(self.backward), a: moment.a.flipped(self.backward) }
     }
 }
 
-/// What a pulse meets.
+/// The time and the motion at a pulse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment {
-    /// When, in seconds.
+    /// The time in seconds.
     pub time: Wide,
     /// Speed and acceleration in the direction of motion.
     pub v: Wide,
     pub a: Wide,
-    /// Time from the piece's slower end.
+    /// The time from the piece's slower end.
     pub tau: Wide,
 }
 
-/// A motion along one axis in closed form, within limits of speed, acceleration
-/// and jerk, whose pulses lie a step apart; it may turn back on its way.
+/// A motion along one axis in closed form, within limits of speed, acceleration and jerk, with one
+/// pulse per step; it may turn back on its way.
 ///
 /// Made by a law: [`SCurve::curve`](super::SCurve::curve).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,7 +136,7 @@ impl Piece {
         let backward = (stage.from.v + stage.to.v).is_minus();
         let speeds_up = stage.from.v.abs() <= stage.to.v.abs();
         let slow = if speeds_up { stage.from } else { stage.to };
-        // Below 0 there is but what rounding left of it.
+        // Anything below 0 is rounding.
         let v = slow.v.flipped(backward).max(Wide::ZERO);
         let a = slow.a.flipped(backward == speeds_up);
         let (jerk, time) = (stage.jerk.flipped(backward), stage.time);
@@ -152,7 +151,7 @@ impl Piece {
         Piece { v, a, jerk, time, way, speeds_up, backward, phase, ..NO_PIECE }
     }
 
-    /// Place and time of its end.
+    /// Place and time of the end of the piece.
     fn end(&self) -> (Wide, Wide) {
         match self.speeds_up {
             true => (self.place + self.way.flipped(self.backward), self.at + self.time),
@@ -160,12 +159,12 @@ impl Piece {
         }
     }
 
-    /// When it begins.
+    /// The time of the beginning of the piece.
     fn begin(&self) -> Wide {
         if self.speeds_up { self.at } else { self.at - self.time }
     }
 
-    /// How long it takes from the slower end over `way`; a guess is a help.
+    /// The time from the slower end over the distance `sigma`; a guess speeds the search up.
     fn time_of(&self, sigma: Wide, guess: Option<Wide>) -> Wide {
         if !sigma.is_plus() {
             return Wide::ZERO;
@@ -175,7 +174,7 @@ impl Piece {
         if let Some(guess) = guess {
             tau = tau.min(guess);
         } else if self.jerk.is_minus() {
-            // The jerk takes a third of what the acceleration gives, at most.
+            // The jerk takes away at most a third of what the acceleration contributes.
             tau = tau.min((Wide::whole(3) * sigma / self.a).sqrt());
         } else {
             tau = tau.min((sigma.scaled(1) / self.a).sqrt());
@@ -194,7 +193,7 @@ impl Piece {
         if tau.is_minus() { Wide::ZERO } else { tau }
     }
 
-    /// What happens at `place`.
+    /// The moment at which the curve is at `place`.
     fn moment(&self, place: Wide, guess: Option<Wide>) -> Moment {
         let sigma = (place - self.place).flipped(self.backward == self.speeds_up);
         let tau = self.time_of(sigma, guess);
@@ -210,7 +209,7 @@ impl Piece {
 }
 
 impl Curve {
-    /// From `motion` to the limits' end speed, `distance` steps away.
+    /// From `motion` to the end speed of the limits, `distance` steps away.
     pub(super) fn new(
         rate: Rate,
         limits: &Limits,
@@ -232,10 +231,10 @@ impl Curve {
         Ok(curve)
     }
 
-    /// Divides the course into pieces and gives them their places and times.
+    /// Divides the course into pieces and sets their places and times.
     fn lay(&mut self, course: &Course, v: Wide, distance: i64) -> Result<(), Unfit> {
         let (mut place, mut time) = (Wide::ZERO, Wide::ZERO);
-        // Where it is fastest: the number of the piece behind it, and the speed.
+        // The fastest point: the index of the piece after it, and the speed.
         let mut fastest = (0, v);
         for part in course.iter().flat_map(|stage| stage.parts()) {
             let mut piece = Piece::new(part);
@@ -252,7 +251,7 @@ impl Curve {
                 fastest = (self.piece_count, part.to.v);
             }
         }
-        // What rounding left over is gone at the highest speed.
+        // The rounding error is corrected at the highest speed.
         let rest = Wide::signed(distance) - place;
         let more = if rest.is_zero() { rest } else { rest / fastest.1 };
         self.peak = fastest.1.abs();
@@ -263,14 +262,14 @@ impl Curve {
         Ok(())
     }
 
-    /// Finds the legs, and which pulses belong to which piece.
+    /// Finds the legs, and assigns the pulses to the pieces.
     fn number(&mut self, distance: i64) -> Result<(), Unfit> {
         let count = usize::from(self.piece_count);
         let mut leg = Leg { backward: self.pieces[0].backward, ..NO_LEG };
         let mut before: Option<&mut Piece> = None;
         for (n, piece) in self.pieces.iter_mut().take(count).enumerate() {
             if piece.backward != leg.backward {
-                // A turn on a step: rounding must not put it before.
+                // A turn on a step: rounding must not put it before the step.
                 if let Some(piece) = before {
                     let way = (piece.end().0 - Wide::signed(leg.from)).flipped(leg.backward);
                     let steps = (way + Wide::whole(1).scaled(-30)).floor().max(0);
@@ -304,9 +303,9 @@ impl Curve {
         }
         self.leg_count = push(&mut self.legs, self.leg_count, leg);
         self.pulses = leg.last + 1;
-        // The last pulse is the last piece's, even where what that has left to go
-        // is less than a place so far out can tell. (Not where the curve only
-        // comes back to a step that it has made.)
+        // The last pulse belongs to the last piece, even if the rest of that piece is shorter than
+        // a place this far out can represent. (Except if the curve only comes back to a step that
+        // it has made.)
         let last = leg.last;
         if last > leg.first {
             for piece in self.pieces.iter_mut().take(count.saturating_sub(1)) {
@@ -316,7 +315,7 @@ impl Curve {
         if let Some(piece) = self.pieces.get_mut(count.saturating_sub(1)) {
             (piece.first, piece.middle) = (piece.first.min(last), last);
         }
-        // A middle behind the turn is the next leg's.
+        // A middle after the turn belongs to the next leg.
         let mut next = (leg.backward, last.saturating_add(1));
         let mut most = last;
         for piece in self.pieces.iter_mut().take(count).rev() {
@@ -329,8 +328,8 @@ impl Curve {
         Ok(())
     }
 
-    /// No interval may exceed 2³¹ ticks. The longest are where the speed is
-    /// least, and that is where pieces meet.
+    /// Checks that no interval exceeds 2³¹ ticks. The longest intervals are where the speed is
+    /// least: where pieces meet.
     fn check(&self) -> Result<(), Unfit> {
         if self.length() == 0 {
             return Ok(());
@@ -345,12 +344,12 @@ impl Curve {
         Ok(())
     }
 
-    /// Pulses in this curve, that on which it begins included: 0 … 2³¹.
+    /// The number of pulses in this curve, including the one at which it begins: 0 … 2³¹.
     pub const fn pulses(&self) -> u32 {
         self.pulses
     }
 
-    /// With no pulse at all, if there is none to make.
+    /// This curve with at most `pulses` pulses; 0 if there is none to make.
     pub(super) fn of(mut self, pulses: u32) -> Curve {
         self.pulses = self.pulses.min(pulses);
         self
@@ -365,19 +364,19 @@ impl Curve {
         self.rate
     }
 
-    /// The leg in which pulse n is made.
+    /// The leg of pulse n.
     pub(super) fn leg_of(&self, n: u32) -> &Leg {
         let mut legs = self.legs.iter().take(self.leg_count.into());
         legs.find(|leg| n <= leg.last && n > leg.first).unwrap_or(&self.legs[0])
     }
 
-    /// The piece in which pulse n is made.
+    /// The piece of pulse n.
     pub(super) fn piece_of(&self, n: u32) -> &Piece {
         let mut pieces = self.pieces.iter().take(self.piece_count.into());
         pieces.find(|piece| n <= piece.last).unwrap_or(&NO_PIECE)
     }
 
-    /// What pulse n meets; a guess of its time in its piece is a help.
+    /// The moment of pulse n; a guess of its time in its piece speeds the search up.
     pub(super) fn moment(&self, n: u32, guess: Option<Wide>) -> Moment {
         self.piece_of(n).moment(Wide::signed(self.leg_of(n).place_of(n)), guess)
     }
@@ -387,27 +386,27 @@ impl Curve {
         (time * Wide::whole(self.rate.hz().into())).to_q32()
     }
 
-    /// When pulse n comes, in 2⁻³² ticks.
+    /// The time of pulse n, in 2⁻³² ticks.
     fn due(&self, n: u32) -> u128 {
         self.ticks(self.moment(n, None).time)
     }
 
-    /// When pulse `n` comes, in ticks after pulse 0, to the nearest tick; `n`
-    /// beyond the end counts as the end.
+    /// The time of pulse `n`, in ticks after pulse 0, rounded to the nearest tick; `n` beyond the
+    /// end counts as the end.
     pub fn time_of(&self, n: u32) -> u64 {
         let due = self.due(n.min(self.length())).saturating_add(1 << 31);
         u64::try_from(due >> 32).unwrap_or(u64::MAX)
     }
 
-    /// Steps from the first pulse to pulse `n`, negative if it lies behind it;
-    /// `n` beyond the end counts as the end.
+    /// Steps from the first pulse to pulse `n`, negative if it is behind the first; `n` beyond the
+    /// end counts as the end.
     pub fn place_of(&self, n: u32) -> i64 {
         let n = n.min(self.length());
         self.leg_of(n).place_of(n)
     }
 
-    /// Speed and acceleration at pulse `n`, as they go into another curve; `n`
-    /// beyond the end counts as the end.
+    /// Speed and acceleration at pulse `n`, from which another curve may begin; `n` beyond the end
+    /// counts as the end.
     pub fn state_at(&self, n: u32) -> State {
         let n = n.min(self.length());
         State(self.leg_of(n).motion(&self.moment(n, None)))
@@ -420,28 +419,27 @@ impl Curve {
             return 0;
         }
         let v = self.peak * Wide::whole(1000);
-        // What is a whole number but for rounding is one.
+        // A value that differs from a whole number only by rounding counts as that number.
         let v = v - v.scaled(-50);
         u32::try_from(v.ceil()).unwrap_or(u32::MAX)
     }
 
-    /// The phase of pulse n: of the interval that leads to it, by its middle;
-    /// for pulse 0 that of the first interval.
+    /// The phase of pulse n: that of the middle of the interval before it; for pulse 0, that of the
+    /// first interval.
     pub fn phase_of(&self, n: u32) -> Phase {
         let n = n.clamp(1, self.length().max(1));
         let mut pieces = self.pieces.iter().take(self.piece_count.into());
         pieces.find(|piece| n <= piece.middle).unwrap_or(&NO_PIECE).phase
     }
 
-    /// The phases in their order, and how many pulses belong to each; phases
-    /// without a pulse are left out.
+    /// The phases in order, with the number of pulses of each; phases without a pulse are left out.
     pub fn phases(&self) -> impl Iterator<Item = (Phase, u32)> {
         let mut gone = 0;
         let pulses = self.pulses;
         let pieces = self.pieces.iter().take(self.piece_count.into());
         let alone = (self.piece_count == 0 && pulses > 0).then_some((Phase::Cruise, pulses));
         let phases = pieces.filter_map(move |piece| {
-            // The first pulse has no interval: it belongs to the next one's.
+            // The first pulse has no interval: it belongs to the phase of the next one.
             let end = match piece.middle {
                 0 if self.length() > 0 => 0,
                 middle => middle.saturating_add(1).min(pulses),
@@ -453,8 +451,8 @@ impl Curve {
         phases.chain(alone)
     }
 
-    /// Steps from where the speed begins to fall for the last time to the end,
-    /// rounded up.
+    /// Steps from the point where the speed begins to fall for the last time to the end, rounded
+    /// up.
     pub fn braking_steps(&self) -> u32 {
         let pieces = self.pieces.iter().take(self.piece_count.into());
         let fall = pieces.rev().take_while(|piece| !piece.speeds_up).last();

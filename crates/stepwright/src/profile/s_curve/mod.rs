@@ -1,5 +1,4 @@
-//! S-curve: constant acceleration, but the acceleration itself comes and goes
-//! at a limited jerk.
+//! S-curve: constant acceleration that is reached and left at a limited jerk.
 //!
 //! ```text
 //!   v ▲          ________             phase       jerk   acceleration
@@ -12,28 +11,26 @@
 //!                                     jerk-down    +J    −D … 0
 //! ```
 //!
-//! Between speeds Δv apart a ramp takes Δv/A + A/J, with its constant part, or
-//! 2·√(Δv/J) if that is shorter than 2A/J, without; it leads as far as at the
-//! mean of both speeds. When the top speed is out of reach, the fastest curve
-//! within the limits is made of the parts that remain. The m pulses lie at
-//! s = 0 … m − 1 of it, the first at time 0. As the jerk grows, it becomes the
-//! [trapezoid](super::trapezoid).
+//! Between two speeds that differ by Δv a ramp takes Δv/A + A/J, with a part of constant
+//! acceleration, or 2·√(Δv/J) without one if that is shorter than 2A/J; its length is that at the
+//! mean of both speeds. If the top speed is out of reach, the fastest curve within the limits
+//! consists of the remaining parts. The m pulses are at s = 0 … m − 1 of it, the first at time 0.
+//! As the jerk grows, the curve becomes the [trapezoid](super::trapezoid).
 //!
-//! **Changing one's mind**: [`SCurve::from_state`] is a new motion from the speed and
-//! acceleration of any moment, under new limits, to another target, nearer,
-//! further or behind; [`SCurve::stop`] a soft stop. [`Tracer::change`] goes over to
-//! it without losing a part of a tick.
+//! **Changes**: [`SCurve::from_state`] makes a new motion from the speed and acceleration at any
+//! moment, with new limits, to another target, nearer, further or behind; [`SCurve::stop`] makes a
+//! soft stop. [`Tracer::change`] changes to it without losing a fraction of a tick.
 //!
-//! **Error** of every pulse: below one tick, or 2⁻⁴⁰ of the elapsed time if that
-//! is larger (0.94 ticks by construction). **Cost**: planning a curve takes a PC some 50 µs, a run 2 µs, a step
-//! of a profile two additions. In 128-bit integers: for hosts.
+//! **Error** of every pulse: below one tick, or 2⁻⁴⁰ of the elapsed time if that is larger (0.94
+//! ticks by construction). **Cost**: planning a curve takes a PC some 50 µs, a run 2 µs, a step of
+//! a profile two additions. The arithmetic has 128-bit integers: for hosts.
 //!
 //! | file | what |
 //! | --- | --- |
-//! | `course` | which jerk when: from any state to rest at a target |
-//! | `curve` | the same in closed form: when is pulse n? |
+//! | `course` | the jerk over time: from any state to rest at a target |
+//! | `curve` | the same in closed form: the time of pulse n |
 //! | `state` | a new motion from any moment |
-//! | `tracer` | runs of it |
+//! | `tracer` | the runs of a curve |
 
 mod course;
 mod curve;
@@ -79,19 +76,19 @@ pub struct SCurve {
 }
 
 impl SCurve {
-    /// From `start` (0 allowed) at no more than `accel` to `top`, and back at
-    /// the same rate; the acceleration changes by `jerk`. A top speed at or below
-    /// the start speed means: all at the top speed.
+    /// From `start` (may be 0) at no more than `accel` to `top`, and back at the same rate; the
+    /// acceleration changes by `jerk` per second. If the top speed is not above the start speed,
+    /// the whole travel is at the top speed.
     pub const fn new(rate: Rate, start: Speed, top: Speed, accel: Accel, jerk: Jerk) -> SCurve {
         SCurve { rate, start, top, up: accel, down: accel, jerk }
     }
 
-    /// The same with a deceleration of its own.
+    /// This travel with another deceleration.
     pub const fn with_decel(self, decel: Accel) -> SCurve {
         SCurve { down: decel, ..self }
     }
 
-    /// In steps and seconds, ending at speed `end`.
+    /// The limits in steps and seconds, with the end speed `end`.
     fn limits(&self, end: Wide) -> Limits {
         Limits {
             top: thousandths(self.top.millisteps().into()),
@@ -105,7 +102,7 @@ impl SCurve {
     /// The motion in closed form, with `pulses` pulses: 0 … 2³¹.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn curve(&self, pulses: u32) -> Result<Curve, Unfit> {
         if pulses > 1 << 31 {
             return Err(Unfit::TooLong);
@@ -122,7 +119,7 @@ impl SCurve {
     /// The delay before each of `pulses` pulses; the first is 0.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn delays(&self, pulses: u32) -> Result<Delays<Tracer>, Unfit> {
         Ok(Delays::of_curve(self.curve(pulses)?))
     }

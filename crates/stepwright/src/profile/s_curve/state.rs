@@ -1,4 +1,4 @@
-//! How a motor moves at a moment, and a new motion from there.
+//! The state of a motor at a moment, and a new motion from that state.
 
 use super::course::{Limits, Motion};
 use super::{Curve, SCurve, thousandths};
@@ -6,7 +6,7 @@ use crate::profile::Unfit;
 use crate::units::Speed;
 use crate::wide::Wide;
 
-/// Speed and acceleration at a moment: what a change of mind begins with.
+/// Speed and acceleration at a moment: the beginning of a changed motion.
 ///
 /// ```
 /// use stepwright::{Accel, Jerk, Rate, Speed, profile::SCurve};
@@ -28,7 +28,7 @@ use crate::wide::Wide;
 pub struct State(pub(super) Motion);
 
 impl State {
-    /// Standing still.
+    /// Standstill.
     pub const REST: State = State(Motion::steady(Wide::ZERO));
 
     /// At a constant speed.
@@ -36,12 +36,12 @@ impl State {
         State(Motion::steady(thousandths(speed.millisteps().into()).flipped(!forward)))
     }
 
-    /// Speed in 0.001 steps/s, to the nearest; negative if backwards.
+    /// The speed in 0.001 steps/s, rounded to nearest; negative if backward.
     pub fn speed(&self) -> i64 {
         nearest(self.0.v)
     }
 
-    /// Acceleration in 0.001 steps/s², to the nearest; negative if backwards.
+    /// The acceleration in 0.001 steps/s², rounded to nearest; negative if backward.
     pub fn accel(&self) -> i64 {
         nearest(self.0.a)
     }
@@ -52,18 +52,16 @@ fn nearest(x: Wide) -> i64 {
 }
 
 impl SCurve {
-    /// A new motion from `state`: the fastest under this law's limits that ends at
-    /// rest `distance` steps away, forwards or (negative) backwards, at most 2³¹ − 1.
+    /// A new motion from `state`: the fastest within this law's limits that ends at rest `distance`
+    /// steps away, forward or (negative) backward, at most 2³¹ − 1.
     ///
-    /// It goes on from the speed and the acceleration that there are. What is
-    /// beyond these limits is brought back as fast as they allow; a target that
-    /// can still be stopped at is never passed, one that can't is returned to. The
-    /// law's start speed plays no part. The first pulse is the one that has just
-    /// been made.
+    /// It continues from the present speed and acceleration. Values beyond the limits are brought
+    /// back as fast as the limits allow. A target at which the motor can still stop is never
+    /// passed; otherwise the motor returns to it. The law's start speed is not used. The first
+    /// pulse is the one that has just been made.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it, or if coming to rest takes more than
-    /// 2³¹ steps.
+    /// [`Unfit`] if the timer can't represent it, or if coming to rest takes more than 2³¹ steps.
     pub fn from_state(&self, state: State, distance: i32) -> Result<Curve, Unfit> {
         if self.top == Speed::ZERO {
             return Err(Unfit::Standstill);
@@ -73,12 +71,11 @@ impl SCurve {
 
     /// A soft stop: to rest on the next whole step at which the limits allow it.
     ///
-    /// What is left of a step then is gone before the speed falls, not faster than
-    /// at present, or than a step from rest allows.
+    /// If the stop would end between two steps, the rest of a step is travelled before the speed
+    /// falls, no faster than the present speed or than a step from rest allows.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it, or if coming to rest takes more than
-    /// 2³¹ steps.
+    /// [`Unfit`] if the timer can't represent it, or if coming to rest takes more than 2³¹ steps.
     pub fn stop(&self, state: State) -> Result<Curve, Unfit> {
         let limits = self.limits(Wide::ZERO);
         let v = limits.at_no_acceleration(state.0);

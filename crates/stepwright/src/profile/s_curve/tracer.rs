@@ -1,23 +1,21 @@
-//! From a curve to runs: a tracer that walks the closed form.
+//! Makes runs of a curve: a tracer that walks the closed form.
 //!
-//! A run over N steps takes its growth from the intervals c = f/v at both ends
-//! and its first interval from the exact time between them, as a
-//! [`Cursor`](crate::profile::Cursor)'s does. What the parabola leaves out is
-//! the third derivative of the time by the steps,
+//! A run over N steps takes its growth from the intervals c = f/v at both ends and its first
+//! interval from the exact time between them, like a run of a [`Cursor`](crate::profile::Cursor).
+//! The parabola leaves out the third derivative of the time by the steps,
 //!
 //! ```text
 //!   t‴ = (3a² − j·v) / v⁵          error ≤ N³·max|t‴| / 96
 //! ```
 //!
-//! (The error is zero at both ends, and its slope the same there; 1/96 is the
-//! largest integral of the kernel that belongs to these conditions. A constant
-//! t‴ makes 1/125.) On a piece speed and acceleration only rise or only fall, so
-//! the ends of the run say how large t‴ gets. Here it may have either sign, and
-//! the defect of the trapezoid rule, which bounds a `Cursor`'s run, would be blind
-//! where it changes.
+//! (The error is zero at both ends, and its slope is the same at both; 1/96 is the largest integral
+//! of the kernel for these conditions. A constant t‴ makes 1/125.) Within a piece, speed and
+//! acceleration only rise or only fall, so the ends of the run bound t‴. Here t‴ may have either
+//! sign; the defect of the trapezoid rule, which bounds a `Cursor`'s run, would not detect it where
+//! the sign changes.
 //!
-//! A run stays within a piece; a step across the meeting of two is a run of its
-//! own. Where the curve turns back, a [turn](Run::turns) comes at that moment.
+//! A run stays within a piece; a step across the boundary of two pieces is a run of its own. Where
+//! the curve turns back, a [turn](Run::turns) comes at that moment.
 
 use super::State;
 use super::curve::{Curve, Moment};
@@ -28,33 +26,33 @@ use crate::wide::Wide;
 
 /// Walks a [`Curve`] and yields its [runs](Run).
 ///
-/// Each run starts from the exact time of the step before it, so any mixture of
-/// runs adds up to the curve's own time. A run costs a root of a cubic, some six
-/// rounds of Newton in 64 bits, and three divisions: for hosts.
+/// Each run starts from the exact time of the step before it, so any mixture of runs adds up to the
+/// curve's own time. A run takes a root of a cubic (some six 64-bit Newton iterations) and three
+/// divisions: for hosts.
 #[derive(Clone, Debug)]
 pub struct Tracer {
     curve: Curve,
     fit: Fit,
-    /// The last pulse handed out, when it came in 2⁻³² ticks, and what it met.
+    /// The last pulse handed out, its time in 2⁻³² ticks, and its moment.
     n: u32,
     time: u128,
     here: Moment,
-    /// The direction of the last run, and whether that was a turn.
+    /// The direction of the last run, and whether that run was a turn.
     backward: bool,
     turned: bool,
     /// How far the runs handed out are behind the curve, in 2⁻³² ticks.
     lag: i64,
-    /// Run length to try next, as a power of two.
+    /// The run length to try next, as a power of two.
     size: u8,
 }
 
 impl Tracer {
-    /// Stands on the curve's first pulse.
+    /// A tracer at the curve's first pulse.
     pub fn new(curve: Curve, fit: Fit) -> Tracer {
         Tracer::at(curve, fit, 0)
     }
 
-    /// Stands on pulse `n`: the run that begins there comes next.
+    /// A tracer at pulse `n`: the next run begins there.
     pub fn at(curve: Curve, fit: Fit, n: u32) -> Tracer {
         let n = n.min(curve.length());
         let here = curve.moment(n, None);
@@ -68,17 +66,16 @@ impl Tracer {
         self.n
     }
 
-    /// Speed and acceleration at the last pulse handed out: what another curve is to
-    /// begin with. None between a turn and the step behind it.
+    /// Speed and acceleration at the last pulse handed out, from which another curve may begin.
+    /// `None` between a turn and the step after it.
     pub fn state(&self) -> Option<State> {
         let leg = self.curve.leg_of(self.n);
         (!self.turned).then(|| State(leg.motion(&self.here)))
     }
 
-    /// Goes over to another curve at the last pulse handed out; it is to begin with
-    /// this tracer's [`state`](Self::state). Parts of a tick are carried over, so
-    /// that changes don't add up to an error. Does nothing between a turn and the
-    /// step behind it.
+    /// Changes to another curve at the last pulse handed out; the curve must begin with this
+    /// tracer's [`state`](Self::state). Fractions of a tick are carried over, so that the errors of
+    /// several changes don't add up. Does nothing between a turn and the step after it.
     pub fn change(&mut self, curve: Curve) {
         if self.turned {
             return;
@@ -93,13 +90,13 @@ impl Tracer {
         &self.curve
     }
 
-    /// The interval at a speed, in 2⁻³² ticks; saturating.
+    /// The interval at a speed, in 2⁻³² ticks; saturates.
     fn interval(&self, v: Wide) -> u64 {
         let c = Wide::whole(self.curve.rate().hz().into()) / v;
         u64::try_from(c.to_q32()).unwrap_or(u64::MAX)
     }
 
-    /// The largest error of 2^size steps up to `there`, in 2⁻³² ticks.
+    /// The largest error in a run of 2^size steps up to `there`, in 2⁻³² ticks.
     fn error(&self, there: &Moment, jerk: Wide, size: u8) -> u64 {
         let slow = self.here.v.min(there.v);
         let fast = self.here.v.max(there.v);
@@ -112,7 +109,7 @@ impl Tracer {
         u64::try_from(error.to_q32()).unwrap_or(u64::MAX)
     }
 
-    /// Goes on to pulse `m`.
+    /// Moves to pulse `m`.
     fn arrive(&mut self, m: u32, there: Moment, lag: i64) {
         (self.n, self.here, self.lag) = (m, there, lag);
         self.time = self.curve.ticks(there.time);
@@ -150,7 +147,7 @@ impl Tracer {
         }
     }
 
-    /// The one step that leads into another piece.
+    /// The single step that leads into another piece.
     fn across(&mut self) -> Run {
         let m = self.n + 1;
         let there = self.curve.moment(m, None);

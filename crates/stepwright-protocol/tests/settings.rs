@@ -59,30 +59,30 @@ fn settings_may_stand_inside_an_order() {
 
 /// What `docs/settings.md` says below its table.
 const BELOW: &str = "
-Sets of axes are sums: 1 for X, 2 for Y, 4 for Z.
+Values for sets of axes are sums: 1 for X, 2 for Y, 4 for Z.
 
-On the serial line `$` lists the settings, `$idle-ms` asks for one, `$idle-ms=60000` sets it, and
-`$reset` brings the defaults back. No setting is changed while a motor moves.
+On the serial line `$` lists the settings, `$idle-ms` returns one, `$idle-ms=60000` sets it, and
+`$reset` restores the defaults. The board refuses to change settings while a motor moves.
 
-An Uno, a Nano and a Mega keep their settings when the power goes off. Any other board keeps them over
-a reset alone, and has the defaults after each power-up: [safety.md](safety.md#stored-settings).
+An Uno, a Nano and a Mega keep their settings without power. Any other board keeps them only over
+a reset, and has the defaults after each power-up: [safety.md](safety.md#stored-settings).
 
-A closed switch stops its axis at once. The position stays what the steps so far make it. A motor
+A closed switch stops its axis at once. The position is that of the last step. A motor
 that was faster than its start speed may have slipped some steps beyond: approach a switch slowly,
-or zero the axis afterwards. An order towards the switch is then refused (`fault`); an order away
-from it is not.
+or zero the axis afterwards. The board then refuses orders towards the switch (`fault`), but takes orders
+away from it.
 
 A motor whose driver is switched off holds no load: leave `idle-ms` at 0 where a load could turn
 the motor.
 
-What the inputs, the limits and the locks do in detail: [safety.md](safety.md).
+[safety.md](safety.md) describes the inputs, the limits and the locks in detail.
 ";
 
 /// `docs/settings.md`, which is the table's.
 fn page() -> String {
     let mut page = String::from(
-        "# Settings\n\nAll settings of a board, in the order of the answer to `$`. \
-         `stepwright settings set --help` has\nthe same texts.\n\n\
+        "# Settings\n\nThis table lists all settings of a board in the order of the answer to `$`. \
+         `stepwright settings set --help`\nprints the same texts.\n\n\
          | setting | range | default | what it does |\n|---|---|---|---|\n",
     );
     for setting in Setting::ALL {

@@ -1,10 +1,10 @@
-//! A motor that changes its mind on the way, under Austin's law: each delay is
-//! made when it is asked for, so a change holds from the next step on.
+//! A motor whose target changes on the way, under Austin's law: each delay is computed when it is
+//! asked for, so a change takes effect with the next step.
 //!
 //! `cargo run -p stepwright-austin --example 08_change_your_mind`
 //!
-//! With an argument, whichever, it prints a cycle file of its delays instead, which
-//! `stepwright cycle` plays and draws.
+//! With any argument it prints a cycle file of its delays instead, which `stepwright cycle` plays
+//! and draws.
 
 use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::Motion;

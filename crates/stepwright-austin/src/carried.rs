@@ -1,4 +1,4 @@
-//! Austin's ramp with the division's remainder carried.
+//! Austin's ramp, carrying the remainder of each division.
 //!
 //! ```text
 //!   c(n) = c(n−1) − 2·c(n−1) / (4n+1)      up: n = 1, 2 …
@@ -6,23 +6,22 @@
 //!   c(0) = 0.676·f·√(2/a)                  Eq 7 and 15
 //! ```
 //!
-//! Intervals are kept in 2⁻⁸ ticks, as in the article. What a division leaves
-//! over goes to the next one: at high speed, where 2c is less than 4n+1, the
-//! interval still falls, so the ramp can't stall below its top speed. That is what
-//! sets it apart from [`Fixed`](super::Fixed), which truncates as the published
-//! listing does; [`Austin`](super::Austin) holds the formula to a tick. The ramp down counts the steps
-//! of the ramp up, so it ends exactly, and mirrors it within 0.2 %.
+//! Intervals are kept in 2⁻⁸ ticks, as in the article. The remainder of a division is added to the
+//! next one: at high speed, where 2c is less than 4n+1, the interval still falls, so the ramp can't
+//! stall below its top speed. [`Fixed`](super::Fixed) truncates instead, like the published
+//! listing; [`Austin`](super::Austin) keeps to the formula within a tick. The ramp down counts the
+//! steps of the ramp up, so it ends exactly, and mirrors it within 0.2 %.
 //!
-//! **Error.** Against constant acceleration the interval is 2.1 % off at n = 1,
-//! 0.75 % at n = 2 and less than 0.04 % from n = 10 on; the steps that a ramp
-//! takes to its top speed are right within 2 %.
+//! **Error.** Against constant acceleration the interval is 2.1 % off at n = 1, 0.75 % at n = 2 and
+//! less than 0.04 % from n = 10 on; the number of steps of a ramp to its top speed is right within
+//! 2 %.
 
 use stepwright::units::Ticks;
 
-/// Fraction of an interval.
+/// Fractional bits of an interval.
 pub(crate) const BITS: u32 = 8;
-/// Intervals of 2²² ticks (0.26 s at 16 MHz) or more are not for this law: with
-/// [`LAST_DIVISOR`] a remainder and twice an interval fit 32 bits.
+/// The longest interval of this law, 0.26 s at 16 MHz: with [`LAST_DIVISOR`], a remainder and twice
+/// an interval fit in 32 bits.
 pub(crate) const LONGEST: Ticks = (1 << 22) - 1;
 /// A ramp has at most 2²⁹ steps.
 const LAST_DIVISOR: u32 = 1 << 31;
@@ -40,17 +39,17 @@ const LAST_DIVISOR: u32 = 1 << 31;
 pub struct Carried {
     /// The next interval, in 2⁻⁸ ticks.
     delay: u32,
-    /// 4n+1, of the n steps of the ramp so far.
+    /// 4n+1, for the n steps of the ramp so far.
     divisor: u32,
-    /// Intervals that are still to come before those of the ramp down.
+    /// The number of intervals left before those of the ramp down.
     margin: u32,
-    /// What the division left over.
+    /// The remainder of the division.
     rest: u32,
     /// The shortest interval, in 2⁻⁸ ticks.
     shortest: u32,
     /// The interval that the top speed cut short, for the way down; or 0.
     top: u32,
-    /// On the way down.
+    /// Whether the travel is on the way down.
     down: bool,
 }
 
@@ -59,9 +58,9 @@ impl Carried {
     pub const NONE: Carried =
         Carried { delay: 0, divisor: 0, margin: 0, rest: 0, shortest: 0, top: 0, down: false };
 
-    /// `pulses` pulses: the first delay is `first` ticks, the shortest
-    /// `shortest`. Delays are at least 1 tick and at most 2²² − 1; a `first`
-    /// shorter than `shortest` is constant speed at `shortest`.
+    /// `pulses` pulses: the first delay is `first` ticks, the shortest `shortest`. Delays are at
+    /// least 1 tick and at most 2²² − 1; if `first` is shorter than `shortest`, the speed is
+    /// constant at `shortest`.
     pub fn new(pulses: u32, first: Ticks, shortest: Ticks) -> Carried {
         let shortest = shortest.clamp(1, LONGEST) << BITS;
         let delay = (first.clamp(1, LONGEST) << BITS).max(shortest);
@@ -121,8 +120,8 @@ impl Carried {
     }
 }
 
-/// Quotient and remainder. Bit by bit: the quotient is short where time is, at
-/// high speed, and an 8-bit chip shifts by one place at a time.
+/// Quotient and remainder. Bit by bit: the quotient is short where time is short, at high speed,
+/// and an 8-bit chip shifts one place at a time.
 fn divided(mut dividend: u32, divisor: u32) -> (u32, u32) {
     if divisor == 0 {
         return (0, 0);
@@ -178,8 +177,8 @@ mod tests {
         assert_eq!(delays(2, 50_000, 2_500), [50_000]);
     }
 
-    /// Every length: the right number of delays, none below the shortest, and
-    /// the way down mirrors the way up within two parts of a thousand.
+    /// Every length: the right number of delays, none below the shortest, and the way down mirrors
+    /// the way up within two thousandths.
     #[test]
     fn ramps_end_exactly() {
         for pulses in (2..400).chain([1_000, 4_001, 100_000]) {
@@ -210,7 +209,7 @@ mod tests {
 
     #[test]
     fn a_top_speed_within_two_steps_is_kept() {
-        // Faults of known implementations: running away, or being slower first.
+        // Faults of known implementations: endless acceleration, or being slower at first.
         assert_eq!(delays(6, 3_000, 2_500), [3_000, 2_500, 2_500, 2_500, 2_500]);
         assert_eq!(delays(4, 1_000, 2_500), [2_500, 2_500, 2_500]);
         assert!(delays(50, 0, 0).iter().all(|delay| *delay == 1));

@@ -1,4 +1,4 @@
-//! Any of the laws, by its constants: what a board is told, and what it goes by.
+//! Any of the laws with its constants: sent to a board, which follows it.
 
 #![cfg_attr(
     not(all(feature = "constant", feature = "transitions", feature = "power")),
@@ -32,7 +32,7 @@ pub enum LawName {
 }
 
 impl LawName {
-    /// All of them.
+    /// All laws.
     pub const ALL: [LawName; 5] = [
         LawName::Austin,
         LawName::AustinFixed,
@@ -41,7 +41,7 @@ impl LawName {
         LawName::Piecewise,
     ];
 
-    /// Those that this build's [`Recipe`] has.
+    /// The laws in this build's [`Recipe`].
     pub const HERE: &[LawName] = &[
         #[cfg(feature = "constant")]
         LawName::Austin,
@@ -55,7 +55,7 @@ impl LawName {
         LawName::Piecewise,
     ];
 
-    /// As in the command and on the line.
+    /// The name, as in the command and on the line.
     pub const fn name(self) -> &'static str {
         match self {
             LawName::Austin => "austin",
@@ -87,14 +87,14 @@ pub enum Recipe {
     Piecewise(StageConstants),
 }
 
-/// Breaks of a piecewise ramp: with more its way down is looked for over more steps at once
-/// than a chip has time for.
+/// The most breaks of a piecewise ramp: with more, the search of its way down takes more steps at
+/// once than a chip has time for.
 const BREAKS: u8 = 8;
 /// The longest ramp in steps.
 const FAR: u32 = 1 << 30;
 
 impl Recipe {
-    /// Which law it is.
+    /// The law's name.
     pub const fn law(&self) -> LawName {
         match self {
             #[cfg(feature = "constant")]
@@ -110,9 +110,9 @@ impl Recipe {
         }
     }
 
-    /// Whether a board can go by it: delays of 1 to 2²² − 1 ticks, ramps of at most 2³⁰ steps,
-    /// and of those laws that follow a second ramp one that begins as fast as the first, or
-    /// faster: with a deceleration of at least the acceleration. Piecewise has at most 8 breaks.
+    /// Whether a board can follow it: delays of 1 to 2²² − 1 ticks, ramps of at most 2³⁰ steps, and
+    /// for laws with a second ramp one that begins as fast as the first, or faster: with a
+    /// deceleration of at least the acceleration. Piecewise has at most 8 breaks.
     pub fn is_sound(&self) -> bool {
         let fits = |delay: Q32| ((delay >> 32) as u32).wrapping_sub(1) < LONGEST;
         match self {
@@ -142,7 +142,7 @@ impl Recipe {
         }
     }
 
-    /// Whether its acceleration can be changed on the way.
+    /// Whether the acceleration can be changed during a travel.
     pub fn changes(&self) -> bool {
         match self {
             #[cfg(feature = "constant")]
@@ -223,8 +223,8 @@ impl AnyLaw {
         }
     }
 
-    /// Another acceleration from the next delay on (Eq 18). False, and nothing done, where the
-    /// way up is over, and for all but the general form.
+    /// Sets another acceleration from the next delay on (Eq 18). Returns false and does nothing
+    /// after the end of the way up, and for all laws but the general form.
     pub fn set_accel(&mut self, accel: Accel) -> bool {
         match self {
             #[cfg(feature = "constant")]

@@ -1,19 +1,19 @@
-//! What these laws share: the first delay, and delays in whole ticks.
+//! The parts that all laws share: the first delay, and delays in whole ticks.
 
 use crate::share::share;
 use stepwright::fixed::{self, ONE, Q32, Scale, root};
 use stepwright::profile::{Bounds, Phase, Unfit, slope_of};
 use stepwright::units::{Accel, Rate, Speed, Ticks};
 
-/// How a ramp begins. Eq 12 takes too much off at n = 1: 0.6 instead of 0.4142
-/// of c₀ are left (Table 1).
+/// How a ramp begins. At n = 1 Eq 12 takes off too little: 0.6 of c₀ is left instead of 0.4142
+/// (Table 1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum C0 {
-    /// c₀ by Eq 7, and nothing done about it: every later delay is too long by
-    /// 1/0.676, so the ramp is one of 0.457 of the acceleration. The law's
-    /// steps are computed with that, so it reaches the same top speed.
+    /// c₀ by Eq 7, uncorrected: every later delay is too long by 1/0.676, so the ramp has 0.457 of
+    /// the acceleration. The law's steps are computed with that value, so it reaches the same top
+    /// speed.
     Exact,
-    /// c₀ · 0.676 (Eq 15): starts with a fast step. What the article recommends.
+    /// c₀ · 0.676 (Eq 15): starts with a fast step. The article recommends this.
     #[default]
     Reduced,
     /// c₀ by Eq 7 and c₁ = 0.4056·c₀: an almost perfect ramp.
@@ -21,8 +21,8 @@ pub enum C0 {
 }
 
 impl C0 {
-    /// The delay before the second pulse, and the count that the formula goes
-    /// on from; with 0.4056 = 0.6 · 0.676 the formula itself makes c₁.
+    /// The delay before the second pulse, and the count from which the formula continues. As 0.4056
+    /// = 0.6 · 0.676, the formula itself makes c₁.
     pub(crate) fn counts(self, exact: Q32) -> (Q32, Q32) {
         let reduced = share(exact, 676, 1000);
         match self {
@@ -32,7 +32,7 @@ impl C0 {
         }
     }
 
-    /// The part of the acceleration that the ramp has in truth: 0.676² or 1.
+    /// The part of the acceleration that the ramp actually has: 0.676² or 1.
     pub(crate) const fn part(self) -> (u64, u64) {
         match self {
             C0::Exact => (28_561, 62_500),
@@ -41,7 +41,7 @@ impl C0 {
     }
 }
 
-/// What every law of constant acceleration and a top speed takes.
+/// The parameters of every law with constant acceleration and a top speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Order {
     pub rate: Rate,
@@ -56,14 +56,13 @@ impl Order {
         Order { rate, top, accel, decel: accel, c0: C0::Reduced }
     }
 
-    /// The order as `pulses` pulses can have it.
+    /// The order adjusted to `pulses` pulses.
     ///
-    /// An acceleration with which the very first step would be too fast to
-    /// brake from (J = a/2d steps, Eq 18 with n = 0) is lowered to where it
-    /// isn't.
+    /// If the acceleration makes the very first step too fast to brake from (J = a/2d steps, Eq 18
+    /// with n = 0), it is lowered until it is not.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn fitted(mut self, pulses: u32) -> Result<Order, Unfit> {
         if pulses > 1 << 31 {
             return Err(Unfit::TooLong);
@@ -78,7 +77,7 @@ impl Order {
         Ok(self)
     }
 
-    /// c₀ by Eq 7, for an acceleration.
+    /// c₀ by Eq 7 for an acceleration.
     pub fn exact(&self, accel: Accel) -> Q32 {
         let slope = slope_of(accel);
         Scale::new(self.rate, slope).time(root(slope)) // √(2a) / a
@@ -90,32 +89,30 @@ impl Order {
     }
 }
 
-/// A law that makes each delay from the one before.
+/// A law that computes each delay from the one before.
 pub trait Law {
-    /// Goes on to the next delay. `left` delays of the travel are to come, this
-    /// one among them.
+    /// Moves to the next delay. `left` delays of the travel are left, including this one.
     fn advance(&mut self, left: u32) -> Phase;
 
     /// The delay, in 2⁻³² ticks.
     fn count(&self) -> u64;
 
-    /// Goes no further up. Returns the steps that the way down takes, the hold
-    /// after the last pulse among them.
+    /// Ends the way up. Returns the steps of the way down, including the hold after the last pulse.
     fn stop(&mut self) -> u32;
 }
 
-/// The pulses of a travel, as delays in ticks. The first is 0.
+/// The pulses of a travel as delays in ticks. The first is 0.
 #[derive(Clone, Debug)]
 pub struct Pulses<L> {
     law: L,
     /// c₀, until it has been handed out.
     lead: Option<Q32>,
     shortest: Q32,
-    /// The pulse at time 0 is still to come.
+    /// Whether the pulse at time 0 is still to come.
     first: bool,
-    /// Delays that are still to come.
+    /// The number of delays left.
     left: u32,
-    /// The part of a tick that is carried, half a tick ahead.
+    /// The fraction of a tick that is carried, half a tick ahead.
     part: u32,
     phase: Phase,
 }
@@ -133,31 +130,32 @@ impl<L: Law> Pulses<L> {
         }
     }
 
-    /// The phase of the delay that was handed out last.
+    /// The phase of the last delay.
     pub fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// The delay that was handed out last, before it was rounded to ticks, from the third on;
-    /// the second is the law's first delay. In 2⁻³² ticks.
+    /// The last delay before it was rounded to ticks, in 2⁻³² ticks; valid from the third delay on,
+    /// the second being the law's first.
     pub fn unrounded(&self) -> Q32 {
         self.law.count().max(self.shortest)
     }
 
-    /// The law, and the delays to come, one more where its first step is the next of them.
+    /// The law, and the number of delays left, plus one if the law's first step is the next of
+    /// them.
     pub(crate) fn law(&mut self) -> (&mut L, u32) {
         let left = self.left + u32::from(self.lead.is_none()); // at most 2³¹
         (&mut self.law, left)
     }
 
-    /// Brakes from here: ends as many steps further on as the way down takes,
-    /// or where it would have ended anyway.
+    /// Brakes from here: ends after the steps of the way down, or where the travel would have ended
+    /// anyway.
     pub fn stop(&mut self) {
         // The last step of the way down is the hold after the last pulse.
         self.left = self.left.min(self.law.stop().saturating_sub(1));
     }
 
-    /// The delay as formula has it, before it is rounded to ticks.
+    /// The delay by the formula, before it is rounded to ticks.
     fn count(&mut self) -> Q32 {
         let count = match self.lead.take() {
             Some(lead) => lead,

@@ -1,7 +1,7 @@
-//! [`Carried`] as a feed: a law in the step interrupt.
+//! [`Carried`] as a feed: computes a law in the step interrupt.
 //!
-//! The engine asks for one step at a time. Each interval is computed after the pulse
-//! before it has been made, and loaded one step later. The price is a division a step.
+//! The engine asks for one step at a time. Each interval is computed after the pulse before it, and
+//! loaded one step later. The cost is one division per step.
 //!
 //! ```text
 //!   STEP    ┌───┐             ┌───┐
@@ -15,21 +15,21 @@ use stepwright::queue::{Feed, Taken};
 use stepwright::run::Run;
 use stepwright::units::Ticks;
 
-/// The travel of one axis, its next interval computed one step ahead.
+/// The travel of one axis, with its next interval computed one step ahead.
 #[derive(Clone, Debug)]
 pub struct Direct {
     /// The interval after the next pulse, in 2⁻⁸ ticks; `None` once the travel is over.
     ready: Option<u32>,
     ramp: Carried,
-    /// From the beginning to the change of direction.
+    /// Ticks from the beginning to the change of direction.
     hold: Ticks,
-    /// From there to the first pulse.
+    /// Ticks from there to the first pulse.
     lead: Ticks,
     stage: Stage,
     forward: bool,
 }
 
-/// How far a travel's beginning is.
+/// How far the beginning of a travel is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Turn,
@@ -48,23 +48,22 @@ impl Direct {
         forward: true,
     };
 
-    /// A travel: `hold` ticks after the start its direction is set, its first
-    /// pulse comes `lead` ticks later.
+    /// Begins a travel: its direction is set `hold` ticks after the start, and its first pulse
+    /// comes `lead` ticks later.
     pub fn begin(&mut self, forward: bool, hold: Ticks, lead: Ticks, ramp: Carried) {
         let lead = lead.min(LONGEST);
         *self = Direct { ready: None, ramp, hold, lead, stage: Stage::Turn, forward };
-        // The first interval is computed here: the interrupt would be late.
+        // The first interval is computed here, because the interrupt would be late.
         self.prepare();
     }
 
-    /// Computes the interval after the one that is ready: 530 cycles on an AVR, and
-    /// 1,600 at most.
+    /// Computes the interval after the one that is ready: 530 cycles on an AVR, at most 1,600.
     fn prepare(&mut self) {
         self.ready = self.ramp.step();
     }
 
-    /// Brakes from where it is: the interval that is ready and the one after it
-    /// are still of the ramp up.
+    /// Brakes from here: the interval that is ready and the one after it are still those of the
+    /// ramp up.
     pub fn stop(&mut self) {
         self.ramp.stop();
     }

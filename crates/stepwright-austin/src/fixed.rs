@@ -15,21 +15,19 @@
 //!   last  the delay after the last pulse, which nobody waits for: left out
 //! ```
 //!
-//! The three steps are the program's own. It counts its steps from the second delay
-//! on, notes at max how many it has counted, and begins the way down when as many
-//! remain: a step late; the next step still has c_min, and the denominator is a step
-//! ahead. So the last delay is 29,795 ticks where the first ramp delay is 30,000
-//! (c₀ 50000, c_min 2500), and a ramp of up to three steps has no way down.
+//! The three steps are the program's own behaviour. It counts its steps from the second delay on,
+//! notes at max how many it has counted, and begins the way down when that many remain: one step
+//! late. The next step still has c_min, and the denominator is one step ahead. So the last delay is
+//! 29,795 ticks where the first ramp delay is 30,000 (c₀ 50000, c_min 2500), and a ramp of up to
+//! three steps has no way down.
 //!
-//! That is sound for ramps of up to 8191 steps whose changes are at least 2⁻⁸
-//! ticks; beyond, 4n + 1 overflows, or the ramp stalls, and what is emitted is
-//! the [general form](super::general)'s: changes to the nearest 2⁻³² ticks. So it
-//! is where other implementations of it are at fault: c_min above c₀ (all at
-//! c_min), c₀ beyond 65,535.
+//! This works for ramps of up to 8191 steps whose changes are at least 2⁻⁸ ticks. Beyond, 4n + 1
+//! overflows or the ramp stalls, and the delays are those of the [general form](super::general):
+//! changes rounded to the nearest 2⁻³² ticks. The same applies where other implementations of the
+//! listing fail: c_min above c₀ (all at c_min), and c₀ beyond 65,535.
 //!
-//! Error against the formula in f64, from truncating: 0.74 ticks at most in the
-//! document's demo (c₀ 50000, c_min 2500), and 11.4 at the end of the longest ramp
-//! that it holds, on the way up.
+//! Error against the formula in f64, from truncation: at most 0.74 ticks in the document's demo (c₀
+//! 50000, c_min 2500), and 11.4 at the end of the longest ramp that it supports, on the way up.
 
 use super::count::Law;
 use super::travel::{Slopes, Travel};
@@ -38,9 +36,9 @@ use stepwright::fixed::Q32;
 use stepwright::profile::Phase;
 use stepwright::units::Ticks;
 
-/// 4n + 1 in 16 bits with a sign.
+/// The last n for which 4n + 1 fits in 16 bits with a sign.
 const MOST: u32 = 8_191;
-/// From 2⁻³² to 2⁻⁸ ticks.
+/// Bits between 2⁻³² and 2⁻⁸ ticks.
 const COARSE: u32 = 24;
 
 /// The pulses of the published form. The first delay is 0.
@@ -57,17 +55,17 @@ const COARSE: u32 = 24;
 pub struct Fixed {
     travel: Travel<Listing>,
     shortest: Q32,
-    /// The pulse at time 0, then c₀, are still to come.
+    /// Whether the pulse at time 0, then c₀, are still to come.
     first: bool,
     lead: bool,
-    /// Delays that are still to come.
+    /// The number of delays left.
     left: u32,
     phase: Phase,
 }
 
 impl Fixed {
-    /// `pulses` pulses; `c0` ticks before the second, never less than `c_min`
-    /// (at least 1) ticks.
+    /// `pulses` pulses, with `c0` ticks before the second; no delay is less than `c_min` (at least
+    /// 1) ticks.
     pub fn new(pulses: u32, c0: Ticks, c_min: Ticks) -> Fixed {
         let shortest = Q32::from(c_min.max(1)) << 32;
         let listing = Listing { count: (Q32::from(c0) << 32).max(shortest), shortest, n: 0 };
@@ -81,19 +79,18 @@ impl Fixed {
         }
     }
 
-    /// The phase of the delay that was handed out last.
+    /// The phase of the last delay.
     pub fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// The delay that was handed out last, before it was rounded to ticks, from the second on.
-    /// In 2⁻³² ticks.
+    /// The last delay before it was rounded to ticks, in 2⁻³² ticks; valid from the second delay
+    /// on.
     pub fn unrounded(&self) -> Q32 {
         self.travel.count().max(self.shortest)
     }
 
-    /// Brakes from here, in as many steps as the ramp has taken; from c_min in three
-    /// fewer.
+    /// Brakes from here, in as many steps as the ramp has taken; from c_min in three steps fewer.
     pub fn stop(&mut self) {
         self.left = self.left.min(self.travel.stop().saturating_sub(1));
     }
@@ -134,7 +131,7 @@ pub struct Listing {
     n: u32,
 }
 
-/// Steps by which the way down from max is shorter than the way up.
+/// The number of steps by which the way down from max is shorter than the way up.
 const SHORT: u32 = 3;
 
 impl Listing {

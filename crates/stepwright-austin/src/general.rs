@@ -7,26 +7,25 @@
 //!   N ≈ m·d / (a + d) − 1  when the top speed is out of reach      Eq 19
 //! ```
 //!
-//! J is rounded to the nearest; what rounding leaves over of m pulses is
-//! travelled at the speed reached. On reaching c_min the delay is held there;
-//! down it goes from the delay that was cut short, as the way up came.
+//! J is rounded to nearest; the remainder of m pulses is travelled at the speed reached. On
+//! reaching c_min the delay is kept there; the way down starts from the delay that was cut short,
+//! like the end of the way up.
 //!
-//! On the way up another acceleration may be ordered (Eq 18: n₂ + ½ = (n₁ + ½)·a₁/a₂); the
-//! divisor is 4n₂ + 1 from there on, to 2⁻¹⁶.
+//! On the way up another acceleration may be set (Eq 18: n₂ + ½ = (n₁ + ½)·a₁/a₂); the divisor is
+//! 4n₂ + 1 from there on, to 2⁻¹⁶.
 //!
-//! The variant with c/2n instead of 2c/(4n+1): c₀ is √π/2 (88.6 %) of the exact
-//! one, the half step of Eq 18 a quarter, and down is another equation:
+//! The variant with c/2n instead of 2c/(4n+1): c₀ is √π/2 (88.6 %) of the exact one, the half step
+//! of Eq 18 is a quarter, and the way down has another equation:
 //!
 //! ```text
 //!   up    c(n) = c(n−1) − c(n−1) / 2n               c₀·0.886
 //!   down  c    = c      + c      / (2j − 1)
 //! ```
 //!
-//! Error against the formulas in f64: each delay below one tick, each pulse's
-//! time half a tick (0.50 measured over 100,000 steps). Behind a change the divisor's 2⁻¹⁶ moves
-//! c by 2⁻¹⁶/(4n+1)² of itself a step: all that follows is up to 2.2·10⁻⁶ of the time off, where
-//! the change comes after the first step (1.1·10⁻⁶ measured). Against constant acceleration:
-//! `docs/laws.md`.
+//! Error against the formulas in f64: each delay below one tick, the time of each pulse half a tick
+//! (0.50 measured over 100,000 steps). After a change the divisor's 2⁻¹⁶ shifts c by 2⁻¹⁶/(4n+1)²
+//! of itself per step: all that follows is up to 2.2·10⁻⁶ of the time off if the change comes after
+//! the first step (1.1·10⁻⁶ measured). Against constant acceleration: `docs/laws.md`.
 
 use super::count::{C0, Order, Pulses};
 use super::travel::{Slopes, Travel};
@@ -35,7 +34,7 @@ use stepwright::fixed::Q32;
 use stepwright::profile::Unfit;
 use stepwright::units::{Accel, Rate, Speed};
 
-/// What the change of a step is divided by.
+/// The divisor of the change in each step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Divisor {
     /// 2c/(4n+1), Eq 12: the same up and down.
@@ -45,7 +44,7 @@ pub enum Divisor {
     TwoN,
 }
 
-/// One step in the units of n where that is no whole number, and the largest n: 2³³ steps.
+/// One step in the units of n if n is not whole, and the largest n: 2³³ steps.
 const STEP: u64 = 1 << 28;
 const LARGEST: u64 = STEP << 33;
 
@@ -78,19 +77,19 @@ impl Austin {
         Austin { order: Order::new(rate, top, accel), divisor: Divisor::FourN }
     }
 
-    /// The same with a deceleration of its own.
+    /// This travel with another deceleration.
     pub const fn with_decel(mut self, decel: Accel) -> Austin {
         self.order.decel = decel;
         self
     }
 
-    /// The same with another way to begin.
+    /// This travel with another way to begin.
     pub const fn with_c0(mut self, c0: C0) -> Austin {
         self.order.c0 = c0;
         self
     }
 
-    /// The variant with c/2n, whose c₀ is its own.
+    /// This travel with another divisor: c/2n has its own c₀.
     pub const fn with_divisor(mut self, divisor: Divisor) -> Austin {
         self.divisor = divisor;
         self
@@ -99,15 +98,15 @@ impl Austin {
     /// The delay before each of `pulses` pulses; the first is 0.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn delays(&self, pulses: u32) -> Result<Pulses<Travel<Ramps>>, Unfit> {
         Ok(self.constants(pulses)?.delays(pulses))
     }
 
-    /// What the steps of a travel of `pulses` pulses need to know.
+    /// The constants that the steps of a travel of `pulses` pulses need.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn constants(&self, pulses: u32) -> Result<RampConstants, Unfit> {
         let order = self.order.fitted(pulses)?;
         let exact = order.exact(order.accel);
@@ -123,12 +122,12 @@ impl Austin {
     }
 }
 
-/// The numbers of a travel with constant acceleration: delays in 2⁻³² ticks.
+/// The constants of a travel with constant acceleration: delays in 2⁻³² ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RampConstants {
     /// The first delay.
     pub lead: Q32,
-    /// The delay that the formula goes on from.
+    /// The delay from which the formula continues.
     pub count: Q32,
     /// c_min.
     pub shortest: Q32,
@@ -136,7 +135,7 @@ pub struct RampConstants {
     pub accel: Accel,
     /// Deceleration.
     pub decel: Accel,
-    /// What the change of a step is divided by.
+    /// The divisor of the change in each step.
     pub divisor: Divisor,
 }
 
@@ -152,12 +151,12 @@ impl RampConstants {
     }
 }
 
-/// n: where a ramp is, from rest at its present acceleration.
+/// n: the place on a ramp, from rest at its present acceleration.
 #[derive(Clone, Copy, Debug)]
 enum Place {
     /// n.
     Whole(u32),
-    /// n + ½ in 2⁻²⁸ steps, where a change of acceleration has led (Eq 18).
+    /// n + ½ in 2⁻²⁸ steps, after a change of acceleration (Eq 18).
     Between(u64),
 }
 
@@ -171,12 +170,12 @@ pub struct Ramps {
     decel: u64,
     divisor: Divisor,
     place: Place,
-    /// Steps up for which there is room still.
+    /// The number of steps up for which there is still room.
     room: u32,
 }
 
 impl Ramps {
-    /// J, `more` steps up from here: Eq 18, to the nearest.
+    /// J after `more` further steps up: Eq 18, rounded to nearest.
     fn steps_down(&self, more: u32) -> u32 {
         let (a, d) = (self.accel, self.decel);
         let steps = match (self.divisor, self.place) {
@@ -193,14 +192,14 @@ impl Ramps {
                 let (q, rest) = mul_div(4 * n + 1, a, 4 * d);
                 q.saturating_add(u64::from(rest >= 3 * d))
             }
-            // It changes nowhere.
+            // There are no changes with this divisor.
             (Divisor::TwoN, Place::Between(_)) => 0,
         };
         u32::try_from(steps).unwrap_or(u32::MAX)
     }
 
-    /// Steps up for which there is room, the next of them the first of `left` delays but one:
-    /// k + J(k) ≤ left, which is Eq 19 for a ramp from rest.
+    /// The number of steps up for which there is room, where the next is the first of `left` delays
+    /// but one: k + J(k) ≤ left, which is Eq 19 for a ramp from rest.
     fn room(&self, left: u32) -> u32 {
         let (m, sum) = (u64::from(left) + 1, self.accel + self.decel);
         let most = mul_div(m, self.decel, sum).0;
@@ -220,8 +219,8 @@ impl Ramps {
         }
     }
 
-    /// Another acceleration from here on: Eq 18. The next step up is the first of `left` delays
-    /// but one. False, and nothing done, where c/2n is what a change is divided by.
+    /// Sets another acceleration from here on: Eq 18. The next step up is the first of `left`
+    /// delays but one. Returns false and does nothing with the divisor 2n.
     fn set_accel(&mut self, accel: Accel, left: u32) -> bool {
         if self.divisor == Divisor::TwoN {
             return false;
@@ -237,8 +236,8 @@ impl Ramps {
 }
 
 impl Pulses<Travel<Ramps>> {
-    /// Another acceleration from the next delay on: Eq 18. False, and nothing done, where the
-    /// way up is over, and with [`Divisor::TwoN`].
+    /// Sets another acceleration from the next delay on: Eq 18. Returns false and does nothing
+    /// after the end of the way up, and with [`Divisor::TwoN`].
     ///
     /// ```
     /// use stepwright_austin::Austin;
@@ -275,7 +274,7 @@ impl Slopes for Ramps {
             }
             (Place::Between(far), _) => {
                 *far = (*far + STEP).min(LARGEST);
-                // 4n + 1 in 2⁻¹⁶: of more places a delay shows none, and the product is long.
+                // 4n + 1 in 2⁻¹⁶: more digits do not change a delay, and the product is slow.
                 share(self.count, 2 << 16, (4 * *far - STEP + (1 << 11)) >> 12)
             }
         };

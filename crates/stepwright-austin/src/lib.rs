@@ -2,12 +2,12 @@
 #![forbid(unsafe_code)]
 //! David Austin's stepper motor ramps: each delay from the one before.
 //!
-//! A ramp of constant acceleration wants a square root for the time of each step. Austin's
-//! article of 2004 replaced it by one division: the next delay c(n) is the last one, less
-//! 2c/(4n + 1). Most small stepper libraries go back to it. Here are the published listing
-//! as it stands, the general form with its own deceleration, ramps that change on the way,
-//! and the article's three gentle transitions to the top speed. Each law is an iterator of
-//! delays in ticks of a timer, in integers that are the same on an 8-bit chip and on a PC.
+//! A ramp of constant acceleration needs a square root for the time of each step. Austin's article
+//! of 2004 replaced it by one division: the next delay c(n) is the last one minus 2c/(4n + 1). Most
+//! small stepper libraries are based on it. This crate has the published listing unchanged, the
+//! general form with its own deceleration, ramps that change on the way, and the article's three
+//! gentle transitions to the top speed. Each law is an iterator of delays in ticks of a timer, in
+//! integers that are the same on an 8-bit chip and on a PC.
 //!
 //! ```
 //! use stepwright::{Accel, Rate, Speed};
@@ -24,9 +24,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! On a chip: wait for the delay, pulse, ask for the next one; or let
-//! [`Compress`](stepwright::compress::Compress) make runs of the delays, which the engine
-//! plays in the background.
+//! On a chip: wait for the delay, pulse, ask for the next delay; or let
+//! [`Compress`](stepwright::compress::Compress) make runs of the delays, which the engine plays in
+//! the background.
 //!
 //! # The way of the data
 //!
@@ -43,32 +43,32 @@
 //!   c(n) = c(n−1) − 2·c(n−1) / (4n + 1)     Eq 12, 13
 //! ```
 //!
-//! Up with n = 1, 2 …; down with n = −j, j steps before the end (Eq 14), which
-//! is the exact inverse: going down takes back what going up did. Smooth
-//! transitions to the top speed change the divisor or scale the change.
+//! Up with n = 1, 2 …; down with n = −j, j steps before the end (Eq 14), which is the exact
+//! inverse: the way down takes back what the way up did. Smooth transitions to the top speed change
+//! the divisor or scale the change.
 //!
 //! | law | file | source |
 //! | --- | --- | --- |
 //! | the published listing, delay for delay | [`fixed`] | 24.8 fixed point |
-//! | the same, the remainder of each division carried | [`carried`]; as a feed of the engine [`direct`] | 24.8 fixed point |
+//! | the same, carrying the remainder of each division | [`carried`]; as a feed of the engine [`direct`] | 24.8 fixed point |
 //! | constant acceleration | [`general`] | Eq 7, 12–15, 18, 19 |
-//! | the same, changing its acceleration anywhere | [`ramp`] | Eq 13, 17, 18 |
-//! | the same, changing its mind: target, speeds, ramps | [`motion`] | Eq 13, 16, 18 |
+//! | the same, with changes of the acceleration anywhere | [`ramp`] | Eq 13, 17, 18 |
+//! | the same, with changes of target, speeds and ramps | [`motion`] | Eq 13, 16, 18 |
 //! | acceleration reduced in stages | [`piecewise`] | Figure 5 |
 //! | a power of n in the divisor | [`power`] | Eq 20, 21 |
 //! | the change scaled by a linear factor | [`linear`] | Eq 22–25 |
 //!
-//! Any of them by its constants is a [`Recipe`]; a [`Station`] goes by one as the serial line of
-//! [`line`](mod@line) says.
+//! A [`Recipe`] is any of the laws with its constants; a [`Station`] follows one, as ordered over
+//! the serial line of [`line`](mod@line).
 //!
-//! All but the first two hold c in 2⁻³² ticks, round each change to the nearest, and
-//! carry the part of a tick from delay to delay: each delay lies within a tick
-//! of its formula, and so does each pulse's time.
+//! All but the first two keep c in 2⁻³² ticks, round each change to nearest, and carry the fraction
+//! of a tick from delay to delay: each delay is within a tick of its formula, and so is the time of
+//! each pulse.
 //!
 //! # Source
 //!
-//! David Austin, *Generate stepper-motor speed profiles in real time*, Embedded.com,
-//! 30 December 2004. Equation, figure and table numbers in these files are the article's.
+//! David Austin, *Generate stepper-motor speed profiles in real time*, Embedded.com, 30 December
+//! 2004. Equation, figure and table numbers in these files are those of the article.
 
 pub mod carried;
 #[cfg(any(feature = "constant", feature = "transitions", feature = "power"))]

@@ -1,4 +1,4 @@
-//! The rows of the laws on a board's line, both sides: a line, its answer.
+//! The rows of the laws on a board's line, for both sides: lines and answers.
 //!
 //! ```text
 //!   host   :A128849018880000,128849018880000,…␍   board   Y␍      the law and its constants
@@ -7,24 +7,24 @@
 //!          V1␍                                            317␍
 //! ```
 //!
-//! Frame, checksum and the rows `?`, `F`, `V1`, `Z`, `K`, `I1` are every program's
-//! ([`stepwright_protocol`]); these are the laws' own. Delays are in 2⁻³² ticks of 1 MHz, but for
-//! `:F`, accelerations in 0.001 steps/s². The host works the constants of a law out ([`Recipe`]),
-//! the board makes the delays of them.
+//! Frame, checksum and the rows `?`, `F`, `V1`, `Z`, `K`, `I1` are common to all programs
+//! ([`stepwright_protocol`]); these rows are specific to the laws. Delays are in 2⁻³² ticks of 1
+//! MHz, except for `:F`; accelerations in 0.001 steps/s². The host computes the constants of a law
+//! ([`Recipe`]); the board computes the delays from them.
 //!
 //! | line | numbers |
 //! | --- | --- |
-//! | `:A` | general form: c₀ as emitted and as the formula goes on from it, c_min, acceleration, deceleration, 4 or 2 for 4n + 1 or 2n |
+//! | `:A` | general form: c₀ as emitted and as the formula continues from it, c_min, acceleration, deceleration, 4 or 2 for 4n + 1 or 2n |
 //! | `:F` | published listing: c₀, c_min in ticks |
 //! | `:L` | linear factor: c₀ twice, c_min, n₁, n₂, j₁, j₂ |
 //! | `:P` | power term: c₀, c_min; up and down: where the formula begins, 1/n_t in 2⁻⁶³; p |
 //! | `:S` | in stages, piecewise: c₀, c_min; where the formula begins up and down; breaks |
-//! | `:C` | the general form's acceleration: after this many steps (0: from now on), which |
-//! | `:G` | how many steps, a minus for backward |
-//! | `:R` | 0 or 1: backward or forward until it is stopped |
+//! | `:C` | the general form's acceleration: after how many steps (0: from now on), and its value |
+//! | `:G` | the number of steps, negative for backward |
+//! | `:R` | 0 or 1: runs backward or forward until it is stopped |
 //!
-//! Each is answered `Y`, or `E` and a reason ([`Refused`]). In the answer to `?`, `can=` names the
-//! laws that the board has.
+//! Each is answered by `Y`, or by `E` and a reason ([`Refused`]). In the answer to `?`, `can=`
+//! lists the laws that the board has.
 
 #![cfg_attr(
     not(all(feature = "constant", feature = "transitions", feature = "power")),
@@ -41,38 +41,38 @@ use super::power::PowerConstants;
 use stepwright::units::{Accel, Ticks};
 use stepwright_protocol::{Numbers, OwnFault, Text, flash_text};
 
-/// The longest line that is read, in bytes.
+/// The longest line that is accepted, in bytes.
 pub const LONGEST: usize = 140;
-/// How the answer to `?` begins.
+/// The beginning of the answer to `?`.
 pub const NAME: &str = "stepwright-laws";
-/// Pulses of a run until it is stopped.
+/// The number of pulses of a run without an end.
 pub const ENDLESS: u32 = 1 << 31;
 
-/// A row of the laws, read.
+/// A parsed row of the laws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
-    /// `:A`, `:F`, `:L`, `:P`, `:S`: the law of the travels to come.
+    /// `:A`, `:F`, `:L`, `:P`, `:S`: the law of the following travels.
     Law(Recipe),
     /// `:C`: another acceleration after this many steps; 0: from now on.
     Change(u32, Accel),
-    /// `:G`: this many steps.
+    /// `:G`: makes this many steps.
     Go(i32),
-    /// `:R`: until it is stopped; true is forward.
+    /// `:R`: runs until it is stopped; true is forward.
     Run(bool),
 }
 
-/// Why a board does not do what a row says.
+/// Why a board refuses a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refused {
-    /// `rest`: that is for a motor that moves, by a law whose way up is not over.
+    /// `rest`: allowed only while the motor moves, with a law whose way up is not over.
     Rest,
-    /// `law`: no law was named, or this one changes nothing on its way.
+    /// `law`: no law was set, or this law can't be changed during a travel.
     Law,
-    /// `unsound`: numbers that no travel has ([`Recipe::is_sound`]).
+    /// `unsound`: the constants fit no travel ([`Recipe::is_sound`]).
     Unsound,
-    /// `full`: the board keeps no more changes of a travel.
+    /// `full`: the board stores no more changes of a travel.
     Full,
-    /// `fast N`: the board makes this law's delays of N ticks and more.
+    /// `fast N`: with this law the shortest delay of the board is N ticks.
     Fast(Ticks),
 }
 
@@ -107,7 +107,7 @@ impl OwnFault for Refused {
 }
 
 impl Line {
-    /// Reads the row of this letter and these numbers; `None` if it is none.
+    /// Parses the row with this letter and these numbers; `None` if there is no such row.
     #[inline(never)]
     pub fn read(letter: u8, n: &mut Numbers<'_>) -> Option<Line> {
         Some(match letter {
@@ -173,7 +173,7 @@ impl fmt::Display for Refused {
     }
 }
 
-/// As it is sent, without its carriage return.
+/// The row as it is sent, without its carriage return.
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -209,7 +209,7 @@ impl fmt::Display for Line {
     }
 }
 
-/// What the answer to `?` says of the laws: `can=` and their names.
+/// Parses the laws in the answer to `?`: the names after `can=`.
 pub fn can(laws: &str) -> impl Iterator<Item = LawName> + '_ {
     let known = |name: &str| LawName::ALL.into_iter().find(|law| law.name() == name);
     laws.split(',').filter_map(known)

@@ -5,24 +5,21 @@
 //!   down  c    = c      + 2·c     /(4j − 1) · (j₂ − j)/(j₂ − j₁)       j₁ ≤ j ≤ j₂
 //! ```
 //!
-//! j = m − i steps before the end, with j₁ = 1 and j₂ = m − n₃ in Eq 25; before
-//! n₁ and after j₁ the factor is 1. The acceleration falls from a at the knee
-//! n₁ to 0 at n₂, where the top speed v is reached. From it follow n₁ = k²·v²/2a
-//! for a knee at k·v (Eq 16), and n₂:
+//! j = m − i is the number of steps before the end, with j₁ = 1 and j₂ = m − n₃ in Eq 25; before n₁
+//! and after j₁ the factor is 1. The acceleration falls from a at the knee n₁ to 0 at n₂, where the
+//! top speed v is reached. This gives n₁ = k²·v²/2a for a knee at k·v (Eq 16), and n₂:
 //!
 //! ```text
 //!   v² = (2/e)·a·(n₁ + ½)·((n₂ + ½)/(n₁ + ½))^(n₂/(n₂ − n₁))          Eq 23
 //!   n₂ = ⌊v² / 0.736·a⌋                                  n₁ = 0       Eq 24
 //! ```
 //!
-//! When both do not fit m pulses, they meet at n₂ = n₃ = m·d/(a + d) (Eq 19), and
-//! the knees move in the same proportion: from acceleration to deceleration
-//! without a jump.
+//! If the two ramps do not fit in m pulses, they meet at n₂ = n₃ = m·d/(a + d) (Eq 19), and the
+//! knees move in the same proportion: the change from acceleration to deceleration has no jump.
 //!
-//! Eq 23 is an estimate: the speed reached lies 0 to 0.2 % below the top speed
-//! for ramps of 100 steps and more, to 4 % below for ten. Where it would lie
-//! above, the delay stays that of the top speed. Error against the formulas in
-//! f64: each delay below one tick.
+//! Eq 23 is an estimate: the speed reached is 0 to 0.2 % below the top speed for ramps of 100 steps
+//! and more, and up to 4 % below for ten. Where it would be above, the delay stays that of the top
+//! speed. Error against the formulas in f64: each delay below one tick.
 
 use super::count::{C0, Law, Order, Pulses};
 use crate::share::{log2, mul_div, share};
@@ -54,56 +51,54 @@ pub struct LinearFactor {
     knee: u16,
 }
 
-/// Where the factor begins and ends, in steps.
+/// The beginning and the end of the factor, in steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Corners {
-    /// Up: from 1 …
+    /// Up: the factor falls from 1 here …
     pub n1: u32,
-    /// … to 0.
+    /// … to 0 here.
     pub n2: u32,
-    /// Down, counted from the end: to 1 …
+    /// Down, counted from the end: the factor rises to 1 here …
     pub j1: u32,
-    /// … from 0.
+    /// … from 0 here.
     pub j2: u32,
 }
 
 impl Corners {
-    /// Where the way down of `pulses` pulses begins.
+    /// The step at which the way down of `pulses` pulses begins.
     pub const fn n3(&self, pulses: u32) -> u32 {
         pulses.saturating_sub(self.j2)
     }
 }
 
 impl LinearFactor {
-    /// From rest to `top`, at `accel` first, and back to rest; the factor
-    /// begins at once.
+    /// From rest to `top`, initially at `accel`, and back to rest; the factor begins at once.
     pub const fn new(rate: Rate, top: Speed, accel: Accel) -> LinearFactor {
         LinearFactor { order: Order::new(rate, top, accel), knee: 0 }
     }
 
-    /// The same with a deceleration of its own.
+    /// This travel with another deceleration.
     pub const fn with_decel(mut self, decel: Accel) -> LinearFactor {
         self.order.decel = decel;
         self
     }
 
-    /// The same with another way to begin.
+    /// This travel with another way to begin.
     pub const fn with_c0(mut self, c0: C0) -> LinearFactor {
         self.order.c0 = c0;
         self
     }
 
-    /// The same with the factor beginning at `knee` thousandths of the top
-    /// speed, at most 900.
+    /// This travel with the factor beginning at `knee` thousandths of the top speed, at most 900.
     pub const fn with_knee(mut self, knee: u16) -> LinearFactor {
         self.knee = if knee > 900 { 900 } else { knee };
         self
     }
 
-    /// Where the factor begins and ends, for this many pulses.
+    /// The beginning and the end of the factor for this many pulses.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn corners(&self, pulses: u32) -> Result<Corners, Unfit> {
         Ok(self.fit(&self.order.fitted(pulses)?, pulses))
     }
@@ -127,7 +122,7 @@ impl LinearFactor {
     fn transition(&self, accel: Accel) -> (u32, u32) {
         // At least 2000; the compiler can't know.
         let (w, slope) = (self.order.top.squared(), slope_of(accel).max(1));
-        // The ramp has p/q of its acceleration in truth.
+        // The ramp actually has p/q of its acceleration.
         let (p, q) = self.order.c0.part();
         let knee = u64::from(self.knee);
         let n1 = share(mul_div(w, knee * knee * q, p * 1_000_000).0, 1, slope);
@@ -140,7 +135,7 @@ impl LinearFactor {
         let odd = 2 * u64::from(n1) + 1;
         let above = LOG2_E + (1 << 48) + log2(w) + log2(q);
         let reach = above.saturating_sub(log2(slope) + log2(p) + log2(odd));
-        // Grows with n₂: look for the last that does not pass the top speed.
+        // Grows with n₂: searches the last value that does not exceed the top speed.
         let fits = |n2: u64| {
             let ratio = log2(2 * n2 + 1) - log2(odd);
             mul_div(ratio, n2, n2 - u64::from(n1)).0 <= reach
@@ -156,15 +151,15 @@ impl LinearFactor {
     /// The delay before each of `pulses` pulses; the first is 0.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn delays(&self, pulses: u32) -> Result<Pulses<Factor>, Unfit> {
         Ok(self.constants(pulses)?.delays(pulses))
     }
 
-    /// What the steps of a travel of `pulses` pulses need to know.
+    /// The constants that the steps of a travel of `pulses` pulses need.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn constants(&self, pulses: u32) -> Result<FactorConstants, Unfit> {
         let order = self.order.fitted(pulses)?;
         let (lead, count) = order.c0.counts(order.exact(order.accel));
@@ -173,16 +168,16 @@ impl LinearFactor {
     }
 }
 
-/// The numbers of a travel with linear factors: delays in 2⁻³² ticks.
+/// The constants of a travel with linear factors: delays in 2⁻³² ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FactorConstants {
     /// The first delay.
     pub lead: Q32,
-    /// The delay that the formula goes on from.
+    /// The delay from which the formula continues.
     pub count: Q32,
     /// c_min.
     pub shortest: Q32,
-    /// Where the factor begins and ends.
+    /// The beginning and the end of the factor.
     pub corners: Corners,
 }
 
@@ -199,7 +194,7 @@ impl FactorConstants {
 pub struct Factor {
     count: Q32,
     corners: Corners,
-    /// Steps up so far.
+    /// The number of steps up so far.
     n: u32,
 }
 
@@ -231,8 +226,7 @@ impl Law for Factor {
         self.count
     }
 
-    /// The planned way down, from any speed: from below the top speed it
-    /// brakes more gently.
+    /// The planned way down, from any speed: below the top speed it brakes more gently.
     fn stop(&mut self) -> u32 {
         self.corners.j2
     }

@@ -1,4 +1,4 @@
-//! A motion under Austin's law that may change its mind at any step.
+//! A motion under Austin's law that can be changed at any step.
 //!
 //! ```text
 //!   w₁ = w₀ ± 2a                     speed², a step on: v² = v₀² ± 2as
@@ -6,11 +6,11 @@
 //!      = c₀ · (3w₀ + w₁) / (w₀ + 3w₁)
 //! ```
 //!
-//! (n + ½)·a, which Eq 18 keeps where the acceleration changes, is half of w; so
-//! w is what the motion goes by, and whichever acceleration leads from w₀ to w₁,
-//! Eq 13 is the second line: up, down, and a step that lacks a part of a.
+//! (n + ½)·a, which Eq 18 keeps where the acceleration changes, is half of w. So the motion is
+//! described by w, and for any acceleration that leads from w₀ to w₁, Eq 13 is the second line: up,
+//! down, and for a step with only a part of a.
 //!
-//! Each step takes the largest w₁ that the limits leave it:
+//! Each step takes the largest w₁ within the limits:
 //!
 //! ```text
 //!   room(left) = (2·left + 1)·d       `left` steps before the end, at most
@@ -18,22 +18,21 @@
 //!   w₀ − 2d                           above it
 //! ```
 //!
-//! The way down follows the room: n = −left (Eq 14), so the last delay is the first one
-//! of a ramp, and the step at which it begins takes what is left over. A motion slower
-//! than a ramp's first step begins a ramp, with 0.676·c₀ (Eq 15), as one from rest does:
-//! Eq 18 makes n negative there, and Eq 13 would take several times as long. At the top
-//! speed c is c_min exactly.
+//! The way down follows the room: n = −left (Eq 14), so the last delay is the first one of a ramp,
+//! and the step at which it begins takes the remainder. A motion slower than the first step of a
+//! ramp begins a ramp, with 0.676·c₀ (Eq 15), like one from rest: Eq 18 makes n negative there, and
+//! Eq 13 would take several times as long. At the top speed c is exactly c_min.
 //!
-//! **A change** goes on from the present delay, and w stays (Eq 18). What Eq 13 is off
-//! near |n| = 1 (Table 1) would accumulate from change to change, so a w more than 1/32 beside
-//! f²/c² becomes that (Eq 16), unless a target that it leads to were out of reach by it.
+//! **A change** continues from the present delay, and w stays (Eq 18). The error of Eq 13 near |n|
+//! = 1 (Table 1) would accumulate from change to change. So if w is more than 1/32 off f²/c², it is
+//! set to that (Eq 16), unless the target would be out of reach then.
 //!
-//! **Error**: each delay, and each pulse's time, within one tick of these formulas in f64
-//! (0.55 ticks measured over 750,000 changes). The speed f/c against v² = v₀² ± 2as:
-//! 4.4 % too fast in a ramp's first step, by Eq 15, and 1/64n² from the second; after
-//! changes within a ramp's first steps up to 6.4 %. The acceleration by Eq 3 keeps its
-//! limit, but in a fall right after a first step, which may be 9.4 % too steep. **Cost**:
-//! a step is one division, a change one or two more; in 128 bits, for hosts.
+//! **Error**: each delay, and the time of each pulse, is within one tick of these formulas in f64
+//! (0.55 ticks measured over 750,000 changes). The speed f/c against v² = v₀² ± 2as: 4.4 % too fast
+//! in a ramp's first step, by Eq 15, and 1/64n² from the second; after changes within a ramp's
+//! first steps up to 6.4 %. The acceleration by Eq 3 keeps its limit, except in a fall right after
+//! a first step, which may be 9.4 % too steep. **Cost**: a step takes one division, a change one or
+//! two more; in 128 bits, for hosts.
 
 use crate::share::{mul_div, share};
 use core::cmp::Ordering;
@@ -45,15 +44,15 @@ use stepwright::units::{Accel, Rate, Speed, Ticks};
 /// Speed² in 2⁻³² · 10⁻⁶ (steps/s)².
 type Square = u128;
 
-/// A motion along one axis, from rest at 0: delays one by one, and at any of them
-/// another target, top speed, acceleration or deceleration.
+/// A motion along one axis, from rest at 0: one delay at a time, with a new target, top speed,
+/// acceleration or deceleration at any of them.
 ///
-/// As an iterator it gives the delay before each pulse, the very first 0, and ends
-/// on the target; [retargeted](Self::retarget) there, it goes on. Before the delay
-/// has passed, [`is_forward`](Self::is_forward) says which way its pulse goes.
+/// As an iterator it returns the delay before each pulse, the very first 0, and ends at the target;
+/// after a [`retarget`](Self::retarget) there it continues. Before the delay has passed,
+/// [`is_forward`](Self::is_forward) is the direction of its pulse.
 ///
-/// A delay is made when it is asked for, from all that was said until then: a change
-/// takes hold with the next one, a step after the one that is being waited for.
+/// A delay is computed when it is asked for, from all changes until then: a change takes effect
+/// with the next delay, one step after the delay that is being waited for.
 ///
 /// ```
 /// use stepwright_austin::Motion;
@@ -76,25 +75,25 @@ pub struct Motion {
     /// The top speed: c_min, and its square.
     shortest: Q32,
     top: Square,
-    /// The pulse handed out last, and whether that was the first.
+    /// The last pulse handed out, and whether there has been one.
     position: i64,
     begun: bool,
     target: i64,
     /// Where the motion comes to rest: the target, or beyond it.
     end: i64,
     forward: bool,
-    /// Speed² amid the delay handed out last, and the delay; 0 at rest.
+    /// Speed² in the middle of the last delay, and that delay; 0 at rest.
     w: Square,
     count: Q32,
-    /// The part of a tick that is carried, half a tick ahead.
+    /// The fraction of a tick that is carried, half a tick ahead.
     part: u32,
 }
 
 impl Motion {
-    /// At rest at 0, which is its target. `accel` is the deceleration too.
+    /// A motion at rest at 0, which is its target. `accel` is the deceleration too.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn new(rate: Rate, top: Speed, accel: Accel) -> Result<Motion, Unfit> {
         let slope = slope_of(accel);
         let bounds = Bounds { rate, start: Speed::ZERO, top, a2: slope, d2: slope };
@@ -115,39 +114,38 @@ impl Motion {
         Ok(motion)
     }
 
-    /// Another target, counted from where the motion began. One that lies behind, or
-    /// that braking would pass, is come back to.
+    /// Sets another target, counted from where the motion began. If it is behind, or if braking
+    /// would pass it, the motion comes back to it.
     pub fn retarget(&mut self, target: i32) {
         self.target = target.into();
         self.settle();
     }
 
-    /// Another top speed. Above it the speed falls at the deceleration.
+    /// Sets another top speed. Above it the speed falls at the deceleration.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it; the motion goes on as it was.
+    /// [`Unfit`] if the timer can't represent it; the motion continues unchanged.
     pub fn set_top_speed(&mut self, top: Speed) -> Result<(), Unfit> {
         self.bind(Bounds { top, ..self.bounds })
     }
 
-    /// Another acceleration.
+    /// Sets another acceleration.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it; the motion goes on as it was.
+    /// [`Unfit`] if the timer can't represent it; the motion continues unchanged.
     pub fn set_accel(&mut self, accel: Accel) -> Result<(), Unfit> {
         self.bind(Bounds { a2: slope_of(accel), ..self.bounds })
     }
 
-    /// Another deceleration. A lower one may pass the target, and come back.
+    /// Sets another deceleration. With a lower one the motion may pass the target and come back.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it; the motion goes on as it was.
+    /// [`Unfit`] if the timer can't represent it; the motion continues unchanged.
     pub fn set_decel(&mut self, decel: Accel) -> Result<(), Unfit> {
         self.bind(Bounds { d2: slope_of(decel), ..self.bounds })
     }
 
-    /// A soft stop: the next whole step at which the deceleration allows it is the
-    /// target.
+    /// Makes a soft stop: the target is the next whole step at which the deceleration allows it.
     pub fn stop(&mut self) {
         let left = self.left();
         self.correct(|steps| steps <= left);
@@ -155,29 +153,29 @@ impl Motion {
         self.target = self.end;
     }
 
-    /// The place of the pulse that was handed out last, from where the motion began.
+    /// The place of the last pulse, counted from where the motion began.
     pub fn position(&self) -> i64 {
         self.position
     }
 
-    /// Where it ends.
+    /// The target.
     pub fn target(&self) -> i64 {
         self.target
     }
 
-    /// Whether the pulse that was handed out last goes forwards.
+    /// Whether the last pulse goes forward.
     pub fn is_forward(&self) -> bool {
         self.forward
     }
 
-    /// The speed of the delay that was handed out last, to the nearest (Eq 2).
+    /// The speed of the last delay, rounded to nearest (Eq 2).
     pub fn speed(&self) -> Speed {
         let v = if self.w == 0 { 0 } else { (reciprocal(self.bounds.rate, self.count) >> 32) + 1 };
         let v = u32::try_from(v >> 1).unwrap_or(u32::MAX);
         Speed::from_millisteps(v).unwrap_or(Speed::MAX)
     }
 
-    /// Takes other limits, all or nothing.
+    /// Sets other limits, all or none.
     fn bind(&mut self, bounds: Bounds) -> Result<(), Unfit> {
         bounds.check()?;
         self.bounds = bounds;
@@ -192,7 +190,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Finds where to come to rest, from the present delay.
+    /// Finds where the motion comes to rest, from the present delay.
     fn settle(&mut self) {
         if self.w == 0 {
             self.end = self.position; // the next step sees where it goes
@@ -208,8 +206,8 @@ impl Motion {
         self.end = if within(steps) { self.target } else { self.ahead(steps) };
     }
 
-    /// Takes w from the present delay where Eq 13 has left it, and where it decides
-    /// what is `within` reach.
+    /// Sets w from the present delay if Eq 13 has drifted from it and if that changes what is
+    /// `within` reach.
     fn correct(&mut self, within: impl Fn(u64) -> bool) {
         let seen = match self.w {
             0 => return,
@@ -223,13 +221,13 @@ impl Motion {
         }
     }
 
-    /// The least number of steps to rest: Eq 18, to a whole step.
+    /// The least number of steps to rest: Eq 18, rounded to a whole step.
     fn braking(&self, w: Square) -> u64 {
         let d2 = self.d2();
         u64::try_from((2 * w + d2 - 1) / (2 * d2)).unwrap_or(u64::MAX)
     }
 
-    /// Steps to where the motion comes to rest.
+    /// The steps to where the motion comes to rest.
     fn left(&self) -> u64 {
         self.position.abs_diff(self.end)
     }
@@ -242,7 +240,7 @@ impl Motion {
         }
     }
 
-    /// 2a and 2d: what a step adds to speed² and takes off it.
+    /// 2a and 2d: the change of speed² in a step up and in a step down.
     fn a2(&self) -> Square {
         Square::from(self.bounds.a2.max(1)) << 32
     }
@@ -251,11 +249,11 @@ impl Motion {
         Square::from(self.bounds.d2.max(1)) << 32
     }
 
-    /// Goes on to the next delay, with `left` steps behind it.
+    /// Moves to the next delay, with `left` steps after it.
     fn advance(&mut self, left: u64) {
         let (w, a2) = (self.w, self.a2());
         let room = (self.d2() / 2).saturating_mul(2 * Square::from(left) + 1);
-        // From rest the count says nothing.
+        // At rest the count has no meaning.
         let side = if w == 0 { Ordering::Greater } else { self.count.cmp(&self.shortest) };
         let next = match side {
             Ordering::Greater if 2 * w < a2 => (a2 / 2).min(room),
@@ -318,14 +316,13 @@ impl Iterator for Motion {
     }
 }
 
-/// f / v in 2⁻³² ticks, of a speed in 2⁻³³ · 0.001 steps/s; and the other way
-/// round. Saturating.
+/// f / v in 2⁻³² ticks, for a speed in 2⁻³³ · 0.001 steps/s; and the inverse. Saturates.
 fn reciprocal(rate: Rate, x: u64) -> u64 {
     // 1000·f < 2³⁸, times 2³³ · 2³²
     mul_div((1000 * u64::from(rate.hz())) << 25, 1 << 40, x).0
 }
 
-/// v² of a speed in 2⁻³³ · 0.001 steps/s.
+/// v² for a speed in 2⁻³³ · 0.001 steps/s.
 fn square(v: u64) -> Square {
     (Square::from(v) * Square::from(v)) >> 34
 }

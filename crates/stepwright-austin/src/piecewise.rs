@@ -7,12 +7,11 @@
 //!               c(i) = c(i−1) − 2·c(i−1) / (4·n(i) + 1)
 //! ```
 //!
-//! By Eq 17 each break divides the acceleration by 1.375; seven leave a ninth of
-//! it. The way down goes the steps of a ramp with the deceleration back. Several
-//! breaks in one step multiply n once each.
+//! By Eq 17 each break divides the acceleration by 1.375; seven breaks leave a ninth of it. The way
+//! down takes the steps of a ramp with the deceleration in reverse. Several breaks in one step
+//! multiply n once each.
 //!
-//! n is held in 2⁻²⁸ steps. Error against the formulas in f64: each delay below
-//! one tick.
+//! n is stored in 2⁻²⁸ steps. Error against the formulas in f64: each delay below one tick.
 
 use super::count::{C0, Order, Pulses};
 use super::travel::{Curve, Shadowed, Travel};
@@ -21,12 +20,12 @@ use stepwright::fixed::{Q32, shr};
 use stepwright::profile::Unfit;
 use stepwright::units::{Accel, Rate, Speed};
 
-/// Most breaks: the sixteenth lies 2⁻¹⁵ off the top speed.
+/// The most breaks: the sixteenth is 2⁻¹⁵ below the top speed.
 pub const MOST_BREAKS: u8 = 16;
 
 /// One step, in the units of n.
 const STEP: u64 = 1 << 28;
-/// Larger n do not matter any more, and this one can be multiplied.
+/// Larger n make no difference any more, and this value can be multiplied.
 const LARGEST: u64 = STEP << 33;
 
 /// A travel whose acceleration is reduced in stages near the top speed.
@@ -45,26 +44,24 @@ pub struct Piecewise {
 }
 
 impl Piecewise {
-    /// From rest to `top`, at `accel` first, and back to rest; 7 breaks, as in
-    /// Figure 5.
+    /// From rest to `top`, initially at `accel`, and back to rest; 7 breaks, as in Figure 5.
     pub const fn new(rate: Rate, top: Speed, accel: Accel) -> Piecewise {
         Piecewise { order: Order::new(rate, top, accel), breaks: 7 }
     }
 
-    /// The same with a deceleration of its own.
+    /// This travel with another deceleration.
     pub const fn with_decel(mut self, decel: Accel) -> Piecewise {
         self.order.decel = decel;
         self
     }
 
-    /// The same with another way to begin.
+    /// This travel with another way to begin.
     pub const fn with_c0(mut self, c0: C0) -> Piecewise {
         self.order.c0 = c0;
         self
     }
 
-    /// The same with this many breaks, at most [`MOST_BREAKS`]; 0 is constant
-    /// acceleration.
+    /// This travel with this many breaks, at most [`MOST_BREAKS`]; 0 is constant acceleration.
     pub const fn with_breaks(mut self, breaks: u8) -> Piecewise {
         self.breaks = if breaks > MOST_BREAKS { MOST_BREAKS } else { breaks };
         self
@@ -73,15 +70,15 @@ impl Piecewise {
     /// The delay before each of `pulses` pulses; the first is 0.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn delays(&self, pulses: u32) -> Result<Pulses<Travel<Shadowed<Stages>>>, Unfit> {
         Ok(self.constants(pulses)?.delays(pulses))
     }
 
-    /// What the steps of a travel of `pulses` pulses need to know.
+    /// The constants that the steps of a travel of `pulses` pulses need.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn constants(&self, pulses: u32) -> Result<StageConstants, Unfit> {
         let order = self.order.fitted(pulses)?;
         let (lead, rise) = order.c0.counts(order.exact(order.accel));
@@ -90,18 +87,18 @@ impl Piecewise {
     }
 }
 
-/// The numbers of a piecewise travel: delays in 2⁻³² ticks.
+/// The constants of a piecewise travel: delays in 2⁻³² ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StageConstants {
     /// The first delay.
     pub lead: Q32,
     /// c_min.
     pub shortest: Q32,
-    /// The delay that the way up goes on from.
+    /// The delay from which the way up continues.
     pub rise: Q32,
-    /// Likewise the way down, as a ramp from rest.
+    /// The same for the way down, as a ramp from rest.
     pub fall: Q32,
-    /// At most [`MOST_BREAKS`].
+    /// The number of breaks, at most [`MOST_BREAKS`].
     pub breaks: u8,
 }
 
@@ -132,13 +129,13 @@ pub struct Stages {
     n: u64,
     steps: u32,
     breaks: u8,
-    /// Breaks so far, and the steps at which they came: the way back.
+    /// The number of breaks so far, and the steps at which they came, for the way back.
     crossed: u8,
     at: [u32; MOST_BREAKS as usize],
 }
 
 impl Stages {
-    /// Where break b lies, b = 1 … B.
+    /// The delay of break b, b = 1 … B.
     fn threshold(&self, b: u8) -> Q32 {
         self.shortest.saturating_add(shr(self.shortest, b.saturating_sub(1)))
     }

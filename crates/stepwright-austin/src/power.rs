@@ -5,18 +5,17 @@
 //!   k = 4 / n_t^(p−1)          n_t = v² / 2a, the steps to the top speed v
 //! ```
 //!
-//! so k·n^p = 4n·r^(p−1) with r = n/n_t, which stays in range for every p. The
-//! approach to the top speed is asymptotic, and the formula is followed while there is
-//! room for the way down, which is a ramp with the deceleration back: a travel goes up
-//! for half of its steps, and speeds that the way down could not have are left out. Where
-//! the formula passes the top speed, that is kept.
+//! so k·n^p = 4n·r^(p−1) with r = n/n_t, which stays in range for every p. The approach to the top
+//! speed is asymptotic. The formula is followed while there is room for the way down, which is a
+//! ramp with the deceleration in reverse: a travel goes up for half of its steps, and speeds that
+//! the way down could not have are left out. If the formula exceeds the top speed, the top speed is
+//! kept.
 //!
-//! With n_t = 200 steps, p = 4 has 0.99864 of the top speed after 1,000 steps and 0.99995
-//! after 4,000; p = 2 has 0.914 and 0.977. With n_t below some ten steps every p may fall
-//! short.
+//! With n_t = 200 steps, p = 4 reaches 0.99864 of the top speed after 1,000 steps and 0.99995 after
+//! 4,000; p = 2 reaches 0.914 and 0.977. With n_t below some ten steps any p may fall short.
 //!
-//! Error against the formulas in f64: each delay below one tick, each pulse's time
-//! below one tick or 2⁻³⁰ of the time that has passed.
+//! Error against the formulas in f64: each delay below one tick, the time of each pulse below one
+//! tick or 2⁻³⁰ of the elapsed time.
 
 use super::count::{C0, Order, Pulses};
 use super::travel::{Curve, Shadowed, Travel};
@@ -25,7 +24,7 @@ use stepwright::fixed::{Q32, divide, multiply, shl, shr, zeros};
 use stepwright::profile::{Unfit, slope_of};
 use stepwright::units::{Accel, Rate, Speed};
 
-/// The powers that can be had.
+/// The supported powers.
 pub const POWERS: core::ops::RangeInclusive<u8> = 2..=9;
 
 /// A travel that approaches its top speed by a power term.
@@ -44,20 +43,20 @@ pub struct PowerTerm {
 }
 
 impl PowerTerm {
-    /// From rest to `top`, at `accel` first, and back to rest. `power` is
-    /// brought into [`POWERS`]; the higher, the sharper the knee.
+    /// From rest to `top`, initially at `accel`, and back to rest. `power` is limited to
+    /// [`POWERS`]; the higher, the sharper the knee.
     pub fn new(rate: Rate, top: Speed, accel: Accel, power: u8) -> PowerTerm {
         let power = power.clamp(*POWERS.start(), *POWERS.end());
         PowerTerm { order: Order::new(rate, top, accel), power }
     }
 
-    /// The same with a deceleration of its own.
+    /// This travel with another deceleration.
     pub const fn with_decel(mut self, decel: Accel) -> PowerTerm {
         self.order.decel = decel;
         self
     }
 
-    /// The same with another way to begin.
+    /// This travel with another way to begin.
     pub const fn with_c0(mut self, c0: C0) -> PowerTerm {
         self.order.c0 = c0;
         self
@@ -66,15 +65,15 @@ impl PowerTerm {
     /// The delay before each of `pulses` pulses; the first is 0.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn delays(&self, pulses: u32) -> Result<Pulses<Travel<Shadowed<Knee>>>, Unfit> {
         Ok(self.constants(pulses)?.delays(pulses))
     }
 
-    /// What the steps of a travel of `pulses` pulses need to know.
+    /// The constants that the steps of a travel of `pulses` pulses need.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn constants(&self, pulses: u32) -> Result<PowerConstants, Unfit> {
         let order = self.order.fitted(pulses)?;
         let from_rest = |accel| {
@@ -90,16 +89,16 @@ impl PowerTerm {
     }
 }
 
-/// The numbers of a travel with a power term: delays in 2⁻³² ticks.
+/// The constants of a travel with a power term: delays in 2⁻³² ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PowerConstants {
     /// The first delay.
     pub lead: Q32,
     /// c_min.
     pub shortest: Q32,
-    /// Of the way up: the delay that the formula goes on from, and 1/n_t in 2⁻⁶³, at most 1.
+    /// For the way up: the delay from which the formula continues, and 1/n_t in 2⁻⁶³, at most 1.
     pub rise: (Q32, u64),
-    /// Likewise of the way down, as a ramp from rest.
+    /// The same for the way down, as a ramp from rest.
     pub fall: (Q32, u64),
     /// p, one of [`POWERS`].
     pub power: u8,
@@ -119,7 +118,7 @@ impl PowerConstants {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Knee {
     count: Q32,
-    /// By how much the last step up made it shorter.
+    /// By how much the last step up shortened the delay.
     change: Q32,
     n: u32,
     /// 1/n_t in 2⁻⁶³.
@@ -127,7 +126,7 @@ pub struct Knee {
     power: u8,
 }
 
-/// A number as 64 bits, the highest set, times a power of two.
+/// A number as 64 bits with the highest set, times a power of two.
 #[derive(Clone, Copy)]
 struct Wide(u64, i32);
 
@@ -143,7 +142,7 @@ impl Wide {
         Wide::new(multiply(self.0, other.0), self.1 + other.1)
     }
 
-    /// In 2^−bits, for what fits.
+    /// In 2^−bits, for numbers that fit.
     fn fixed(self, bits: i32) -> u64 {
         match -(self.1 + bits) {
             by @ 0..=63 => shr(self.0, by as u8),
@@ -152,7 +151,7 @@ impl Wide {
     }
 }
 
-/// The upper 64 bits of (high, low) from its first one on, and their power of two.
+/// The upper 64 bits of (high, low) from its highest set bit on, and their power of two.
 ///
 /// By reference: numbers of 16 bytes and more are too many arguments for a Mega.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
@@ -171,8 +170,8 @@ impl Knee {
         (1..self.power).fold(Wide::new((0, 4 * u64::from(self.n)), 0), |term, _| term.times(r))
     }
 
-    /// 2 / (4n ± 1 + 4n·r^(p−1)) as a fraction of two integers, with as many
-    /// bits behind the point as its divisor leaves of 63.
+    /// 2 / (4n ± 1 + 4n·r^(p−1)) as a fraction of two integers, with as many fractional bits as the
+    /// divisor leaves of 63.
     fn change(&self, odd: i64) -> (u64, u64) {
         let plain = (4 * u64::from(self.n)).wrapping_add_signed(odd);
         let term = self.term();
@@ -187,7 +186,7 @@ impl Knee {
 impl Curve for Knee {
     fn up(&mut self) {
         self.n = self.n.saturating_add(1);
-        // Each step takes less off than the one before: from one that takes nothing off on, none
+        // Each step takes off less than the one before: after one that takes off nothing, none
         // does. A small chip has no room for the shortcut.
         if self.change == 0 && cfg!(any(target_pointer_width = "64", target_family = "wasm")) {
             return;
@@ -211,9 +210,9 @@ impl Curve for Knee {
         self.count
     }
 
-    /// All steps to come take less than 2n times the last step's change off: without the
-    /// power term c ~ n^−½, so that they take c = 2n·(c/2n), and with it the changes shrink
-    /// faster. Twice that is beyond every rounding.
+    /// All steps to come together take off less than 2n times the last step's change: without the
+    /// power term c ~ n^−½, so that they take off c = 2n·(c/2n), and with it the changes shrink
+    /// faster. Twice that covers all rounding.
     fn stays_above(&self, count: Q32) -> bool {
         let to_come = self.change.saturating_mul(4 * u64::from(self.n.max(1)));
         self.count.saturating_sub(count) > to_come
@@ -225,7 +224,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A ramp that takes no shortcut: each change is computed, and no ramp is like another.
+    /// A ramp that takes no shortcut: each change is computed, and no ramp equals another.
     #[derive(Clone, Debug)]
     struct Plain(Knee);
 

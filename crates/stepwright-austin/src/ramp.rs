@@ -5,12 +5,11 @@
 //!   (n₁ + ½)·a₁ = (n₂ + ½)·a₂                     where a₁ changes to a₂
 //! ```
 //!
-//! n has a sign, as a has: negative n are deceleration, and count towards 0. (Eq
-//! 17 is the same without the half step, which it is less exact for.) Only a = 0
-//! is apart: the delay is held, and n · a remembered.
+//! n has a sign, like a: negative n are deceleration, and count towards 0. (Eq 17 is the same
+//! without the half step, and less exact without it.) Only a = 0 is a special case: the delay is
+//! kept, and n · a remembered.
 //!
-//! n is held in 2⁻²⁸ steps. Error against the formulas in f64: each delay below
-//! one tick.
+//! n is stored in 2⁻²⁸ steps. Error against the formulas in f64: each delay below one tick.
 
 use super::count::{C0, Order};
 use super::piecewise::divisor;
@@ -19,27 +18,27 @@ use stepwright::fixed::Q32;
 use stepwright::profile::Unfit;
 use stepwright::units::{Accel, Rate, Speed, Ticks};
 
-/// One step and a half one, in the units of n.
+/// One step and half a step, in the units of n.
 const STEP: u64 = 1 << 28;
 const HALF: u64 = STEP / 2;
 /// n stays below 2³³ steps.
 const LARGEST: u64 = STEP << 33;
 
-/// How the speed changes from here.
+/// The change of speed from here on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slope {
-    /// Faster.
+    /// Accelerate.
     Up(Accel),
-    /// As it is.
+    /// Keep the speed.
     Level,
-    /// Slower, down to rest.
+    /// Decelerate, down to rest.
     Down(Accel),
 }
 
-/// A motion without an end of its own, whose acceleration is changed on the way.
+/// A motion without an end, whose acceleration is changed on the way.
 ///
-/// As an iterator it gives the delay before each pulse, the first 0; braking it
-/// ends with the pulse on which the motor is at rest.
+/// As an iterator it returns the delay before each pulse, the first 0. While braking it ends with
+/// the pulse at which the motor is at rest.
 ///
 /// ```
 /// use stepwright_austin::{C0, Ramp, Slope};
@@ -60,8 +59,7 @@ pub struct Ramp {
     lead: Option<Q32>,
     first: bool,
     count: Q32,
-    /// |n + ½| in 2⁻²⁸ steps, whose acceleration `slope` is; while level, of
-    /// the slope before.
+    /// |n + ½| in 2⁻²⁸ steps, for the acceleration of `slope`; while level, for that of the slope before.
     far: u64,
     accel: Accel,
     slope: Slope,
@@ -69,12 +67,12 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// From rest at `accel`.
+    /// A ramp from rest at `accel`.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't hold it.
+    /// [`Unfit`] if the timer can't represent it.
     pub fn new(rate: Rate, accel: Accel, c0: C0) -> Result<Ramp, Unfit> {
-        // The top speed, which does not matter, is as high as can be.
+        // The top speed does not matter, so it is as high as possible.
         let order = Order::new(rate, Speed::MAX, accel).fitted(1 << 31)?;
         let (lead, count) = c0.counts(order.exact(accel));
         Ok(Ramp {
@@ -108,7 +106,7 @@ impl Ramp {
         }
     }
 
-    /// One step on; `false` at rest.
+    /// Makes one step; `false` at rest.
     fn step(&mut self) -> bool {
         match self.slope {
             Slope::Level => {}
@@ -159,7 +157,7 @@ mod tests {
         ramp.count as f64 / 2f64.powi(32)
     }
 
-    /// Table 2, whose 2,803.498 is a misprint for 2,802.498.
+    /// Table 2, whose 2,803.498 is a misprint of 2,802.498.
     #[test]
     fn table_2() {
         let a = Accel::from_steps; // c198 is given: only their ratios matter

@@ -1,9 +1,8 @@
-//! Parts of a number, and logarithms: integers, the same bits on every machine.
+//! Shares of a number, and logarithms: integers, the same bits on every machine.
 
 use stepwright::fixed::{multiply, shl, zeros};
 
-/// x · n / d, rounded down, and the remainder; saturating, and d = 0 counts
-/// as 1.
+/// x · n / d, rounded down, and the remainder; saturates, and d = 0 counts as 1.
 #[inline(always)]
 pub(crate) fn mul_div(x: u64, n: u64, d: u64) -> (u64, u64) {
     let mut terms = [x, n, d];
@@ -11,7 +10,7 @@ pub(crate) fn mul_div(x: u64, n: u64, d: u64) -> (u64, u64) {
     (terms[0], terms[1])
 }
 
-/// x · n / d to the nearest; saturating, and d = 0 counts as 1.
+/// x · n / d, rounded to nearest; saturates, and d = 0 counts as 1.
 #[inline(always)]
 pub(crate) fn share(x: u64, n: u64, d: u64) -> u64 {
     let mut terms = [x, n, d];
@@ -19,8 +18,8 @@ pub(crate) fn share(x: u64, n: u64, d: u64) -> u64 {
     terms[0]
 }
 
-/// [`share`] of x, n and d; its result in the place of x. In place: three numbers are too many
-/// arguments for a Mega (`xtask/src/check.rs`).
+/// [`share`] of x, n and d, with the result in the place of x. In place, because three numbers are
+/// too many arguments for a Mega (`xtask/src/check.rs`).
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn share_in_place(terms: &mut [u64; 3]) {
     let d = terms[2].max(1);
@@ -30,7 +29,7 @@ fn share_in_place(terms: &mut [u64; 3]) {
     terms[0] = terms[0].saturating_add(u64::from(up));
 }
 
-/// [`mul_div`] of x, n and d; its result in the places of x and n.
+/// [`mul_div`] of x, n and d, with the result in the places of x and n.
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn mul_div_in_place(terms: &mut [u64; 3]) {
     let [x, n, d] = *terms;
@@ -64,8 +63,8 @@ fn long_divide(high: u64, low: u64, d: u64) -> (u64, u64) {
     }
 }
 
-/// [`long_divide`] by two digits of 32 bits (Knuth's algorithm D): in WebAssembly, which divides
-/// 64 bits by 64 and no more.
+/// [`long_divide`] with two digits of 32 bits (Knuth's algorithm D): for WebAssembly, which only
+/// divides 64 bits by 64.
 #[cfg(any(test, target_family = "wasm"))]
 fn long_divide_by_halves(high: u64, low: u64, d: u64) -> (u64, u64) {
     const HALF: u64 = 1 << 32;
@@ -75,7 +74,7 @@ fn long_divide_by_halves(high: u64, low: u64, d: u64) -> (u64, u64) {
     let moved = moved.wrapping_shl(by);
     let (top, bottom) = ((moved >> 64) as u64, moved as u64);
     let (first, second) = (d / HALF, d % HALF);
-    // A digit by the upper halves, at most two too large, and what it leaves.
+    // A digit from the upper halves, at most two too large, and the remainder.
     let digit = |rest: u64, next: u64| {
         let mut digit = rest / first.max(1);
         let mut left = rest % first.max(1);
@@ -94,7 +93,7 @@ fn long_divide_by_halves(high: u64, low: u64, d: u64) -> (u64, u64) {
     (upper.wrapping_mul(HALF).wrapping_add(lower), rest.wrapping_shr(by))
 }
 
-/// [`long_divide`] without 128 bits: one subtraction a bit. In place, as above.
+/// [`long_divide`] without 128 bits: one subtraction per bit. In place, as above.
 #[cfg(any(test, not(any(target_pointer_width = "64", target_family = "wasm"))))]
 #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
 fn long_divide_bitwise(wide: &mut (u64, u64), d: u64) {
@@ -114,7 +113,7 @@ fn long_divide_bitwise(wide: &mut (u64, u64), d: u64) {
 
 /// log₂ n in 2⁻⁴⁸, to a few of the last places; 0 for 0.
 ///
-/// The mantissa is squared 48 times: each time it passes 2 is a bit.
+/// The mantissa is squared 48 times: each time it exceeds 2 gives a bit.
 pub(crate) fn log2(n: u64) -> u64 {
     let Some(whole) = n.checked_ilog2() else { return 0 };
     let mut mantissa = shl(n, zeros(n)); // 1 … 2 in 2⁻⁶³

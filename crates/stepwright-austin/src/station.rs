@@ -1,4 +1,4 @@
-//! A motor that goes by a law, ordered over the serial line: without its pins, clock and bytes.
+//! A motor that follows a law, ordered over the serial line: without its pins, clock and bytes.
 //!
 //! ```text
 //!   bytes ──► slave ─► Station ──► law: a delay at a time ──► Run of one step ──► queue
@@ -7,9 +7,9 @@
 //! ```
 //!
 //! It is the same on a chip (`firmware/avr/src/bin/laws.rs`) and on the virtual board
-//! (`stepwright-sim`): what calls it has a [`Control`] and a queue, and a
-//! `ProgramSlave` for the line. A stop or a change of acceleration "from now on"
-//! holds from the next delay that is made, behind those that are queued: [`AHEAD`] at most.
+//! (`stepwright-sim`). The caller has a [`Control`], a queue, and a `ProgramSlave` for the line. A
+//! stop or a change of acceleration "from now on" takes effect with the next delay that is
+//! computed, after the queued ones: at most [`AHEAD`].
 
 use super::choice::{AnyLaw, Recipe};
 use super::line::{ENDLESS, Line, Refused};
@@ -17,35 +17,35 @@ use stepwright::queue::Producer;
 use stepwright::{Accel, Control, Run, Ticks};
 use stepwright_protocol::{BoardProgram, Fault, Numbers, Piece, Said, Text, flash_text};
 
-/// Changes of acceleration that a travel may have ahead of it.
+/// The changes of acceleration that a travel may have pending.
 pub const CHANGES: usize = 4;
-/// None of them.
+/// No changes.
 const NO_CHANGES: [(u32, Accel); CHANGES] = [(0, Accel::MIN); CHANGES];
-/// Delays made ahead of the step under way, at most.
+/// The most delays that are computed ahead of the present step.
 pub const AHEAD: u8 = 6;
 /// The axis that moves.
 const AXIS: u8 = 0;
-/// From the order to the change of direction, and from there to the first step: 250 µs.
+/// Ticks from the order to the change of direction, and from there to the first step: 250 µs.
 const LEAD: Ticks = 250;
 /// The shortest delay of each law that a board makes without being late, in ticks of 1 MHz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Costs {
-    /// The general form …
+    /// The general form.
     pub austin: Ticks,
-    /// … whose acceleration changes.
+    /// The general form with a change of acceleration.
     pub changing: Ticks,
-    /// The listing.
+    /// The published listing.
     pub austin_fixed: Ticks,
     /// The linear factor.
     pub linear_factor: Ticks,
-    /// The power term, for each of p.
+    /// The power term, for each p.
     pub power: Ticks,
     /// Piecewise.
     pub piecewise: Ticks,
 }
 
 impl Costs {
-    /// An AVR of 16 MHz, by `firmware/rig/tests/laws_line.rs`.
+    /// An AVR of 16 MHz, as tested by `firmware/rig/tests/laws_line.rs`.
     pub const AVR: Costs = Costs {
         austin: 500,
         changing: 1_000,
@@ -72,18 +72,18 @@ impl Costs {
     }
 }
 
-/// What a station's board is.
+/// The board of a station.
 #[derive(Clone, Copy, Debug)]
 pub struct About {
     /// Its name: `uno`.
     pub name: Text,
     /// The rate of its timer in MHz.
     pub mhz: u32,
-    /// How quick it is.
+    /// How fast it is.
     pub costs: Costs,
 }
 
-/// The laws of this build, as the answer to `?` has them.
+/// The laws of this build, as listed in the answer to `?`.
 const CONSTANT: &str = if cfg!(feature = "constant") { ",austin,austin-fixed" } else { "" };
 const TRANSITIONS: &str =
     if cfg!(feature = "transitions") { ",linear-factor,piecewise" } else { "" };
@@ -95,14 +95,14 @@ pub struct Station<'q, E, const LEN: usize> {
     feed: Producer<'q, LEN>,
     about: About,
     recipe: Option<Recipe>,
-    /// Accelerations, and after how many steps of a travel each; 0: none.
+    /// Accelerations, each with the number of steps of a travel after which it applies; 0: none.
     changes: [(u32, Accel); CHANGES],
     law: Option<AnyLaw>,
-    /// A run that found no room yet.
+    /// A run for which there was no room yet.
     ready: Option<Run>,
-    /// Pulses of the travel whose delays have been made.
+    /// The number of pulses of the travel whose delays have been computed.
     made: u32,
-    /// The engine plays the travel.
+    /// Whether the engine plays the travel.
     begun: bool,
     uncertain: bool,
 }
@@ -138,7 +138,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
             self.ready = self.next();
         }
         let Some(run) = self.ready else {
-            // That was the last step.
+            // The last step has been queued.
             self.feed.set_open(false);
             (self.law, self.changes) = (None, NO_CHANGES);
             return self.begin();
@@ -149,7 +149,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
         self.ready = None;
     }
 
-    /// The engine begins, once some delays are made.
+    /// Starts the engine, once some delays are computed.
     fn begin(&mut self) {
         if !self.begun {
             self.begun = true;
@@ -157,7 +157,7 @@ impl<'q, E: Control, const LEN: usize> Station<'q, E, LEN> {
         }
     }
 
-    /// The next step.
+    /// Computes the next step.
     #[inline(never)]
     fn next(&mut self) -> Option<Run> {
         let law = self.law.as_mut()?;
@@ -290,7 +290,7 @@ impl<E: Control, const LEN: usize> BoardProgram for Station<'_, E, LEN> {
         self.changes = NO_CHANGES;
     }
 
-    /// Makes one delay if the queue has room for it.
+    /// Computes one delay if the queue has room for it.
     #[inline(never)]
     fn poll(&mut self) {
         if self.law.is_some() {

@@ -1,24 +1,24 @@
-//! Up, level, down: where a travel turns, by counts alone.
+//! Up, level, down: the phases of a travel, by counting steps.
 //!
-//! A step up is taken while the steps that are left are enough for the way
-//! down from it. What is left over is travelled at the speed reached; for a
-//! short even travel that is the delay which the published listing repeats.
+//! A step up is made while the remaining steps are enough for the way down after it. The rest is
+//! travelled at the speed reached; for a short even travel that is the delay which the published
+//! listing repeats.
 
 use super::count::Law;
 use crate::share::share;
 use stepwright::fixed::Q32;
 use stepwright::profile::Phase;
 
-/// A ramp that can be gone up and down.
+/// A ramp that can be followed up and down.
 pub trait Slopes {
-    /// One step up, if the top speed is not reached and the way down from
-    /// there takes no more than `left` steps; else nothing, and `false`.
+    /// Makes one step up if the top speed is not reached and the way down from there takes no more
+    /// than `left` steps; otherwise does nothing and returns `false`.
     fn faster(&mut self, left: u32) -> bool;
 
-    /// One step down, the j-th from the end.
+    /// Makes one step down, the j-th from the end.
     fn slower(&mut self, j: u32);
 
-    /// Steps down to rest from here, before the way down begins.
+    /// The steps down to rest from here, before the way down begins.
     fn braking(&self) -> u32;
 
     /// The delay.
@@ -30,7 +30,7 @@ pub trait Slopes {
 pub struct Travel<S> {
     slopes: S,
     phase: Phase,
-    /// Steps of the way down, once it is known.
+    /// The steps of the way down, once they are known.
     brake: u32,
 }
 
@@ -39,7 +39,7 @@ impl<S: Slopes> Travel<S> {
         Travel { slopes, phase: Phase::Up, brake: 0 }
     }
 
-    /// Its ramps, while it goes up.
+    /// The ramps, on the way up.
     pub(crate) fn rising(&mut self) -> Option<&mut S> {
         (self.phase == Phase::Up).then_some(&mut self.slopes)
     }
@@ -78,35 +78,35 @@ impl<S: Slopes> Law for Travel<S> {
     }
 }
 
-/// A curve that is gone from rest, a step at a time, and back again.
+/// A curve that is followed step by step from rest, and back.
 pub trait Curve: Clone + PartialEq {
-    /// One step up.
+    /// Makes one step up.
     fn up(&mut self);
 
-    /// One step down: what to add to a delay, as a part (n, d) of it.
+    /// Makes one step down: returns the fraction (n, d) of a delay to add to it.
     fn down(&mut self) -> (u64, u64);
 
-    /// Steps from rest.
+    /// The number of steps from rest.
     fn steps(&self) -> u32;
 
     /// The delay.
     fn count(&self) -> Q32;
 
-    /// Whether no step of it, however many are to come, is as fast as this delay.
+    /// Whether no further step, however many follow, is as fast as this delay.
     fn stays_above(&self, _count: Q32) -> bool {
         false
     }
 }
 
-/// Two curves without a closed form: the one that is gone up, and the one to go
-/// down, which follows it like a shadow: always at the first of its steps that
-/// is as fast. So the way down from here is known, for two steps a step.
+/// Two curves without a closed form: the way up, and the way down, which follows it like a shadow
+/// and is always at its first step that is as fast. So the way down from here is known, at the cost
+/// of two steps per step.
 #[derive(Clone, Debug)]
 pub struct Shadowed<C> {
     rise: C,
     fall: C,
     count: Q32,
-    /// A delay as short as this is the top speed.
+    /// A delay this short is the top speed.
     enough: Q32,
 }
 
@@ -115,13 +115,13 @@ impl<C: Curve> Shadowed<C> {
     pub(crate) fn new(rise: C, fall: C, enough: Q32) -> Shadowed<C> {
         let count = rise.count();
         let mut both = Shadowed { rise, fall, count, enough };
-        // A first delay may be shorter than the fall's.
+        // The first delay may be shorter than that of `fall`.
         both.follow(&both.rise.clone(), u32::MAX);
         both
     }
 
-    /// Moves the shadow up to the delay of `rise`, which is the rise's next step; `false`, and no
-    /// move, beyond `left`.
+    /// Moves the shadow up to the delay of `rise`, which is the next step of the way up. Returns
+    /// `false`, and does not move, beyond `left` steps.
     fn follow(&mut self, rise: &C, left: u32) -> bool {
         let count = rise.count().max(self.enough);
         let mut fall = self.fall.clone();
@@ -129,8 +129,8 @@ impl<C: Curve> Shadowed<C> {
             if fall.steps() >= left || fall.stays_above(count) {
                 return false;
             }
-            // From where the rise was its step leads where the rise is: even ramps take one step
-            // a step. A small chip has no room for the shortcut.
+            // If the shadow is where the rise was, its next step leads to where the rise is now:
+            // equal ramps take one step per step. A small chip has no room for the shortcut.
             if cfg!(any(target_pointer_width = "64", target_family = "wasm")) && fall == self.rise {
                 fall = rise.clone();
             } else {

@@ -1,4 +1,4 @@
-//! Prints when the steps of an S-curve should come.
+//! Prints the ideal times of the steps of an S-curve.
 
 use stepwright_oracle::{IdealSCurve, JerkLimits};
 

@@ -1,11 +1,11 @@
 //! Real numbers as unevaluated sums of two `f64`: 104 bits and more.
 //!
-//! For the ideal that emitted delays are measured against: a travel may last
-//! 2⁶² ticks, where an `f64` is 512 ticks coarse.
+//! For the ideal with which emitted delays are compared: a travel may last 2⁶² ticks, where the
+//! resolution of an `f64` is 512 ticks.
 //!
-//! The error-free sum is Knuth's, the product Dekker's; each operation is good
-//! to a few 2⁻¹⁰⁴ of its result. Dekker's splitting rather than a fused
-//! multiply-add, which is a slow library call on some machines.
+//! The error-free sum is Knuth's, the product Dekker's; each operation has a relative error of a
+//! few 2⁻¹⁰⁴. Dekker's splitting is used instead of a fused multiply-add, which is a slow library
+//! call on some machines.
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -18,20 +18,20 @@ pub struct Double {
     low: f64,
 }
 
-/// a + b and what rounding lost of it.
+/// a + b and its rounding error.
 fn sum(a: f64, b: f64) -> Double {
     let high = a + b;
     let back = high - a;
     Double { high, low: (a - (high - back)) + (b - back) }
 }
 
-/// The same for |a| ≥ |b|.
+/// [`sum`] for |a| ≥ |b|.
 fn quick_sum(a: f64, b: f64) -> Double {
     let high = a + b;
     Double { high, low: b - (high - a) }
 }
 
-/// a · b and what rounding lost of it.
+/// a · b and its rounding error.
 fn product(a: f64, b: f64) -> Double {
     fn split(a: f64) -> (f64, f64) {
         let big = 134_217_729.0 * a; // 2²⁷ + 1
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// x as an integer, when it is one below 2¹⁰⁶.
+    /// x as an integer, if it is one below 2¹⁰⁶.
     fn whole(x: Double) -> i128 {
         x.high as i128 + x.low as i128
     }

@@ -1,7 +1,7 @@
-//! When the steps of a trapezoid and of an S-curve should come, as real numbers.
+//! The ideal times of the steps of a trapezoid and of an S-curve, as real numbers.
 //!
-//! It judges what makes steps, so it shares nothing with it: no type, no formula, no dependency.
-//! Speeds and accelerations are numbers in any units that fit together, and so are the times.
+//! The crate is the reference for the code that makes steps, so it shares no type, formula or
+//! dependency with it. Speeds, accelerations and times are numbers in any consistent units.
 //!
 //! ```
 //! use stepwright_oracle::{Double, IdealTrapezoid, Number};
@@ -17,9 +17,9 @@
 //! | --- | --- |
 //! | [`IdealTrapezoid`] | constant acceleration, a level, constant deceleration |
 //! | [`IdealSCurve`] | the same with a limited jerk |
-//! | [`Number`] | what both compute with: `f64`, or [`Double`] with 104 bits |
+//! | [`Number`] | the numbers that both compute with: `f64`, or [`Double`] with 104 bits |
 //!
-//! Its own tests hold both against other formulas in 160 bits.
+//! Its own tests compare both with other formulas in 160 bits.
 
 #![no_std]
 #![warn(missing_docs)]

@@ -1,4 +1,4 @@
-//! The numbers that an ideal is computed with.
+//! The numbers with which an ideal is computed.
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -11,10 +11,10 @@ pub trait Number:
     + Mul<Output = Self>
     + Div<Output = Self>
 {
-    /// Rounds of Newton's method that lead from the precision of an `f64` to its own.
+    /// Iterations of Newton's method from the precision of an `f64` to that of this type.
     const ROUNDS: u32;
 
-    /// A whole number, to the nearest.
+    /// A whole number, rounded to nearest.
     fn whole(n: u64) -> Self;
 
     /// An `f64`, exactly.
@@ -23,7 +23,7 @@ pub trait Number:
     /// The nearest `f64`.
     fn to_f64(self) -> f64;
 
-    /// The square root; 0 for what is below.
+    /// The square root; 0 for negative numbers.
     fn root(self) -> Self;
 }
 

@@ -1,25 +1,25 @@
-//! A limited jerk: an acceleration that comes and goes.
+//! A travel with a limited jerk.
 //!
-//! A ramp is known by its two speeds: it leads as far as at their mean, in the time
+//! A ramp is determined by its two speeds: its distance is that at their mean, in the time
 //!
 //! ```text
 //!   T = Δv/a + a/J          a = min(A, √(J·Δv))          dT/dv = 1/a
 //! ```
 //!
-//! so a short travel gains the speed whose ramps fill it. Both that and the time of a
-//! place are found in `f64`, and mended by Newton's method where the numbers have more bits.
-//! With [`Double`](crate::Double) the error against the true value is below 2⁻⁷⁶ of the time.
+//! so a short travel gains the speed whose ramps fill it. That speed, and the time of a place, are
+//! computed in `f64` and refined by Newton's method for numbers with more bits. With
+//! [`Double`](crate::Double) the error against the true value is below 2⁻⁷⁶ of the time.
 
 use crate::Number;
 
-/// Halvings and steps of Newton's method in `f64`; it takes some ten, or 60 where it halves.
+/// The most iterations of bisection and Newton's method in `f64`; some ten are needed, or 60 with
+/// bisection.
 const TRIES: u32 = 200;
 
-/// The limits of a travel, in units that fit together: steps, steps/s, steps/s² and steps/s³ make
-/// seconds.
+/// The limits of a travel, in consistent units: steps, steps/s, steps/s² and steps/s³ give seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct JerkLimits<N> {
-    /// Speed at both ends; above `top` it is `top`.
+    /// The speed at both ends; above `top` it becomes `top`.
     pub start: N,
     /// Top speed.
     pub top: N,
@@ -27,12 +27,12 @@ pub struct JerkLimits<N> {
     pub accel: N,
     /// Deceleration.
     pub decel: N,
-    /// How fast both change.
+    /// The change of both per second.
     pub jerk: N,
 }
 
 impl<N: Number> JerkLimits<N> {
-    /// Up by this much, and down again.
+    /// The ramps for this gain of speed, up and down.
     fn ramps(&self, gain: N) -> (Ramp<N>, Ramp<N>) {
         let JerkLimits { start, accel, decel, jerk, .. } = *self;
         (Ramp::new(start, gain, accel, jerk), Ramp::new(start, gain, decel, jerk))
@@ -44,8 +44,8 @@ impl<N: Number> JerkLimits<N> {
         JerkLimits { start, top, accel, decel, jerk }
     }
 
-    /// The gain of speed whose ramps are as long as the travel, which is too short for the top
-    /// speed. The gain and not the speed is looked for: it may be less than a bit of the speed.
+    /// The gain of speed whose ramps are as long as a travel that is too short for the top speed.
+    /// The gain is computed, not the speed, because it may be less than a bit of the speed.
     fn gain(&self, length: N) -> N {
         let (rough, far) = (self.to_f64(), length.to_f64());
         let (mut low, mut high) = (0.0, rough.top - rough.start);
@@ -99,7 +99,7 @@ impl<N: Number> Ramp<N> {
         Ramp { from, to, jerk, accel, bend, time, way: half((from + to) * time) }
     }
 
-    /// How much longer it gets with the speed that it leads to.
+    /// The growth of the ramp's length with its final speed.
     fn growth(&self) -> N {
         if self.accel > N::whole(0) {
             half(self.time + (self.from + self.to) / self.accel)
@@ -108,7 +108,7 @@ impl<N: Number> Ramp<N> {
         }
     }
 
-    /// Way and speed at a time.
+    /// Distance and speed at a time.
     fn at(&self, t: N) -> (N, N) {
         let sixth = |t: N| self.jerk * t * t * t / N::whole(6);
         let left = self.time - t;
@@ -123,7 +123,7 @@ impl<N: Number> Ramp<N> {
         }
     }
 
-    /// When it has led so far.
+    /// The time at a distance.
     fn when(&self, way: N) -> N {
         if way <= N::whole(0) {
             return N::whole(0);
@@ -142,7 +142,7 @@ impl<N: Number> Ramp<N> {
 }
 
 impl Ramp<f64> {
-    /// The same by Newton's method, and by halves where that leads astray.
+    /// The time at a distance by Newton's method, with bisection where that diverges.
     fn found(&self, way: f64) -> f64 {
         let (mut low, mut high, mut t) = (0.0, self.time, self.time / 2.0);
         for _ in 0..TRIES {
@@ -159,7 +159,7 @@ impl Ramp<f64> {
     }
 }
 
-/// A travel under a limited jerk, the fastest within its limits.
+/// The fastest travel within limits of speed, acceleration and jerk.
 #[derive(Clone, Copy, Debug)]
 pub struct IdealSCurve<N> {
     rise: Ramp<N>,
@@ -195,7 +195,7 @@ impl<N: Number> IdealSCurve<N> {
         }
     }
 
-    /// The time in all.
+    /// The total time.
     pub fn total(&self) -> N {
         self.rise.time + self.level(self.length - self.fall.way) + self.fall.time
     }

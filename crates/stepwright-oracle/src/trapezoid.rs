@@ -1,6 +1,6 @@
 //! Constant acceleration, a level, constant deceleration.
 //!
-//! Corners are solved for as positions, times follow from distance over mean speed:
+//! Corners are solved as positions; times follow from distance over mean speed:
 //!
 //! ```text
 //!   rise  t = 2s / (v(s) + v₀)        v(s)² = v₀² + 2as
@@ -14,24 +14,24 @@ use crate::Number;
 /// A travel under constant acceleration.
 ///
 /// With lengths in L and speeds in V the slopes of v² are in V²/L and the times in L/V: steps,
-/// steps/s and twice an acceleration in steps/s² make seconds.
+/// steps/s and twice an acceleration in steps/s² give seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct IdealTrapezoid<N> {
-    /// Speeds at both ends.
+    /// The speeds at both ends.
     ends: (N, N),
-    /// How fast v² grows and falls with the way: 2a and 2d.
+    /// The slopes of v² over the distance in the rise and the fall: 2a and 2d.
     slopes: (N, N),
     peak: N,
     length: N,
-    /// Where the rise ends and the fall begins.
+    /// The positions at which the rise ends and the fall begins.
     corners: (N, N),
     total: N,
 }
 
 impl<N: Number> IdealTrapezoid<N> {
-    /// A travel of this length between two speeds, which are at most `top`; `slopes` are 2a and
-    /// 2d. It must be long enough to get from the one speed to the other. An `f64` may be an
-    /// infinite length.
+    /// A travel of this length between two speeds; speeds above `top` become `top`. `slopes` are 2a
+    /// and 2d. The travel must be long enough to get from one speed to the other. An `f64` length
+    /// may be infinite.
     pub fn new(ends: (N, N), top: N, slopes: (N, N), length: N) -> IdealTrapezoid<N> {
         let least = |v: N| if v < top { v } else { top };
         let ends = (least(ends.0), least(ends.1));
@@ -61,7 +61,7 @@ impl<N: Number> IdealTrapezoid<N> {
         }
     }
 
-    /// The time in all.
+    /// The total time.
     pub fn total(&self) -> N {
         self.total
     }
@@ -100,7 +100,7 @@ impl<N: Number> IdealTrapezoid<N> {
     }
 }
 
-/// The time of a way that begins at this speed.
+/// The time of a distance that begins at this speed.
 fn ramp<N: Number>(from: N, slope: N, way: N) -> N {
     if way <= N::whole(0) {
         return N::whole(0);

@@ -1,4 +1,4 @@
-//! Prints how a motor of 3200 steps and 8 mm a turn takes the speeds that are given.
+//! Prints how a motor with 3200 steps and 8 mm per turn takes the given speeds.
 
 use stepwright::Geometry;
 use stepwright_units::SpeedArg;

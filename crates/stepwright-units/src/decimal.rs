@@ -1,7 +1,6 @@
 //! Decimal numbers exactly as they were typed.
 
-/// `digits` · 10^−`places`: no binary fraction comes between what a person
-/// types and what the core holds.
+/// `digits` · 10^−`places`: the value as typed, without conversion to a binary fraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Decimal {
     /// Below 10¹⁸.
@@ -10,19 +9,19 @@ pub(crate) struct Decimal {
     places: u8,
 }
 
-/// A quotient to the nearest whole number, halves up.
+/// A quotient rounded to the nearest whole number, halves up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Rounded {
     /// The number; `u64::MAX` if it is larger.
     pub value: u64,
-    /// Whether nothing was lost.
+    /// Whether nothing was rounded.
     pub exact: bool,
 }
 
-/// Digits that a number may have: 4π from a calculator has 17.
+/// The most digits of a number: 4π from a calculator has 17.
 const MOST: u8 = 18;
 
-/// 2⁶⁴ / 2π, to the nearest.
+/// 2⁶⁴ / 2π, rounded to nearest.
 const PER_TAU: u128 = 2_935_890_503_282_001_226;
 
 impl Decimal {
@@ -31,7 +30,7 @@ impl Decimal {
         Decimal { digits: number as u64, places: 0 }
     }
 
-    /// How many bytes at the beginning of a text are a number: of `1.5e3mm`, 5.
+    /// The number of bytes at the beginning of a text that are a number: 5 in `1.5e3mm`.
     pub fn length(text: &str) -> usize {
         let digits =
             |text: &str| text.find(|c: char| !matches!(c, '0'..='9' | '.')).unwrap_or(text.len());
@@ -44,7 +43,7 @@ impl Decimal {
         }
     }
 
-    /// Reads `12`, `12.5`, `.5`, `12.` or `1.2e3`; a sign is not part of it.
+    /// Parses `12`, `12.5`, `.5`, `12.` or `1.2e3`; a sign is not part of it.
     pub fn parse(text: &str) -> Result<Decimal, String> {
         match text.split_once(['e', 'E']) {
             Some((number, power)) => {
@@ -72,7 +71,7 @@ impl Decimal {
         }
     }
 
-    /// Without a power of ten.
+    /// Parses a number without a power of ten.
     fn plain(text: &str) -> Result<Decimal, String> {
         let (whole, part) = text.split_once('.').unwrap_or((text, ""));
         let part = part.trim_end_matches('0');
@@ -115,7 +114,7 @@ impl Decimal {
         Rounded { exact: self.digits == 0, ..rounded }
     }
 
-    /// The nearest binary number, or one beside it.
+    /// The nearest binary number, or one next to it.
     pub fn to_f64(self) -> f64 {
         self.digits as f64 / self.unit() as f64
     }
@@ -125,7 +124,7 @@ impl Decimal {
     }
 }
 
-/// n / (d · 2^bits) to the nearest.
+/// n / (d · 2^bits), rounded to nearest.
 fn divide(n: u128, d: u128, bits: u8) -> Rounded {
     let d = d << bits;
     let value = (n + d / 2) / d;

@@ -38,8 +38,8 @@ impl FromStr for DistanceArg {
 }
 
 impl DistanceArg {
-    /// In whole steps, rounded once to the nearest; `name` is the argument, for the message.
-    /// Beyond ±2⁶³ it stays there.
+    /// Converts to whole steps, rounded once to nearest; `name` is the argument, for the message.
+    /// Saturates at ±2⁶³.
     ///
     /// # Errors
     /// [`UnitError::NoMillimetres`]
@@ -68,7 +68,7 @@ mod tests {
         text.parse::<DistanceArg>().unwrap().resolve(&geometry, "STEPS").unwrap()
     }
 
-    /// 200 steps and 40 mm a turn.
+    /// 200 steps and 40 mm per turn.
     #[test]
     fn units_come_to_whole_steps() {
         for (text, steps, shown) in [

@@ -1,20 +1,20 @@
-//! What the core can't hold, and why.
+//! Values that the core can't represent.
 
 use std::fmt;
 
-/// A value that was read, but can't be held.
+/// A value that was parsed but that the core can't represent.
 ///
-/// `name` is the option or the place that it came from, `text` what was typed.
+/// `name` is the option or the place it came from, `text` the typed text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum UnitError {
-    /// Millimetres, of a motor whose turn moves its load by nobody knows how much.
+    /// Millimetres, for a motor whose distance per turn is unknown.
     NoMillimetres {
         /// Where it came from.
         name: String,
         /// As typed.
         text: String,
     },
-    /// A speed beyond `least` to 1,000,000 steps/s.
+    /// A speed outside `least` to 1,000,000 steps/s.
     Speed {
         /// Where it came from.
         name: String,
@@ -22,25 +22,25 @@ pub enum UnitError {
         text: String,
         /// 0 or 0.001 steps/s.
         least: &'static str,
-        /// Whether it is nothing at all.
+        /// Whether the speed is 0.
         is_zero: bool,
     },
-    /// An acceleration beyond 0.001 to 100,000,000 steps/s².
+    /// An acceleration outside 0.001 to 100,000,000 steps/s².
     Accel {
         /// Where it came from.
         name: String,
         /// As typed.
         text: String,
-        /// Whether it is below.
+        /// Whether it is below the range.
         is_small: bool,
     },
-    /// A jerk beyond 0.001 to 10¹⁵ steps/s³.
+    /// A jerk outside 0.001 to 10¹⁵ steps/s³.
     Jerk {
         /// Where it came from.
         name: String,
         /// As typed.
         text: String,
-        /// Whether it is below.
+        /// Whether it is below the range.
         is_small: bool,
     },
 }

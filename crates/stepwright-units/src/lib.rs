@@ -13,14 +13,13 @@
 //! # }
 //! ```
 //!
-//! `10rad/s`, `12.566 rad/s²`, `50mm/s`; a bare number counts steps. Two moments, because the
-//! second needs to know the motor:
+//! `10rad/s`, `12.566 rad/s²`, `50mm/s`; a number without a unit counts steps. Conversion has two
+//! stages, because the second needs to know the motor:
 //!
-//! 1. [`DistanceArg`], [`SpeedArg`], [`AccelArg`] and [`JerkArg`] read the text: a number without
-//!    rounding, and a unit. They say what is wrong with it as a text, for the option of a command.
-//! 2. [`SpeedArg::resolve`] turns it into what the core holds, by the motor's
-//!    [`Geometry`], rounding **once**, and keeps the text, so that a [`Rounded`] can show what was
-//!    understood.
+//! 1. [`DistanceArg`], [`SpeedArg`], [`AccelArg`] and [`JerkArg`] parse the text: a number without
+//!    rounding, and a unit. Their errors are texts, for an option of a command.
+//! 2. [`SpeedArg::resolve`] converts it to the core's representation with the motor's [`Geometry`],
+//!    rounding **once**, and keeps the text, so that a [`Rounded`] can show how it was understood.
 
 #![warn(missing_docs)]
 #![forbid(unsafe_code)]
@@ -44,24 +43,24 @@ pub use machine_unit::{MachineUnit, TURN};
 use unit::{Kind, Unit};
 pub use unit::{is_known, needs_motor};
 
-/// A distance in millimetres, held in whole nanometres.
+/// A distance in millimetres, stored in whole nanometres.
 #[derive(Clone, Copy, Debug)]
 pub struct MmArg(u32);
 
 impl MmArg {
-    /// Of a number of millimetres; `None` beyond 1 nm to 4.29 m.
+    /// A distance in millimetres; `None` outside 1 nm to 4.29 m.
     pub fn of(mm: f64) -> Option<MmArg> {
         let nm = (mm * 1e6).round();
         (1.0..=f64::from(u32::MAX)).contains(&nm).then_some(MmArg(nm as u32))
     }
 
-    /// In nanometres, 1 to 2³² − 1.
+    /// The distance in nanometres, 1 to 2³² − 1.
     pub fn nm(self) -> u32 {
         self.0
     }
 }
 
-/// How many bytes at the beginning of a text are a number: of `1.5e3mm`, 5.
+/// The number of bytes at the beginning of a text that are a number: 5 in `1.5e3mm`.
 pub fn number_length(text: &str) -> usize {
     Decimal::length(text)
 }
@@ -79,7 +78,7 @@ impl FromStr for MmArg {
     }
 }
 
-/// A number with its unit, and the text it was read from.
+/// A number with its unit, and the text from which it was parsed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Quantity {
     text: String,
@@ -105,7 +104,7 @@ impl Quantity {
         Ok(Quantity { text: text.to_owned(), number, unit })
     }
 
-    /// Whether it is nothing at all.
+    /// Whether the number is 0.
     fn is_zero(&self) -> bool {
         self.number.to_f64() == 0.0
     }
@@ -114,7 +113,7 @@ impl Quantity {
         UnitError::NoMillimetres { name: name.to_owned(), text: self.text.clone() }
     }
 
-    /// In thousandths of a step; `name` is the option, for the message.
+    /// Converts to thousandths of a step; `name` is the option, for the message.
     fn resolve<T>(
         &self,
         geometry: &Geometry,
@@ -136,24 +135,25 @@ impl Quantity {
     }
 }
 
-/// What was typed, and what the core holds of it.
+/// A typed value and its representation in the core.
 ///
-/// Shows as `400 steps/s`, `120rpm → 400 steps/s`, or, when it was rounded to
-/// a thousandth of a step, `10rad/s ≈ 318.31 steps/s`.
+/// Displayed as `400 steps/s`, `120rpm → 400 steps/s`, or, if it was rounded to a thousandth of a
+/// step, `10rad/s ≈ 318.31 steps/s`.
 #[derive(Clone, Debug)]
 pub struct Rounded<T> {
-    /// What the core holds.
+    /// The value in the core.
     pub value: T,
-    /// What was typed.
+    /// The typed text.
     pub given: String,
-    /// Whether nothing was lost.
+    /// Whether nothing was rounded.
     pub exact: bool,
     per: &'static str,
     converted: bool,
 }
 
 impl<T> Rounded<T> {
-    /// A value that nobody typed: `per` is what its unit has behind the steps, `/s` of a speed.
+    /// A value that was not typed; `per` is the suffix of its unit after the steps, `/s` for a
+    /// speed.
     pub fn of(value: T, per: &'static str) -> Rounded<T>
     where
         T: Display,
@@ -161,7 +161,7 @@ impl<T> Rounded<T> {
         Rounded { given: value.to_string(), value, exact: true, per, converted: false }
     }
 
-    /// Whether it was typed in another unit than steps.
+    /// Whether it was typed in a unit other than steps.
     pub fn converted(&self) -> bool {
         self.converted
     }
@@ -191,14 +191,14 @@ impl FromStr for SpeedArg {
 }
 
 impl SpeedArg {
-    /// Of this many steps/s.
+    /// A speed of this many steps/s.
     pub fn of_steps(number: u32) -> SpeedArg {
         let text = number.to_string();
         SpeedArg(Quantity { text, number: Decimal::whole(number), unit: Unit::STEP })
     }
 
-    /// In steps per second, not rounded, for what is not ordered but used in a calculation
-    /// with; `name` is the option that it came from.
+    /// Converts to steps per second without rounding, for calculations rather than orders; `name`
+    /// is the option it came from.
     ///
     /// # Errors
     /// [`UnitError::NoMillimetres`]
@@ -208,12 +208,12 @@ impl SpeedArg {
         steps.ok_or_else(|| self.0.no_millimetres(name))
     }
 
-    /// As it was typed.
+    /// The typed text.
     pub fn given(&self) -> &str {
         &self.0.text
     }
 
-    /// In steps per second; `name` is the option that it came from.
+    /// Converts to steps per second; `name` is the option it came from.
     ///
     /// # Errors
     /// [`UnitError::NoMillimetres`], [`UnitError::Speed`]
@@ -221,7 +221,7 @@ impl SpeedArg {
         self.held(geometry, name, "0")
     }
 
-    /// In steps per second, more than 0; `name` is the option that it came from.
+    /// Converts to steps per second, more than 0; `name` is the option it came from.
     ///
     /// # Errors
     /// [`UnitError::NoMillimetres`], [`UnitError::Speed`]
@@ -229,7 +229,7 @@ impl SpeedArg {
         self.held(geometry, name, "0.001")
     }
 
-    /// From `least` steps/s, 0 or 0.001.
+    /// Converts to a speed of at least `least` steps/s, 0 or 0.001.
     fn held(
         &self,
         geometry: &Geometry,
@@ -252,9 +252,9 @@ impl SpeedArg {
 /// A speed whose sign is a direction: `+1000`, `1000`, `-120rpm`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SignedSpeedArg {
-    /// Forward, unless it began with a minus.
+    /// Forward, unless the text began with a minus.
     pub forward: bool,
-    /// How fast.
+    /// The magnitude.
     pub speed: SpeedArg,
 }
 
@@ -284,7 +284,7 @@ impl FromStr for AccelArg {
 }
 
 impl AccelArg {
-    /// In steps per second squared; `name` is the option that it came from.
+    /// Converts to steps per second squared; `name` is the option it came from.
     ///
     /// # Errors
     /// [`UnitError::NoMillimetres`], [`UnitError::Accel`]
@@ -311,12 +311,12 @@ impl FromStr for JerkArg {
 }
 
 impl JerkArg {
-    /// Whether it is 0: where a jerk may be left out, none at all.
+    /// Whether it is 0, which means no jerk limit where the jerk is optional.
     pub fn is_zero(&self) -> bool {
         self.0.is_zero()
     }
 
-    /// In steps per second cubed; `name` is the option that it came from.
+    /// Converts to steps per second cubed; `name` is the option it came from.
     ///
     /// # Errors
     /// [`UnitError::NoMillimetres`], [`UnitError::Jerk`]

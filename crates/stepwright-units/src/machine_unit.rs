@@ -1,20 +1,20 @@
-//! The unit that a machine counts in, beside steps: what results and plots are shown in.
+//! The unit of a machine, beside steps, in which results and plots are shown.
 
-/// A unit, and the steps of one.
+/// A unit, and its size in steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MachineUnit {
     /// `mm` or `deg`
     pub name: &'static str,
-    /// Steps of one.
+    /// The number of steps in one unit.
     pub steps: f64,
 }
 
-/// Steps of a turn where nobody says how many.
+/// Steps per turn if they are unknown.
 pub const TURN: u32 = 200;
 
 impl MachineUnit {
-    /// Of a machine with this many steps and nanometres a turn: millimetres if they are known,
-    /// degrees if only the steps are, none if nothing is.
+    /// The unit of a machine with this many steps and nanometres per turn: millimetres if they are
+    /// known, degrees if only the steps are, none if neither is.
     pub fn of(steps_per_rev: Option<u32>, nm_per_rev: Option<u32>) -> Option<MachineUnit> {
         let turn = f64::from(steps_per_rev.unwrap_or(TURN));
         match (steps_per_rev, nm_per_rev) {
@@ -24,7 +24,7 @@ impl MachineUnit {
         }
     }
 
-    /// A position for people, fine enough to tell two steps apart: `10.0025 mm`.
+    /// A position as text, with enough digits to tell two steps apart: `10.0025 mm`.
     pub fn shown(self, steps: i64) -> String {
         let decimals = self.steps.log10().ceil().max(0.0) as usize + 1;
         let text = format!("{:.decimals$}", steps as f64 / self.steps);
@@ -32,7 +32,7 @@ impl MachineUnit {
         format!("{} {}", if text == "-0" { "0" } else { text }, self.name)
     }
 
-    /// What one of it is, above a plot: `1 mm is 400 steps`.
+    /// The size of the unit, above a plot: `1 mm is 400 steps`.
     pub fn note(self) -> String {
         let steps = format!("{:.4}", self.steps);
         let steps = steps.trim_end_matches('0').trim_end_matches('.');

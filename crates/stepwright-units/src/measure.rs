@@ -1,7 +1,7 @@
-//! Numbers with a unit, as the calculators take them: for clap's `value_parser`.
+//! Parsers of numbers with a unit, for the calculators: for clap's `value_parser`.
 
-/// A number, and units with what one is worth; a bare number is of the first. More
-/// than 0.
+/// Parses a number with a unit; `units` has the value of each, and a number without a unit has the
+/// first. Must be more than 0.
 fn measure(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
     let text = text.trim();
     let end = text.find(|c: char| !matches!(c, '0'..='9' | '.')).unwrap_or(text.len());
@@ -25,7 +25,7 @@ fn measure(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
 /// Microseconds: `80`, `80us`, `1.5ms`.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The text of the problem.
 pub fn micros(text: &str) -> Result<f64, String> {
     measure(text, &[("us", 1.0), ("µs", 1.0), ("ms", 1e3), ("s", 1e6)])
 }
@@ -33,7 +33,7 @@ pub fn micros(text: &str) -> Result<f64, String> {
 /// Millimetres: `2`, `2mm`, `0.5in`.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The text of the problem.
 pub fn millimetres(text: &str) -> Result<f64, String> {
     measure(text, &[("mm", 1.0), ("um", 1e-3), ("µm", 1e-3), ("nm", 1e-6), ("in", 25.4)])
 }
@@ -41,7 +41,7 @@ pub fn millimetres(text: &str) -> Result<f64, String> {
 /// Ampere: `1.7`, `1.7A`, `600mA`.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The text of the problem.
 pub fn ampere(text: &str) -> Result<f64, String> {
     measure(text, &[("A", 1.0), ("mA", 1e-3)])
 }
@@ -49,7 +49,7 @@ pub fn ampere(text: &str) -> Result<f64, String> {
 /// Ohm: `0.1`, `100mOhm`.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The text of the problem.
 pub fn ohm(text: &str) -> Result<f64, String> {
     measure(text, &[("Ohm", 1.0), ("Ω", 1.0), ("mOhm", 1e-3), ("mΩ", 1e-3)])
 }
@@ -57,7 +57,7 @@ pub fn ohm(text: &str) -> Result<f64, String> {
 /// Whole hertz: `16000000`, `16MHz`, `128kHz`.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The text of the problem.
 pub fn hertz(text: &str) -> Result<u32, String> {
     let hz = measure(text, &[("Hz", 1.0), ("kHz", 1e3), ("MHz", 1e6)])?.round();
     match hz >= 1.0 && hz <= f64::from(u32::MAX) {
@@ -69,7 +69,7 @@ pub fn hertz(text: &str) -> Result<u32, String> {
 /// A virtual top or another whole number: `926533`, `0xE2345`.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The text of the problem.
 pub fn whole(text: &str) -> Result<u32, String> {
     let parsed = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
         Some(hex) => u32::from_str_radix(hex, 16),
@@ -78,10 +78,10 @@ pub fn whole(text: &str) -> Result<u32, String> {
     parsed.map_err(|_| "give a whole number below 2^32, like 926533 or 0xE2345".into())
 }
 
-/// Microsteps of a full step.
+/// Microsteps per full step.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The text of the problem.
 pub fn microsteps(text: &str) -> Result<u32, String> {
     let number = text.strip_prefix("1/").unwrap_or(text);
     match number.parse() {

@@ -1,4 +1,4 @@
-//! What is typed against what is held.
+//! Typed values against the stored ones.
 
 use super::*;
 use proptest::prelude::*;
@@ -39,7 +39,7 @@ fn speeds_in_every_unit() {
     }
 }
 
-/// What is computed with is what is held, but for rounding to a thousandth.
+/// The value used in calculations is the stored one, except for rounding to a thousandth.
 #[test]
 fn speeds_are_computed_as_they_are_held() {
     for typed in ["400", "120rpm", "2rev/s", "7.5deg/s", "3000mm/min", "10rad/s", "100rpm", "0"] {

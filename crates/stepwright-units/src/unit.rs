@@ -1,9 +1,9 @@
-//! The units that a distance, a speed, an acceleration or a jerk may be typed in.
+//! The units in which a distance, a speed, an acceleration or a jerk may be typed.
 
 use super::decimal::{Decimal, Rounded};
 use stepwright::Geometry;
 
-/// What is counted.
+/// The unit of length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Length {
     Step,
@@ -13,7 +13,7 @@ pub(crate) enum Length {
     Millimetre,
 }
 
-/// How it is spelled; the first of each is what messages show.
+/// The spellings; messages show the first of each.
 const LENGTHS: &[(&str, Length)] = &[
     ("steps", Length::Step),
     ("step", Length::Step),
@@ -26,30 +26,31 @@ const LENGTHS: &[(&str, Length)] = &[
     ("mm", Length::Millimetre),
 ];
 
-/// Units of what is no length: times, clocks, currents.
+/// Units of quantities other than lengths: times, clocks, currents.
 const OTHERS: [&str; 9] = ["s", "ms", "min", "h", "Hz", "kHz", "MHz", "A", "mA"];
 
-/// Whether a number may have this unit, wherever one is typed.
+/// Whether any typed number may have this unit.
 pub fn is_known(text: &str) -> bool {
     split(text).is_some() || OTHERS.contains(&text)
 }
 
-/// Whether it takes a motor, how many steps a turn has, to know the steps of this unit.
+/// Whether the motor's steps per turn are needed to convert this unit to steps.
 pub fn needs_motor(text: &str) -> bool {
     split(text).is_some_and(|(unit, _)| unit.length != Length::Step)
 }
 
-/// A length per second or per minute, for an acceleration per second again, and
-/// for a jerk once more.
+/// A unit: a length per second or per minute; for an acceleration per second again, and for a jerk
+/// once more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Unit {
-    /// What is counted.
+    /// The unit of length.
     pub length: Length,
     /// Per minute, not per second.
     pub per_minute: bool,
 }
 
-/// Distances have no "per time", speeds one, accelerations two, jerks three.
+/// The kind of a quantity. Distances have no "per time", speeds one, accelerations two, jerks
+/// three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Distance,
@@ -59,7 +60,7 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// Nothing, `/s`, `/s²` or `/s³`.
+    /// The suffix: nothing, `/s`, `/s²` or `/s³`.
     pub fn per(self) -> &'static str {
         match self {
             Kind::Distance => "",
@@ -101,7 +102,7 @@ impl Kind {
 impl Unit {
     pub const STEP: Unit = Unit { length: Length::Step, per_minute: false };
 
-    /// Reads what stands behind the number; nothing means steps.
+    /// Parses the text after the number; without a text the unit is steps.
     pub fn parse(text: &str, kind: Kind) -> Result<Unit, String> {
         if text.is_empty() {
             return Ok(Unit::STEP);
@@ -126,19 +127,19 @@ impl Unit {
         }
     }
 
-    /// `number` of this unit as thousandths of a step, rounded once. `None` for
-    /// millimetres when nobody said how many a turn is.
+    /// `number` of this unit as thousandths of a step, rounded once. `None` for millimetres if the
+    /// distance per turn is unknown.
     pub fn millisteps(self, number: Decimal, geometry: &Geometry) -> Option<Rounded> {
         self.parts(number, geometry, 1000)
     }
 
-    /// `number` of this unit as whole steps, rounded once. `None` as
+    /// `number` of this unit as whole steps, rounded once. `None` as in
     /// [`millisteps`](Unit::millisteps).
     pub fn whole_steps(self, number: Decimal, geometry: &Geometry) -> Option<Rounded> {
         self.parts(number, geometry, 1)
     }
 
-    /// In parts of which a step has `of`.
+    /// Converts to parts of a step; a step has `of` of them.
     fn parts(self, number: Decimal, geometry: &Geometry, of: u64) -> Option<Rounded> {
         let turn = of * u64::from(geometry.steps_per_turn());
         let time = if self.per_minute { 60 } else { 1 };
@@ -153,8 +154,8 @@ impl Unit {
         })
     }
 
-    /// `number` of this unit in steps, for what is not ordered but used in a calculation.
-    /// `None` as [`millisteps`](Unit::millisteps).
+    /// `number` of this unit in steps, for calculations rather than orders. `None` as in
+    /// [`millisteps`](Unit::millisteps).
     pub fn steps(self, number: f64, geometry: &Geometry) -> Option<f64> {
         let turn = f64::from(geometry.steps_per_turn());
         let time = if self.per_minute { 60.0 } else { 1.0 };
@@ -168,7 +169,7 @@ impl Unit {
     }
 }
 
-/// Takes `rpm/s` apart: what it counts, and how often it says "per time".
+/// Splits `rpm/s` into its unit and its number of "per time".
 fn split(text: &str) -> Option<(Unit, Kind)> {
     let text = text.to_lowercase();
     let (length, times) = match text.strip_prefix("rpm") {

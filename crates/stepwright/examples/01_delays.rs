@@ -1,4 +1,4 @@
-//! The smallest thing that works: a profile is an iterator of delays.
+//! The smallest program: a profile is an iterator of delays.
 //!
 //! `cargo run -p stepwright --example 01_delays`
 

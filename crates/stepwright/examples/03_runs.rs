@@ -1,4 +1,4 @@
-//! What a board plays: a ramp as a few runs of (interval, add, count).
+//! The runs that a board plays: a ramp as a few runs of (interval, add, count).
 //!
 //! `cargo run -p stepwright --example 03_runs`
 

@@ -446,6 +446,10 @@ impl<'a> ProgramRunner<'a> {
             return None;
         }
         self.facing = self.forward;
+        if self.calibration != Calibration::None {
+            // What was made is calibrated: the steps back may cancel it.
+            self.settle(self.counted.wrapping_add(self.planned));
+        }
         // At the start nobody waits, and the engine turns at once.
         let half = if self.fresh { 0 } else { (ticks / 2).min(FAR) as Ticks };
         self.gone = self.hold.max(half);

@@ -4,6 +4,7 @@
 mod rig;
 
 mod brake;
+mod calibrate;
 mod cycle;
 mod faults;
 mod grid;

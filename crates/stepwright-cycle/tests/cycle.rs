@@ -300,34 +300,6 @@ fn a_switch_is_latched_and_left() {
     }
 }
 
-#[test]
-fn the_two_calibrations() {
-    for clock in BOTH {
-        let mut rig = Rig::new([M.between(-3_000, 9_000)], clock);
-        rig.cycle.set_position(0, 5_000).unwrap();
-        // No soft ends; every step leaves it at the minimum.
-        rig.cycle.prepare(0, steps(-20, 0), Calibration::StartMin).unwrap();
-        rig.start();
-        assert_eq!(rig.position(0), 5_000);
-        rig.until(1_100);
-        assert_eq!(rig.position(0), -3_000);
-        rig.run_out();
-        assert_eq!((rig.position(0), rig.cycle.faults(0)), (-3_000, Faults::NONE));
-        // Every step sets the maximum.
-        rig.cycle.prepare(0, steps(10, 0), Calibration::BoundsMax).unwrap();
-        rig.start();
-        rig.until(5_100);
-        assert_eq!(rig.cycle.motor(0).unwrap().max, Some(34_500));
-        rig.run_out();
-        assert_eq!((rig.position(0), rig.cycle.motor(0).unwrap().max), (72_000, Some(72_000)));
-        // And now it is one.
-        rig.cycle.prepare(0, steps(1, 0), PLAIN).unwrap();
-        rig.start();
-        rig.run_out();
-        assert_eq!((rig.position(0), rig.cycle.faults(0)), (72_000, Faults::SOFT_END_MAX));
-    }
-}
-
 /// The ticks of the steps of a program, and their sum.
 fn times_of(clock: Clock, program: Program) -> (Vec<u64>, i64) {
     let mut rig = one(Motor::new(1, 600), clock, program);

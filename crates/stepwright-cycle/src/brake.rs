@@ -1,61 +1,61 @@
-//! A motor that comes to rest: each step costs it 2a of v².
+//! Braking: each step takes 2a off v².
 //!
-//! With n = v²/2a steps to go, rounded up so that it never brakes harder, the
-//! intervals grow as those of Austin's ramp do, gone backwards:
+//! With n = v²/2a steps to go, rounded up so that the motor never brakes harder than it may, the
+//! intervals grow like those of Austin's ramp in reverse:
 //!
 //! ```text
 //!   c′ = c + 2c / (4n − 1)        the last one c′ = c·(1 + √2)
 //! ```
 //!
-//! The division's remainder is carried. From ten steps on the time to each is good to
-//! 2 % of constant deceleration's, which the last steps exceed by 5 % at most. 32 bits
-//! and one division a step.
+//! The division's remainder is carried. From ten steps on, the time to each step is within 2 % of
+//! that at constant deceleration; the last steps exceed it by at most 5 %. 32 bits and one division
+//! per step.
 
-/// Whether motors can brake at a switch: with it a cycle does not fit into an Uno, and
-/// where this is false nothing of it is compiled.
+/// Whether motors can brake at a switch: with this a cycle does not fit into an Uno. If false, none
+/// of its code is compiled.
 pub(crate) const BRAKES: bool = cfg!(feature = "brakes");
 
-/// The speed of a motor that brakes.
+/// The speed of a braking motor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Brake {
     hz: u32,
     decel: u32,
     /// Steps to go.
     left: u32,
-    /// The last interval in 2⁻⁴ ticks, and what the last division left over.
+    /// The last interval in 2⁻⁴ ticks, and the remainder of the last division.
     interval: u32,
     rest: u32,
-    /// No step of it has been made.
+    /// Whether no step of the braking has been made yet.
     first: bool,
 }
 
 impl Brake {
-    /// From an interval of this many 2⁻¹⁶ ticks, by steps/s². `None` if it stands
-    /// within a step.
+    /// Brakes from an interval of this many 2⁻¹⁶ ticks, at `decel` steps/s². `None` if the motor
+    /// stands within a step.
     pub(crate) fn new(hz: u32, interval: u64, decel: u32) -> Option<Brake> {
         let left = way(hz, interval, decel)?;
-        // Half of the range, so that twice that is within it.
+        // Half of the range, so that twice the interval is within it.
         let interval = u32::try_from(interval >> 12).unwrap_or(u32::MAX).min(u32::MAX / 2);
         Some(Brake { hz, decel, left, interval, rest: 0, first: true })
     }
 
-    /// Whether it stands by now, this long after its last step, in 2⁻¹⁶ ticks.
+    /// Whether the motor stands by now, this long after its last step, in 2⁻¹⁶ ticks.
     pub(crate) fn is_over(&self, waited: u64) -> bool {
         way(self.hz, waited, self.decel).is_none()
     }
 
-    /// The interval before its next step, in 2⁻¹⁶ ticks, which would come after
-    /// `interval` if it did not brake. `None`: it stands.
+    /// The interval before the next step, in 2⁻¹⁶ ticks; `interval` is the interval without
+    /// braking. `None` if the motor stands.
     pub(crate) fn next(&mut self, interval: u64) -> Option<u64> {
         if interval >> 12 > u64::from(self.interval) {
-            // It is slower than that by itself: from there.
+            // The program itself is slower than that: continue from its speed.
             *self = Brake::new(self.hz, interval, self.decel)?;
         }
         self.left = self.left.checked_sub(1)?;
         let c = self.interval;
         let parts = self.left.saturating_mul(4).saturating_add(3);
         let growth = match (core::mem::take(&mut self.first), self.left) {
-            // From a speed to the mean one of a step, which is half as far.
+            // From a speed to the mean speed of a step, which is half as far.
             (true, left) => c / left.saturating_mul(4).saturating_add(4),
             (false, 0) => c / 128 * 181,
             (false, _) => {
@@ -69,15 +69,15 @@ impl Brake {
     }
 }
 
-/// Steps to rest from an interval of this many 2⁻¹⁶ ticks: v²/2a, rounded up; `None`
-/// if less than one. Speeds in 2⁻⁸ steps/s, up to 16.7 million steps/s.
+/// Steps to rest from an interval of this many 2⁻¹⁶ ticks: v²/2a, rounded up; `None` if less than
+/// one. Speeds in 2⁻⁸ steps/s, up to 16.7 million steps/s.
 fn way(hz: u32, interval: u64, decel: u32) -> Option<u32> {
     let v = ((u64::from(hz) << 24) / interval.max(1)).min(u32::MAX.into());
     let (square, fall) = (v * v, u64::from(decel) << 17);
     if fall == 0 || square < fall {
         return None;
     }
-    // One division, not two: a rest would be another.
+    // One division, not two: a remainder would be another.
     let steps = square.saturating_add(fall - 1) / fall;
     Some(u32::try_from(steps).unwrap_or(u32::MAX))
 }
@@ -110,7 +110,7 @@ mod tests {
             }
             let all = times.len() as f64;
             prop_assert!((-1e-3 * steps..=1.0).contains(&(all - steps)), "{all}, not {steps}");
-            // As hard as that takes: no harder than it may.
+            // As hard as that takes, and no harder than allowed.
             let a = v * v / 2.0 / all;
             prop_assert!(a <= f64::from(decel) * 1.001);
             for (n, time) in (1..).zip(times) {

@@ -1,8 +1,8 @@
 //! The two clocks of a cycle, and µs in ticks of the step timer.
 //!
-//! A delay of d µs is d·f/10⁶ ticks. It is held in 2⁻¹⁶ ticks, and what a run
-//! loses by that is carried in 10⁻⁶ of these: no step is further than 1/16 tick
-//! from its time, and nothing accumulates.
+//! A delay of d µs is d·f/10⁶ ticks. It is stored in 2⁻¹⁶ ticks, and the rounding of a run is
+//! carried in 10⁻⁶ of these: no step is further than 1/16 tick from its time, and no error
+//! accumulates.
 
 use stepwright::run::Run;
 use stepwright::units::{Rate, Ticks};
@@ -11,14 +11,14 @@ use super::brake::BRAKES;
 use super::kept::Kept;
 use super::wide::product;
 
-/// What places the edges of a cycle.
+/// The clock that places the edges of a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Clock {
     /// Every step at its own deadline: any delay, to a tick of the timer.
     #[default]
     Deadlines,
-    /// stepper_h's fixed tick: steps are rounded down to ticks of `period`
-    /// µs since the start, the rest carried; three passes place a step.
+    /// stepper_h's fixed tick: steps are rounded down to ticks of `period` µs since the start, and
+    /// the rest is carried; a step takes three passes.
     ///
     /// ```text
     ///   tick     n−2      n−1       n
@@ -30,9 +30,9 @@ pub enum Clock {
         /// µs, 1 and more.
         period: u32,
     },
-    /// The fixed tick for a chip that has no time for ticks without a step: one pass places a
-    /// step. STEP rises where that of [`Tick`](Clock::Tick) does, falls after the board's own
-    /// pulse, and counts as it rises.
+    /// The fixed tick for a chip that has no time for ticks without a step: a step takes one pass.
+    /// STEP rises where that of [`Tick`](Clock::Tick) does, falls after the board's own pulse
+    /// length, and the step counts as STEP rises.
     ///
     /// ```text
     ///   tick     n−2      n−1       n
@@ -46,14 +46,14 @@ pub enum Clock {
     },
 }
 
-/// Millionths.
+/// One million.
 const MILLION: u64 = 1_000_000;
 
-/// Whether there is a fixed tick of three passes a step, and of one: where there is none, nothing
-/// of it is compiled.
+/// Whether there is a fixed tick with three passes per step, and one with one pass: without it,
+/// none of its code is compiled.
 pub(crate) const TICKS: bool = cfg!(feature = "tick");
 pub(crate) const GRID: bool = cfg!(feature = "grid");
-/// 1 where there is one of them.
+/// 1 if there is one of them.
 pub(crate) const ANY_TICK: usize = (TICKS || GRID) as usize;
 /// Whether the timer may have any rate. If not, nothing is ever divided by it in 64 bits.
 const ANY_RATE: bool = cfg!(feature = "any-rate");
@@ -62,18 +62,18 @@ const ANY_RATE: bool = cfg!(feature = "any-rate");
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beat {
     hz: Kept<u32, { (ANY_RATE || BRAKES) as usize }>,
-    /// Ticks in a µs, if they are whole; 0 if not. Then nothing is ever divided or lost: a
-    /// division of 64 bits takes a small chip longer than a step.
+    /// Ticks per µs, if they are whole; 0 if not. If whole, nothing is ever divided or lost: a
+    /// 64-bit division takes a small chip longer than a step.
     whole: u16,
-    /// The fixed tick in µs; 0: there is none.
+    /// The fixed tick in µs; 0: none.
     period: Kept<u32, ANY_TICK>,
-    /// It takes three passes a step.
+    /// Whether it takes three passes per step.
     passes: Kept<bool, ANY_TICK>,
-    /// Waits are dealt out in pieces of at most this many µs, below 2³¹ ticks.
+    /// Waits are handed out in pieces of at most this many µs, below 2³¹ ticks.
     pub piece: u32,
     /// See [`longest`](Beat::longest).
     longest: Kept<u16, { ANY_RATE as usize }>,
-    /// What was lost so far, in 10⁻⁶ of 2⁻¹⁶ ticks.
+    /// The rounding so far, in 10⁻⁶ of 2⁻¹⁶ ticks.
     lost: Kept<u64, { ANY_RATE as usize }>,
 }
 
@@ -103,28 +103,28 @@ impl Beat {
         }
     }
 
-    /// The fixed tick in µs; 0: there is none.
+    /// The fixed tick in µs; 0: none.
     #[inline(always)]
     pub(crate) fn period(&self) -> u32 {
         self.period.get()
     }
 
-    /// A new cycle begins: nothing was lost yet.
+    /// Begins a new cycle, without rounding so far.
     pub(crate) fn reset(&mut self) {
         self.lost.set(0);
     }
 
-    /// An interval of `us` ≤ [`piece`](Beat::piece), in 2⁻¹⁶ ticks, of which
-    /// `count` ≥ 1 come one after another.
+    /// The interval of `us` ≤ [`piece`](Beat::piece), in 2⁻¹⁶ ticks, for `count` ≥ 1 steps one
+    /// after another.
     fn interval(&mut self, us: u32, count: u16) -> u64 {
         if self.is_whole() {
-            // Below 2³¹: `piece` says so.
+            // Below 2³¹: `piece` ensures it.
             return u64::from(us.wrapping_mul(self.whole())) << 16;
         }
         let fine = u64::from(us) * u64::from(self.hz());
         let (ticks, rest) = (fine / MILLION, (fine % MILLION) << 16);
         let count = u64::from(count.max(1));
-        // 20 + 16 bits, and as many again for what is kept.
+        // 20 + 16 bits, and as many again for the carried rounding.
         let lost = self.lost.get().wrapping_add((rest % MILLION).wrapping_mul(count));
         let share = MILLION.wrapping_mul(count);
         self.lost.set(lost % share);
@@ -136,13 +136,12 @@ impl Beat {
         Run::new(self.interval(us, count), 0, count)
     }
 
-    /// A step `us` ≤ [`piece`](Beat::piece) after the last, `gone` ticks of
-    /// which are over.
+    /// A step `us` ≤ [`piece`](Beat::piece) after the last one, of which `gone` ticks have passed.
     pub(crate) fn step(&mut self, us: u32, gone: Ticks) -> Run {
         Run::new(self.interval(us, 1).saturating_sub(u64::from(gone) << 16), 0, 1)
     }
 
-    /// `us` ≤ [`piece`](Beat::piece) in whole ticks, the rest kept.
+    /// `us` ≤ [`piece`](Beat::piece) in whole ticks; the rest is carried.
     pub(crate) fn wait(&mut self, us: u32) -> Ticks {
         let fine = self.interval(us, 1);
         if self.is_whole() {
@@ -158,7 +157,7 @@ impl Beat {
         TICKS && self.passes.get()
     }
 
-    /// Whether steps come by deadlines.
+    /// Whether steps have deadlines of their own.
     pub(crate) fn is_free(&self) -> bool {
         !self.is_fixed() && !self.is_grid()
     }
@@ -169,14 +168,15 @@ impl Beat {
         GRID && self.period() != 0 && !self.is_fixed()
     }
 
-    /// Ticks of the timer from `ticks` < 2³² after a place that lies `passed` beyond the grid of the
-    /// fixed tick to the next one that is on it, rounded up; 0 if there is no fixed tick. `passed`
-    /// is then that of the later place, in ticks, or in millionths of them if a µs is not whole.
+    /// The ticks of the timer to the next point on the grid of the fixed tick, rounded up; 0
+    /// without a fixed tick. They count from `ticks` < 2³² after a place that is `passed` beyond
+    /// the grid. `passed` is then set for that later place, in ticks, or in millionths of ticks if
+    /// a µs is not whole.
     pub(crate) fn until_grid(&self, passed: &mut u64, ticks: Ticks) -> Ticks {
         if self.period() == 0 {
             return 0;
         }
-        // Below 2³¹: `piece` says so, and no chip has a longer tick.
+        // Below 2³¹: `piece` ensures it, and no chip has a longer tick.
         if self.is_whole() && (!ANY_RATE || self.period() <= self.piece) {
             let grid = self.period().wrapping_mul(self.whole()).max(1);
             let beyond = (ticks % grid).wrapping_add(*passed as Ticks) % grid;
@@ -191,17 +191,17 @@ impl Beat {
         }
     }
 
-    /// Steps a run may have, so that it stays true to 1/16 tick.
+    /// The most steps of a run for which it stays exact to 1/16 tick.
     pub(crate) fn longest(&self) -> u16 {
         if ANY_RATE { self.longest.get() } else { u16::MAX }
     }
 
-    /// Ticks of the timer in a second.
+    /// Ticks of the timer per second.
     pub(crate) fn hz(&self) -> u32 {
         self.hz.get()
     }
 
-    /// µs in ticks of the timer, rounded down.
+    /// Converts µs to ticks of the timer, rounded down.
     pub(crate) fn ticks(&self, us: u32) -> u64 {
         match self.is_whole() {
             false => u64::from(us) * u64::from(self.hz()) / MILLION,
@@ -218,7 +218,7 @@ impl Beat {
         !ANY_RATE || self.whole != 0
     }
 
-    /// Ticks of the timer, rounded down to µs.
+    /// Converts ticks of the timer to µs, rounded down.
     #[cfg(feature = "runs")]
     pub(crate) fn whole_micros(&self, ticks: Ticks) -> u32 {
         if self.is_whole() {
@@ -228,7 +228,7 @@ impl Beat {
         u32::try_from(us).unwrap_or(u32::MAX)
     }
 
-    /// Ticks of the timer, rounded up to µs.
+    /// Converts ticks of the timer to µs, rounded up.
     pub(crate) fn micros(&self, ticks: Ticks) -> u32 {
         if self.is_whole() {
             return ticks.div_ceil(self.whole().max(1));

@@ -1,4 +1,4 @@
-//! Switches: latched when they close, and what becomes of a motor that goes there.
+//! Switches: latched when they close, and the reaction of a motor that moves towards one.
 //!
 //! ```text
 //!   switch    ________▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔
@@ -17,8 +17,8 @@ use stepwright::drive::{Axes, Drive};
 use stepwright::timer::StepTimer;
 
 impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N> {
-    /// Looks at the switches, latches those that have closed, and stops the
-    /// motors that go towards one. Whether any is closed.
+    /// Reads the switches, latches those that have closed, and stops the motors that move towards
+    /// one. Returns whether any is closed.
     pub(crate) fn watch(&mut self) -> bool {
         let now = self.surroundings.switches();
         let before = core::mem::replace(&mut self.seen, now);
@@ -29,11 +29,11 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         any
     }
 
-    /// Some switches are closed now, and some were when they were last looked at.
+    /// Handles closed switches: `now` closed now, `before` at the last read.
     #[cold]
     #[inline(never)]
     fn closed(&mut self, now: Switches, before: Switches) {
-        // Of a motor that stands at its switch this is done before every event of the others.
+        // While a motor stands at its switch, this is done before every event of the others.
         let mut bit: Axes = 1;
         for motor in 0..N as u8 {
             let own = bit;
@@ -61,17 +61,17 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         }
     }
 
-    /// Whether the next step of a motor leads to this end.
+    /// Whether the next step of a motor goes towards this end.
     fn heads(&mut self, motor: u8, end: End) -> bool {
         self.player(motor).is_some_and(|player| player.heading == Some(end == End::Max))
     }
 
-    /// A switch is closed and its motor goes there: it stops.
+    /// Stops a motor that moves towards a closed switch.
     #[inline(never)]
     fn trip(&mut self, motor: u8, end: End) {
         let strategy = self.strategies.hard_end;
         let Some(player) = self.player(motor) else { return };
-        // One that brakes already does so at its own switch too.
+        // If all motors brake, one may already be braking when it reaches its own switch.
         let begins = !player.is_braking();
         player.faults |= Faults::hard(end);
         let verdict = match strategy {
@@ -91,7 +91,7 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         }
     }
 
-    /// A motor stops between two steps: its program is over.
+    /// Stops a motor between two steps and ends its program.
     fn stop_motor(&mut self, motor: u8) {
         self.engine.kill(1 << motor);
         self.engine.drive().lower(1 << motor);
@@ -100,7 +100,7 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         }
     }
 
-    /// A motor brakes, from its next step on; one that is slower than that stops.
+    /// Brakes a motor from its next step on; a motor slower than that stops.
     fn brake(&mut self, motor: u8) {
         let left = self.engine.loaded(motor);
         let Some(player) = self.player(motor) else { return };

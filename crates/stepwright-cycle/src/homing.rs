@@ -1,4 +1,4 @@
-//! Homing: to the switch, away from it, slowly to it again, and there is the end.
+//! Homing: to the switch, back, slowly to it again; that is the end.
 //!
 //! ```text
 //!   switch ▔▔▔▔▔│
@@ -8,11 +8,11 @@
 //!               0
 //! ```
 //!
-//! Each is a cycle of its own under [`Calibration::StartMin`], so no soft end is
-//! in the way. The motor stops between two steps where the switch closes; what it
-//! loses by stopping dead from the fast approach, the slow one finds again. If it is
-//! to brake there ([`AtHardEnd`](super::AtHardEnd)), the way back must be longer than
-//! that, and the slow approach slow enough to stop at once: the end is where it stands.
+//! Each is a cycle of its own under [`Calibration::StartMin`], so no soft end is in the way. The
+//! motor stops between two steps when the switch closes. If it loses steps by stopping at once from
+//! the fast approach, the slow approach corrects that. If it brakes there
+//! ([`AtHardEnd`](super::AtHardEnd)), the way back must be longer than the braking distance, and
+//! the slow approach slow enough to stop at once: the end is where the motor stands.
 
 use core::fmt;
 
@@ -24,21 +24,21 @@ use super::{Cycle, CycleError};
 use stepwright::drive::Drive;
 use stepwright::timer::StepTimer;
 
-/// How a motor is homed.
+/// How to home a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Homing {
-    /// Which motor.
+    /// The motor.
     pub motor: u8,
-    /// To which end.
+    /// The end.
     pub end: End,
-    /// µs from step to step of the first approach and the way back; 0: the
-    /// motor's smallest.
+    /// µs from step to step in the first approach and on the way back; 0: the motor's smallest
+    /// delay.
     pub fast: u32,
-    /// µs from step to step of the second approach.
+    /// µs from step to step in the second approach.
     pub slow: u32,
-    /// Steps within which the switch must be found.
+    /// The number of steps within which the switch must be found.
     pub reach: u32,
-    /// Steps back from it, and twice as many to find it again.
+    /// The number of steps back from it; twice as many are made to find it again.
     pub back_off: u32,
     stage: Stage,
 }
@@ -52,17 +52,16 @@ enum Stage {
     Done,
 }
 
-/// Why a motor could not be homed. It stands where it was stopped, and its
-/// position means nothing.
+/// Why a motor could not be homed. It stands where it was stopped, and its position has no meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HomingError {
-    /// A part of it was refused.
+    /// A cycle of it was refused.
     Refused(Refusal),
     /// The switch was not found within the reach.
     NotFound,
     /// The switch is still closed after the way back.
     StillClosed,
-    /// The cycle was cancelled, by something else than the switch.
+    /// The cycle was cancelled for another reason than the switch.
     Cancelled(Faults, Option<CycleError>),
 }
 
@@ -90,22 +89,22 @@ impl From<Refusal> for HomingError {
 }
 
 impl Homing {
-    /// To be [polled](Homing::poll).
+    /// A homing, which [`poll`](Homing::poll) carries out.
     pub const fn new(motor: u8, end: End, reach: u32, back_off: u32) -> Homing {
         Homing { motor, end, fast: 0, slow: 0, reach, back_off, stage: Stage::Begin }
     }
 
-    /// The same with these delays in µs.
+    /// This homing with these delays in µs.
     pub const fn delays(self, fast: u32, slow: u32) -> Homing {
         Homing { fast, slow, ..self }
     }
 
-    /// Goes on with it, when the cycle is not running: for the foreground, now
-    /// and then. True when it is done: the motor stands at its end, which is its
-    /// minimum or maximum, or 0 if it has none.
+    /// Continues the homing when no cycle is running; call it regularly in the foreground. Returns
+    /// true when it is done: the motor stands at its end, and its position is its minimum or
+    /// maximum, or 0 if it has none.
     ///
     /// # Errors
-    /// [`HomingError`]; it is over then.
+    /// [`HomingError`]; the homing has ended then.
     pub fn poll<T: StepTimer, D: Drive, S: MachineIo, const N: usize>(
         &mut self,
         cycle: &mut Cycle<'_, T, D, S, N>,
@@ -150,7 +149,7 @@ impl Homing {
         Ok(self.stage == Stage::Done)
     }
 
-    /// A part of the way: this many steps towards the end, or away from it.
+    /// Makes a part of the way: this many steps towards the end, or away from it.
     fn go<T: StepTimer, D: Drive, S: MachineIo, const N: usize>(
         &mut self,
         cycle: &mut Cycle<'_, T, D, S, N>,
@@ -167,7 +166,7 @@ impl Homing {
         Ok(())
     }
 
-    /// The part ended because all steps were made.
+    /// Checks that the part ended because all steps were made.
     fn whole<T: StepTimer, D: Drive, S: MachineIo, const N: usize>(
         &self,
         cycle: &mut Cycle<'_, T, D, S, N>,
@@ -179,7 +178,7 @@ impl Homing {
         }
     }
 
-    /// The part ended at the switch.
+    /// Checks that the part ended at the switch.
     fn hit<T: StepTimer, D: Drive, S: MachineIo, const N: usize>(
         &self,
         cycle: &mut Cycle<'_, T, D, S, N>,
@@ -188,7 +187,7 @@ impl Homing {
             return Ok(());
         }
         self.whole(cycle)?;
-        // It may have closed at the very last step.
+        // The switch may have closed at the very last step.
         match cycle.is_closed(self.motor, self.end) {
             true => Ok(()),
             false => Err(HomingError::NotFound),

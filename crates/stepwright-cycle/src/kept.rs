@@ -1,6 +1,7 @@
-//! What only some builds keep: a small chip's cycle has no byte of what is left out of it.
+//! Values that only some builds keep: in a build without them a small chip's cycle spends no byte
+//! on them.
 
-/// A value that is there where `N` is 1, and its type's default, without memory, where `N` is 0.
+/// A value that exists if `N` is 1; if `N` is 0 it takes no memory and reads as its type's default.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kept<T, const N: usize>([T; N]);
 

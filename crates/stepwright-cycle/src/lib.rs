@@ -3,13 +3,12 @@
 //! Motor cycles: several stepper motors at once, each with a program of its own, from one
 //! timer.
 //!
-//! A *cycle* is one movement of all motors together. Each motor is given a [`Program`]: a
-//! number of steps, steps without end, a list or series of delays, a callback, or steps that
-//! were planned elsewhere. The cycle is started, runs in the step interrupt while the main
-//! program does other work, and ends when all programs are over. It can be paused, resumed
-//! and finished early; a limit switch, a bound or a late step ends it or stops one motor,
-//! as its [`Strategies`] say. Positions have 64 bits, in the user's own unit, by custom
-//! nanometres.
+//! A *cycle* is one movement of all motors together. Each motor is given a [`Program`]: a number of
+//! steps, steps without end, a list or series of delays, a callback, or steps that were planned
+//! elsewhere. After its start the cycle runs in the step interrupt while the main program does
+//! other work, and ends when all programs are over. It can be paused, resumed and finished early; a
+//! limit switch, a bound or a late step ends it or stops one motor, according to its
+//! [`Strategies`]. Positions have 64 bits, in the user's own unit, usually nanometres.
 //!
 //! ```
 //! use stepwright::Rate;
@@ -38,9 +37,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! On a chip [`Cycle::new`] takes the chip's timer, a drive and the pins around the motors,
-//! and the step interrupt calls [`Cycle::on_compare`]; the rest is the same. The program
-//! `cycle` of Stepwright's AVR firmware is a whole one, for an Arduino Uno or Mega.
+//! On a chip [`Cycle::new`] takes the chip's timer, a drive and the pins around the motors, and the
+//! step interrupt calls [`Cycle::on_compare`]; the rest is the same. The program `cycle` of
+//! Stepwright's AVR firmware is a complete example for an Arduino Uno or Mega.
 //!
 //! # The way of the data
 //!
@@ -57,16 +56,16 @@
 //!  position · status · faults ◄──── steps counted where they are made
 //! ```
 //!
-//! The engine, the drives and the timer are those of the crate [`stepwright`]. The engine
-//! asks a motor's program for the next run when the run before is made. A run is a leg, or
-//! 65,535 steps of it: steps at one delay cost next to nothing, and steps from a callback
-//! cost what the callback takes.
+//! The engine, the drives and the timer are those of the crate [`stepwright`]. The engine asks a
+//! motor's program for the next run when the previous run is made. A run is a leg, or 65,535 steps
+//! of it: steps at one delay cost next to nothing, and steps from a callback cost what the callback
+//! takes.
 //!
 //! # Source
 //!
-//! The documentation of [stepper_h](https://github.com/1i7/stepper_h), a library for ChipKIT
-//! and Arduino that moves several motors from one timer. Its behaviour and its numbers are
-//! here; its code, which is under the LGPL, is not.
+//! The documentation of [stepper_h](https://github.com/1i7/stepper_h), a library for ChipKIT and
+//! Arduino that moves several motors from one timer. This crate has its behaviour and its numbers,
+//! but none of its code, which is under the LGPL.
 //!
 //! | stepper_h | here |
 //! | --- | --- |
@@ -82,21 +81,19 @@
 //!
 //! # What holds
 //!
-//! **Two clocks, one engine.** By default every step has its own deadline: no
-//! delay need be a multiple of anything, and motors of unrelated speeds don't
-//! disturb each other. [`Clock::Tick`] is stepper_h's fixed tick: the same
-//! engine, deadlines rounded down to it, a step in three passes. [`Clock::Grid`] has the same
-//! steps in one pass each, for a small chip.
+//! **Two clocks, one engine.** By default every step has its own deadline: no delay need be a
+//! multiple of anything, and motors of unrelated speeds don't disturb each other. [`Clock::Tick`]
+//! is stepper_h's fixed tick: the same engine with deadlines rounded down to the tick, and three
+//! passes per step. [`Clock::Grid`] has the same steps in one pass each, for a small chip.
 //!
-//! **Nobody else's step.** A motor that stops, or cancels the cycle, costs no
-//! other one a step that is due at that moment, and moves no edge of theirs.
+//! **Motors are independent.** A motor that stops, or cancels the cycle, costs no other motor a
+//! step that is due at that moment, and moves none of its edges.
 //!
-//! **Switches are latched.** They are looked at before every event of any
-//! motor, and whenever [`look`](Cycle::look) is called (from a pin's
-//! interrupt); the position where one closed is kept. A motor that goes towards
-//! a closed switch makes no further step; one that goes away from it does, and
-//! one that waits or has arrived has done nothing wrong. By choice it brakes there
-//! ([`AtHardEnd`]), and counts what it makes beyond.
+//! **Switches are latched.** They are read before every event of any motor, and whenever
+//! [`look`](Cycle::look) is called (from a pin's interrupt); the position where a switch closed is
+//! kept. A motor that moves towards a closed switch makes no further step. A motor that moves away
+//! from it continues, and one that waits or has arrived has no fault. Optionally a motor brakes
+//! there ([`AtHardEnd`]) and counts the steps that it makes beyond.
 
 mod brake;
 mod clock;
@@ -140,9 +137,8 @@ use wiring::Wiring;
 
 /// N ≤ 8 motors and their cycle.
 ///
-/// Belongs to the step interrupt, which calls
-/// [`on_compare`](Cycle::on_compare), as an [`Engine`] does; the rest is for
-/// the foreground, with that interrupt held off.
+/// Belongs to the step interrupt, which calls [`on_compare`](Cycle::on_compare), like an
+/// [`Engine`]; the foreground calls the other methods, with that interrupt held off.
 pub struct Cycle<'a, T: StepTimer, D, S, const N: usize> {
     engine: Engine<T, Wiring<D>, Asked<ProgramRunner<'a>>, N>,
     surroundings: S,
@@ -151,14 +147,14 @@ pub struct Cycle<'a, T: StepTimer, D, S, const N: usize> {
     beat: Beat,
     state: State<T::Count, N>,
     error: Option<CycleError>,
-    /// Closed switches when they were last looked at.
+    /// The switches that were closed at the last read.
     seen: Switches,
-    /// Where the switches closed: min and max of each motor.
+    /// The positions where the switches closed: minimum and maximum of each motor.
     triggers: [[Option<i64>; 2]; N],
     late: u32,
     longest: Ticks,
     runs: Option<RunCost>,
-    /// Ticks that a turn takes.
+    /// The ticks that a turn takes.
     turn: Ticks,
 }
 
@@ -169,7 +165,7 @@ enum State<C: Count, const N: usize> {
 }
 
 impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S, N> {
-    /// All motors at position 0, facing forward, their drivers off.
+    /// All motors at position 0, facing forward, with their drivers off.
     pub fn new(
         timer: T,
         drive: D,
@@ -183,8 +179,8 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         cycle
     }
 
-    /// Motors that have yet to [`begin`](Cycle::begin): a constant, for a static one, as a
-    /// small chip has no room for a second one on its way there.
+    /// Motors before [`begin`](Cycle::begin): a constant, for a static cycle, because a small chip
+    /// has no room for a second one while it is moved there.
     pub const fn off(
         timer: T,
         drive: D,
@@ -226,30 +222,30 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         }
     }
 
-    /// The same where a turn takes this many ticks: a leg that turns has as long a delay, and twice
-    /// that where two motors turn, unless steps may be late.
+    /// This cycle with a turn that takes this many ticks: a leg that turns must have at least that
+    /// delay, and twice that if two motors turn, unless steps may be late.
     pub const fn with_turns(mut self, ticks: Ticks) -> Self {
         self.turn = ticks;
         self
     }
 
-    /// Turns the motors to the front and their drivers off, and waits for a cycle.
+    /// Sets all directions forward and the drivers off, and waits for a cycle.
     pub fn begin(&mut self) {
         self.engine.begin();
         self.surroundings.enable(0);
     }
 
-    /// Says again what a motor is. It stays where it is.
+    /// Changes the description of a motor. Its position stays.
     ///
     /// # Errors
-    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
+    /// [`Refusal::Running`] while a cycle runs; [`Refusal::NoMotor`].
     pub fn set_motor(&mut self, motor: u8, what: Motor) -> Result<(), Refusal> {
         if self.is_running() {
             return Err(Refusal::Running);
         }
         let steps = self.steps(motor);
         let player = self.player(motor).ok_or(Refusal::NoMotor)?;
-        // What was made until now was made by the steps that it had.
+        // Steps made until now count with the old description.
         player.settle(steps);
         player.motor = what;
         let forward = self.engine.report(motor).forward;
@@ -257,17 +253,17 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         Ok(())
     }
 
-    /// The drive has other pins for a motor: it is told which way that faces.
+    /// Called after the drive has moved a motor to other pins: sets its direction there.
     pub fn rewired(&mut self, motor: u8) {
         let forward = self.engine.report(motor).forward;
         self.engine.drive().tell_again(motor, forward);
     }
 
-    /// Has another clock from now on.
+    /// Sets the clock.
     ///
     /// # Errors
-    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoTick`] where the fixed tick is left
-    /// out.
+    /// [`Refusal::Running`] while a cycle runs; [`Refusal::NoTick`] if the fixed tick is not
+    /// compiled in.
     pub fn set_clock(&mut self, clock: Clock) -> Result<(), Refusal> {
         if self.is_running() {
             return Err(Refusal::Running);
@@ -293,10 +289,10 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         Ok(())
     }
 
-    /// Forgets what was prepared.
+    /// Forgets the prepared programs.
     ///
     /// # Errors
-    /// [`Refusal::Running`] while a cycle is.
+    /// [`Refusal::Running`] while a cycle runs.
     pub fn forget(&mut self) -> Result<(), Refusal> {
         if self.is_running() {
             return Err(Refusal::Running);
@@ -305,15 +301,15 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         Ok(())
     }
 
-    /// What to do when something goes wrong, in cycles that start from now on.
+    /// Sets the reactions to faults, for cycles that start from now on.
     pub fn set_strategies(&mut self, strategies: Strategies) {
         self.strategies = strategies;
     }
 
-    /// Gives a motor something to do in the next cycle.
+    /// Sets the program of a motor for the next cycle.
     ///
     /// # Errors
-    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
+    /// [`Refusal::Running`] while a cycle runs; [`Refusal::NoMotor`].
     pub fn prepare(
         &mut self,
         motor: u8,
@@ -330,11 +326,11 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         Ok(())
     }
 
-    /// Starts all motors that were prepared, together.
+    /// Starts all prepared motors together.
     ///
     /// # Errors
-    /// [`Refusal`], with what the clock needs; and nothing moves. What was
-    /// prepared stays prepared, unless a first delay was too small.
+    /// [`Refusal`], with the values that the clock needs; nothing moves then. The programs stay
+    /// prepared, unless a first delay was too small.
     pub fn start(&mut self) -> Result<(), Refusal> {
         if self.is_running() {
             return Err(Refusal::Running);
@@ -370,14 +366,14 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         }
         self.surroundings.enable(axes);
         if self.beat.is_fixed() {
-            // What is due at once belongs to tick 0.
+            // Events that are due at once belong to tick 0.
             self.engine.on_compare();
         }
         self.after();
         Ok(())
     }
 
-    /// What the clock needs, motor by motor.
+    /// Checks the requirements of the clock, motor by motor.
     fn check(&mut self) -> Result<(), Refusal> {
         let (timing, board) = (self.board.timing, self.board);
         let (fixed, period) = (self.beat.is_fixed(), self.beat.period());
@@ -445,7 +441,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             if player.fastest_turn().is_some_and(|delay| delay < turn) {
                 return Err(Refusal::TooFast { motor, needs: turn });
             }
-            // Steps of all motors together may take all the time there is.
+            // The steps of all motors together may take all the time there is.
             let room = (1u32 << FULL).saturating_sub(load);
             let needs = cost.checked_div(room).unwrap_or(Ticks::MAX);
             let ticks = Ticks::try_from(self.beat.ticks(fastest)).unwrap_or(Ticks::MAX);
@@ -458,15 +454,15 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         Ok(())
     }
 
-    /// Ends the cycle between two steps; positions stay known. A cycle that is
-    /// over already is left as it is.
+    /// Ends the cycle between two steps; positions stay known. Does nothing if the cycle is already
+    /// over.
     pub fn finish(&mut self) {
         if self.is_running() {
             self.stop();
         }
     }
 
-    /// All programs are over, all pulses end.
+    /// Ends all programs and all pulses.
     fn stop(&mut self) {
         if let State::Paused(pause) = core::mem::replace(&mut self.state, State::Rest) {
             self.engine.thaw(pause.frozen);
@@ -491,10 +487,10 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             return self.wait();
         }
         let fixed = self.beat.is_fixed();
-        // On the fixed tick the time counts from the tick that it is for.
+        // On the fixed tick the time counts from the tick that is due.
         let behind = if fixed { self.engine.behind() } else { 0 };
-        // Motors that a switch stops are out; what is due for the others is
-        // done, and then the cycle may be over.
+        // Motors that a switch stops are done; the events of the others are played, and then the
+        // cycle may be over.
         let mut news = self.watch();
         news |= self.engine.on_compare();
         // Modulo the counter.
@@ -504,15 +500,14 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
             self.longest = took;
         }
         // Only an end, a late step or a closed switch changes anything; on the fixed tick this
-        // handler may have taken too long.
+        // handler may also have taken too long.
         if news || fixed {
             self.took(took, behind);
             self.after();
         }
     }
 
-    /// Looks at the switches now: for the interrupt of their pins, or a
-    /// foreground that polls them.
+    /// Reads the switches now: for the interrupt of their pins, or a foreground that polls them.
     pub fn look(&mut self) {
         self.watch();
         if matches!(self.state, State::Running) {
@@ -520,7 +515,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         }
     }
 
-    /// The handler took so long, and came so late.
+    /// Checks a handler that took `ticks` and came `behind` ticks late.
     fn took(&mut self, ticks: Ticks, behind: Ticks) {
         let slow = self.beat.is_fixed() && self.is_slow(ticks.saturating_add(behind));
         let late = self.engine.late();
@@ -536,7 +531,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         u64::from(ticks) > self.beat.ticks(self.beat.period())
     }
 
-    /// The handler took too long, or steps came late.
+    /// Reacts to a handler that took too long, or to late steps.
     #[cold]
     #[inline(never)]
     fn exceeded(&mut self) {
@@ -546,7 +541,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         }
     }
 
-    /// Is the cycle cancelled, or over?
+    /// Ends the cycle if it is cancelled or over.
     fn after(&mut self) {
         if !matches!(self.state, State::Running) {
             return;
@@ -577,7 +572,7 @@ impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S
         self.engine.feed(motor)
     }
 
-    /// Steps of a motor. On the fixed tick one counts when STEP falls.
+    /// The steps of a motor. On the fixed tick a step counts when STEP falls.
     fn steps(&mut self, motor: u8) -> i64 {
         if let State::Paused(Pause { steps, .. }) = &self.state {
             return steps.get(usize::from(motor)).copied().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! The rows of motor cycles on a board's line, both sides: a line, its answer.
+//! The rows of motor cycles on a board's line, for both sides: lines and answers.
 //!
 //! ```text
 //!   host   :W0,26,29,8,9,255*hh␍     board   Y*hh␍        motor 0 on D2, D5, D8, D9
@@ -8,37 +8,37 @@
 //!          V1*hh␍                            4500000*hh␍  axis 1 is motor 0
 //! ```
 //!
-//! Frame, checksum and the rows `?`, `F`, `V`, `I`, `Z`, `K` are every program's
-//! ([`stepwright_protocol`]); these are the cycles' own. Axes are counted from 1, motors from 0.
-//! `Z` and `K` finish the cycle: every motor stops at once, with `Z` its position is known. Each
-//! line may be said twice: the second one changes nothing. Delays are in µs, times in ticks of the
-//! timer.
+//! Frame, checksum and the rows `?`, `F`, `V`, `I`, `Z`, `K` are common to all programs
+//! ([`stepwright_protocol`]); these rows are specific to cycles. Axes are counted from 1, motors
+//! from 0. `Z` and `K` finish the cycle: every motor stops at once; after `Z` its position is
+//! known. Each line may be sent twice: the second one changes nothing. Delays are in µs, times in
+//! ticks of the timer.
 //!
 //! | line | numbers | |
 //! | --- | --- | --- |
-//! | `:N` | | all that was prepared is forgotten |
-//! | `:C` | tick in µs, 0: deadlines; at a hard end 0: stop the motor, 1: brake it, 2: cancel, 3: brake all; at a soft end 0: stop the motor, 1: cancel; at a small delay 0: fix, 1: stop the motor, 2: cancel; late 0: ignore, 1: cancel | the clock and the [strategies](super::Strategies) |
-//! | `:W` | motor, pins of STEP, DIR, ENABLE, switch at the minimum and at the maximum | a pin is 8 · its port, A being 0, and its bit; 255: there is none |
-//! | `:M` | motor, distance of a step, smallest delay, inverted, steps/s² to brake by, which ends it has (1: minimum, 2: maximum), minimum, maximum | the [motor](super::Motor) |
-//! | `:P` | motor, position | it is there |
+//! | `:N` | | forgets all that was prepared |
+//! | `:C` | tick in µs, 0: deadlines; at a hard end 0: stop the motor, 1: brake it, 2: cancel, 3: brake all; at a soft end 0: stop the motor, 1: cancel; at a small delay 0: fix, 1: stop the motor, 2: cancel; at a late step 0: ignore, 1: cancel | the clock and the [strategies](super::Strategies) |
+//! | `:W` | motor, pins of STEP, DIR, ENABLE, switch at the minimum and at the maximum | a pin is 8 · its port, A being 0, plus its bit; 255: none |
+//! | `:M` | motor, distance of a step, smallest delay, inverted, braking deceleration in steps/s², the ends that it has (1: minimum, 2: maximum), minimum, maximum | the [motor](super::Motor) |
+//! | `:P` | motor, position | sets its position |
 //! | `:S` | motor, calibration, count, delay | steps |
 //! | `:H` | motor, calibration, forward, delay | steps without end |
 //! | `:D` | motor, calibration, count, from, to, by | steps by a [ramp](super::DelayRamp) of delays |
 //! | `:R` | motor, calibration, forward, from, to, by | the same without end |
 //! | `:A` | place, count, delay | a leg: steps |
 //! | `:B` | place, count, delay | a leg: a wait |
-//! | `:X` | place, count, interval in 2⁻¹⁶ ticks, by how much each differs from the one before | a leg: steps that were planned elsewhere, at most 65,535; none: a wait |
-//! | `:L` | motor, calibration, first place, how many | a series of these legs |
-//! | `:T` | 0: pause, 1: resume, 2: finish; ticks after the start | what is to happen on the way |
-//! | `:G` | a number of the cycle, 1 to 255 | go; the number of the present cycle is no second one |
-//! | `:U` | number, motor, end (0: minimum), reach, steps to back off, fast, slow delay | [home](super::Homing) |
-//! | `:Q`, `:O` | | pause, go on: now |
+//! | `:X` | place, count, interval in 2⁻¹⁶ ticks, growth from one interval to the next | a leg: at most 65,535 steps that were planned elsewhere; 0 steps: a wait |
+//! | `:L` | motor, calibration, first place, number of legs | a series of these legs |
+//! | `:T` | 0: pause, 1: resume, 2: finish; ticks after the start | an act during the cycle |
+//! | `:G` | a number of the cycle, 1 to 255 | starts it; the number of the present cycle starts no second one |
+//! | `:U` | number, motor, end (0: minimum), reach, steps to back off, fast, slow delay | [homes](super::Homing) a motor |
+//! | `:Q`, `:O` | | pauses, resumes: now |
 //! | `:?` | | the numbers of [`CycleReport`] |
 //!
-//! All but `:?` is answered `Y`, or `E` and a reason ([`CycleFault`]). While a cycle runs only
-//! `:Q`, `:O`, `:?` and its own `:G` or `:U` are taken of these. In the answer to `?`, `can=` has
-//! what the board can of `brakes`, `home`, `paths` (the row `:X`) and `tick`, and `legs=` how many
-//! legs it keeps.
+//! All rows but `:?` are answered by `Y`, or by `E` and a reason ([`CycleFault`]). While a cycle
+//! runs, only `:Q`, `:O`, `:?` and its own `:G` or `:U` are accepted. In the answer to `?`, `can=`
+//! lists which of `brakes`, `home`, `paths` (the row `:X`) and `tick` the board supports, and
+//! `legs=` is the number of legs that it stores.
 
 mod fault;
 mod read;
@@ -56,103 +56,103 @@ use super::motor::{Calibration, Motor};
 use super::program::{DelayRamp, Leg};
 use super::strategy::Strategies;
 
-/// The longest line that is read, in bytes, its checksum included.
+/// The longest line that is accepted, in bytes, including its checksum.
 pub const LONGEST: usize = 84;
-/// How the answer to `?` begins.
+/// The beginning of the answer to `?`.
 pub const NAME: &str = "stepwright-cycle";
 
 /// A row of the cycles, or `Z`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CycleLine {
-    /// `:N`: forget what was prepared.
+    /// `:N`: forgets what was prepared.
     New,
-    /// `:C`: the clock, and what to do when something goes wrong.
+    /// `:C`: the clock, and the reactions to faults.
     Clock(Clock, Strategies),
     /// `:W`: the pins of a motor.
     Wire(u8, MotorPins),
     /// `:M`: a motor.
     Motor(u8, Motor),
-    /// `:P`: its position.
+    /// `:P`: the position of a motor.
     Position(u8, i64),
-    /// `:S`, `:H`, `:D`, `:R`, `:L`: what a motor does in the next cycle.
+    /// `:S`, `:H`, `:D`, `:R`, `:L`: the program of a motor in the next cycle.
     Prepare(u8, Calibration, LineProgram),
     /// `:A`, `:B`, `:X`: a leg of a series, at its place.
     Leg(u16, Leg),
-    /// `:T`: what is to happen this many ticks after the start.
+    /// `:T`: an act this many ticks after the start.
     Act(LineAct, u64),
-    /// `:G`: go.
+    /// `:G`: starts the cycle.
     Start(u8),
-    /// `:U`: home.
+    /// `:U`: homes a motor.
     Home(u8, Homing),
-    /// `:Q`, `:O`, `Z`: now.
+    /// `:Q`, `:O`, `Z`: an act now.
     Now(LineAct),
-    /// `:?`: how is it?
+    /// `:?`: asks for a report.
     Look,
 }
 
-/// What happens to a cycle while it runs.
+/// An act on a cycle while it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineAct {
-    /// It is held up.
+    /// Pauses it.
     Pause,
-    /// It goes on.
+    /// Resumes it.
     Resume,
-    /// It ends.
+    /// Ends it.
     Finish,
 }
 
 impl LineAct {
-    /// All of them, in the order of their numbers.
+    /// All acts, in the order of their numbers.
     pub const ALL: [LineAct; 3] = [LineAct::Pause, LineAct::Resume, LineAct::Finish];
 }
 
-/// What a motor does: a [`Program`](super::Program) without a borrow.
+/// The program of a motor: a [`Program`](super::Program) without a borrow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineProgram {
     /// A count of steps, backward if negative.
     Steps {
-        /// How many.
+        /// The number of steps.
         count: i32,
         /// µs from step to step.
         delay: u32,
     },
     /// Steps without end.
     Whirl {
-        /// Which way.
+        /// The direction.
         forward: bool,
         /// µs from step to step.
         delay: u32,
     },
     /// Steps by a ramp of delays.
     Ramp {
-        /// How many; without end if it is not said.
+        /// The number of steps; `None`: without end.
         steps: Option<u32>,
-        /// Which way.
+        /// The direction.
         forward: bool,
         /// The delays.
         ramp: DelayRamp,
     },
-    /// Legs of the store.
+    /// Legs in the board's memory.
     Legs {
-        /// The first one's place.
+        /// The place of the first leg.
         first: u16,
-        /// How many.
+        /// The number of legs.
         count: u16,
     },
 }
 
-/// The pins of a motor, as a line has them: 8 · port + bit.
+/// The pins of a motor, as coded in a line: 8 · port + bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MotorPins {
-    /// STEP, DIR, ENABLE (low turns the driver on), the switches at the minimum and at the
-    /// maximum (low is closed); [`NO_PIN`](MotorPins::NO_PIN) for what is not there.
+    /// STEP, DIR, ENABLE (low enables the driver), the switches at the minimum and at the maximum
+    /// (low is closed); [`NO_PIN`](MotorPins::NO_PIN) for a pin that is absent.
     pub codes: [u8; 5],
 }
 
 impl MotorPins {
-    /// There is no such pin.
+    /// The code for an absent pin.
     pub const NO_PIN: u8 = 0xFF;
-    /// Nothing is wired.
+    /// No pins.
     pub const NONE: MotorPins = MotorPins { codes: [MotorPins::NO_PIN; 5] };
 }
 

@@ -1,12 +1,11 @@
-//! What a motor of a cycle is, and how it is doing.
+//! A motor of a cycle, and its state.
 
 use core::fmt;
 
-/// A motor: how far a step goes, how fast it may, where it ends.
+/// A motor: the distance of a step, its smallest delay, and its ends.
 ///
-/// stepper_h's `init_stepper` and `init_stepper_ends`. Its pins are the
-/// business of the [`Drive`](stepwright::drive::Drive) and the
-/// [`MachineIo`](super::MachineIo).
+/// stepper_h's `init_stepper` and `init_stepper_ends`. The [`Drive`](stepwright::drive::Drive) and
+/// the [`MachineIo`](super::MachineIo) have its pins.
 ///
 /// ```
 /// use stepwright_cycle::Motor;
@@ -16,58 +15,57 @@ use core::fmt;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Motor {
-    /// Distance of a step in the user's unit, nanometres by custom
-    /// (`distance_per_step`).
+    /// Distance of a step in the user's unit, usually nanometres (`distance_per_step`).
     pub distance: u32,
-    /// Least time from step to step in µs (`step_delay`), 1 and more; what a
-    /// delay of 0 means.
+    /// The shortest time from step to step in µs (`step_delay`), at least 1; also the meaning of a
+    /// delay of 0.
     pub smallest_delay: u32,
-    /// Forward is a low DIR (`invert_dir`).
+    /// Whether a low DIR means forward (`invert_dir`).
     pub inverted: bool,
-    /// Least position; `None`: there is none (`INF`).
+    /// The least position; `None`: no bound (`INF`).
     pub min: Option<i64>,
-    /// Greatest position; `None`: there is none (`INF`).
+    /// The greatest position; `None`: no bound (`INF`).
     pub max: Option<i64>,
-    /// steps/s² by which it brakes at a switch, if that is the
-    /// [strategy](super::AtHardEnd); 0: it can't.
+    /// The deceleration in steps/s² with which it brakes at a switch, if that is the
+    /// [strategy](super::AtHardEnd); 0: it can't brake.
     pub decel: u32,
 }
 
 impl Motor {
-    /// A motor without ends.
+    /// A motor without bounds.
     pub const fn new(distance: u32, smallest_delay: u32) -> Motor {
         Motor { distance, smallest_delay, inverted: false, min: None, max: None, decel: 0 }
     }
 
-    /// The same between two bounds.
+    /// This motor between two bounds.
     pub const fn between(self, min: i64, max: i64) -> Motor {
         Motor { min: Some(min), max: Some(max), ..self }
     }
 
-    /// The same, braking by this many steps/s².
+    /// This motor with a braking deceleration in steps/s².
     pub const fn braking(self, decel: u32) -> Motor {
         Motor { decel, ..self }
     }
 
-    /// The same, the other way round.
+    /// This motor with inverted direction.
     pub const fn inverted(self) -> Motor {
         Motor { inverted: true, ..self }
     }
 }
 
-/// One of the two ends of a motor's way.
+/// One of the two ends of a motor's travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// Where positions are least.
+    /// The end with the least positions.
     Min,
-    /// Where they are greatest.
+    /// The end with the greatest positions.
     Max,
 }
 
-/// What a program does to positions and bounds (`calibrate_mode_t`).
+/// The effect of a program on positions and bounds (`calibrate_mode_t`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Calibration {
-    /// Positions are counted, soft ends hold (`NONE`).
+    /// Positions are counted, soft ends apply (`NONE`).
     #[default]
     None,
     /// No soft ends; every step leaves the position at the minimum, 0 if there
@@ -78,19 +76,19 @@ pub enum Calibration {
     BoundsMax,
 }
 
-/// How a motor is doing.
+/// The state of a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Status {
-    /// It takes no part in a cycle, or its cycle has yet to start.
+    /// It takes no part in a cycle, or its cycle has not started.
     #[default]
     Idle,
     /// Its program is being played.
     Running,
-    /// Its program is over: done, or ended by an error or with the cycle.
+    /// Its program is over: complete, or ended by an error or with the cycle.
     Finished,
 }
 
-/// What went wrong with a motor: a set of flags, with stepper_h's numbers.
+/// The faults of a motor: a set of flags, with stepper_h's numbers.
 ///
 /// ```
 /// use stepwright_cycle::Faults;
@@ -102,15 +100,15 @@ pub enum Status {
 pub struct Faults(u8);
 
 impl Faults {
-    /// All is well.
+    /// No fault.
     pub const NONE: Faults = Faults(0);
-    /// The next step would lead below the minimum.
+    /// The next step would go below the minimum.
     pub const SOFT_END_MIN: Faults = Faults(1);
-    /// The next step would lead beyond the maximum.
+    /// The next step would go beyond the maximum.
     pub const SOFT_END_MAX: Faults = Faults(2);
-    /// The switch at the minimum is closed, and it was going there.
+    /// The switch at the minimum is closed, and the motor was moving towards it.
     pub const HARD_END_MIN: Faults = Faults(4);
-    /// The switch at the maximum is closed, and it was going there.
+    /// The switch at the maximum is closed, and the motor was moving towards it.
     pub const HARD_END_MAX: Faults = Faults(8);
     /// A delay below the motor's smallest.
     pub const STEP_DELAY_SMALL: Faults = Faults(16);
@@ -134,12 +132,12 @@ impl Faults {
         }
     }
 
-    /// A set of these flags; what is none is left out.
+    /// A set of these flags; other bits are dropped.
     pub const fn from_bits(bits: u8) -> Faults {
         Faults(bits & 31)
     }
 
-    /// The flags as stepper_h numbers them.
+    /// The flags with stepper_h's numbers.
     pub const fn bits(self) -> u8 {
         self.0
     }
@@ -149,7 +147,7 @@ impl Faults {
         self.0 & flags.0 != 0
     }
 
-    /// Whether all is well.
+    /// Whether there is no fault.
     pub const fn is_none(self) -> bool {
         self.0 == 0
     }

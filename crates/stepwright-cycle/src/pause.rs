@@ -1,4 +1,4 @@
-//! A pause: what waits, and on the fixed tick when it may go on.
+//! Pauses: the waiting motors, and on the fixed tick the time of the restart.
 //!
 //! ```text
 //!   grid     ┊     ┊     ┊     ┊     ┊     ┊
@@ -6,8 +6,8 @@
 //!   events      ├─ frozen ───────────┼ wait┤ all later by whole ticks
 //! ```
 //!
-//! The grid goes on while the motors stand. What has passed is counted at each interrupt, which
-//! comes twice a turn of the counter at least, so that a pause may outlast the counter.
+//! The grid continues while the motors stand. The elapsed time is counted at each interrupt, which
+//! comes at least twice a turn of the counter, so that a pause may be longer than the counter.
 
 use super::clock::{ANY_TICK, Beat};
 use super::kept::Kept;
@@ -21,16 +21,16 @@ use stepwright::units::Ticks;
 
 /// A cycle's pause.
 pub(crate) struct Pause<C: Count, const N: usize> {
-    /// What the motors wait for.
+    /// The frozen axes of the engine.
     pub frozen: Frozen<C, N>,
-    /// The steps of each.
+    /// The steps of each motor.
     pub steps: [i64; N],
-    /// It is over, as soon as the grid lets it.
+    /// Whether the pause ends as soon as the grid allows it.
     pub resumed: bool,
-    /// When time was counted last.
+    /// The count at which time was counted last.
     seen: C,
-    /// Time since the beginning beyond whole ticks of the grid, as
-    /// [`until_grid`](Beat::until_grid) counts it.
+    /// Time since the beginning beyond whole ticks of the grid, in the units of
+    /// [`until_grid`](Beat::until_grid).
     passed: Kept<u64, ANY_TICK>,
 }
 
@@ -40,8 +40,8 @@ impl<C: Count, const N: usize> Pause<C, N> {
         Pause { frozen, steps, resumed: false, seen: now, passed: Kept::new(0) }
     }
 
-    /// Counts the time until `now`, less than a turn of the counter, and says how many ticks of
-    /// the timer it is from there to the grid: 0 without a fixed tick.
+    /// Counts the time until `now`, which is less than a turn of the counter, and returns the ticks
+    /// of the timer from `now` to the grid: 0 without a fixed tick.
     pub fn until_grid(&mut self, now: C, beat: &Beat) -> Ticks {
         let turn = (C::HOP << 2).wrapping_sub(1);
         let ticks = now.since(self.seen) as Ticks & turn;
@@ -54,16 +54,15 @@ impl<C: Count, const N: usize> Pause<C, N> {
 }
 
 impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N> {
-    /// Holds all motors up where they are. On the fixed tick a pulse that is
-    /// under way ends.
+    /// Pauses all motors where they are. On the fixed tick a pulse in progress ends.
     ///
     /// # Errors
-    /// [`Refusal::NotRunning`] if there is nothing to hold up.
+    /// [`Refusal::NotRunning`] if no cycle runs.
     pub fn pause(&mut self) -> Result<(), Refusal> {
         if let State::Paused(pause) = &mut self.state
             && pause.resumed
         {
-            // It has yet to go on.
+            // The motors have not continued yet.
             pause.resumed = false;
             return Ok(());
         }
@@ -80,8 +79,8 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         Ok(())
     }
 
-    /// Goes on: every step comes later by the time of the pause; on the fixed tick by whole
-    /// ticks, rounded up, so that all edges are on the grid again.
+    /// Continues: every step is delayed by the time of the pause; on the fixed tick by whole ticks,
+    /// rounded up, so that all edges are on the grid again.
     ///
     /// # Errors
     /// [`Refusal::NotRunning`] if the cycle is not paused.
@@ -94,7 +93,7 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         Ok(())
     }
 
-    /// Counts the time of a pause; goes on where it is over and the grid is near.
+    /// Counts the time of a pause; continues if it has ended and the grid is near.
     #[inline(never)]
     pub(crate) fn wait(&mut self) {
         let State::Paused(pause) = &mut self.state else { return };

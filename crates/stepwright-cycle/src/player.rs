@@ -1,7 +1,7 @@
-//! One motor's program as runs for the engine.
+//! Plays a motor's program as runs for the engine.
 //!
-//! The engine asks for a run when the one before is made; so what is asked for
-//! is known a step ahead, and never a step more.
+//! The engine asks for a run when the previous one is made, so the program is read one step ahead,
+//! and never more.
 //!
 //! ```text
 //!   deadlines    step           hold          delay
@@ -17,9 +17,8 @@
 //!                 ├──────────────┴────────┤
 //! ```
 //!
-//! Bounds stop a motor where its step would be due (two ticks before that on
-//! the fixed tick), and only if there is a step left to make: one that waits or
-//! ends at a bound is where it belongs.
+//! Bounds stop a motor when its step would be due (on the fixed tick, two ticks before), and only
+//! if there is a step left to make: a motor that waits or ends at a bound has done nothing wrong.
 
 mod braking;
 #[cfg(feature = "runs")]
@@ -38,51 +37,51 @@ use stepwright::queue::{Feed, Taken};
 use stepwright::run::Run;
 use stepwright::units::{Rate, Ticks};
 
-/// What a motor's fault asks of the cycle.
+/// The consequence of a motor's fault for the cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// Nothing.
+    /// None.
     Fine,
-    /// The motor stops; nobody else does.
+    /// The motor stops; the others continue.
     Stop,
-    /// All stop.
+    /// All motors stop.
     Cancel,
-    /// All brake, and then it is cancelled.
+    /// All motors brake, then the cycle is cancelled.
     Brake,
 }
 
-/// What is asked for next.
+/// What to do at the next call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// The next part of the program.
+    /// Read the next part of the program.
     Leg,
-    /// The rest of a wait.
+    /// Hand out the rest of a wait.
     Wait,
-    /// Steps of the present leg.
+    /// Hand out steps of the present leg.
     Steps,
-    /// The rest of a long delay, then its step.
+    /// Hand out the rest of a long delay, then its step.
     Far,
-    /// A step of its own, in ticks.
+    /// Hand out a single step, in ticks.
     Pace,
-    /// Steps of a run that was planned elsewhere.
+    /// Hand out steps of a run that was planned elsewhere.
     #[cfg(feature = "runs")]
     Run,
-    /// A wait, in ticks.
+    /// Hand out a wait, in ticks.
     Look,
-    /// On the fixed tick: up to two ticks before the step. May it be made? It
-    /// rises a tick later.
+    /// On the fixed tick, up to two ticks before the step: check whether it may be made. STEP rises
+    /// a tick later.
     Approach,
-    /// It has risen, and falls a tick later.
+    /// STEP has risen, and falls a tick later.
     Drop,
-    /// The bound is in the way where the step would be due.
+    /// A bound is in the way when the step would be due.
     Out,
-    /// On the fixed tick: the last step is made, and a tick goes by.
+    /// On the fixed tick: the last step is made, and a tick passes.
     Linger,
-    /// Nothing any more.
+    /// Nothing: the program is over.
     Over,
 }
 
-/// Ticks from a step to the turn behind it, at most.
+/// The most ticks from a step to the turn after it.
 const FAR: u64 = 1 << 15;
 
 pub(crate) struct ProgramRunner<'a> {
@@ -92,58 +91,58 @@ pub(crate) struct ProgramRunner<'a> {
     pub faults: Faults,
     pub verdict: Verdict,
     pub strategies: Strategies,
-    /// Its next step leads forward or backward; `None`: it makes none now.
+    /// Whether its next step goes forward or backward; `None`: it makes none now.
     pub heading: Option<bool>,
     reader: Reader<'a>,
-    /// It has a program that waits for the start.
+    /// Whether it has a program that waits for the start.
     ready: bool,
     stage: Stage,
     beat: Beat,
-    /// From a step to a change of direction, in ticks.
+    /// The time from a step to a change of direction, in ticks.
     hold: Ticks,
-    /// Ticks of the next delay that are over.
+    /// Ticks of the next delay that have passed.
     gone: Ticks,
-    /// Where the last step led.
+    /// The direction of the last step.
     facing: bool,
     forward: bool,
-    /// Nothing of the program was handed out yet.
+    /// Whether nothing of the program was handed out yet.
     fresh: bool,
-    /// Steps of the present leg, and µs before each.
+    /// Steps left of the present leg, and µs before each.
     left: u32,
     delay: u32,
-    /// Of them, those that are known to end before a soft end.
+    /// The part of these steps that is known to end before a soft end.
     free: u32,
-    /// µs of a wait that are still to come.
+    /// µs left of a wait.
     pending: u64,
-    /// Ticks to the next step that has its own, or of a wait.
+    /// Ticks to the next step that has its own delay, or of a wait.
     pace: Kept<Ticks, { (PACED || RUNS) as usize }>,
-    /// Ticks waited since the last such step; before the present one; and all from
-    /// the one to the other.
+    /// Ticks waited since the last such step; the delay before the present one; and all ticks from
+    /// one to the other.
     waited: Kept<Ticks, { PACED as usize }>,
     before: Kept<Ticks, { PACED as usize }>,
     own: Kept<Ticks, { PACED as usize }>,
     /// The planned run of which `left` steps are left.
     #[cfg(feature = "runs")]
     run: Run,
-    /// Steps of the run that is played, and whether one was made before it, since it
-    /// last stood.
+    /// Steps of the run that is played, and whether a step was made before it since the motor last
+    /// stood.
     handed: Kept<u16, { BRAKES as usize }>,
     rolling: Kept<bool, { BRAKES as usize }>,
-    /// It brakes.
+    /// The braking, if the motor brakes.
     brake: Kept<Option<Brake>, { BRAKES as usize }>,
-    /// Fixed tick: µs that the last step came too early by.
+    /// Fixed tick: the µs by which the last step came too early.
     over: Kept<u32, ANY_TICK>,
-    /// Fixed tick of one pass: STEP has just risen, a tick before the step's own.
+    /// Fixed tick of one pass: whether STEP has just risen, a tick before the step's own.
     risen: Kept<bool, ANY_TICK>,
-    /// Position in the user's unit when the engine had counted `counted` steps.
+    /// Position in the user's unit at the time when the engine had counted `counted` steps.
     base: i64,
     counted: i64,
-    /// Steps from there that have been handed out.
+    /// Steps handed out since then.
     planned: i64,
 }
 
 impl<'a> ProgramRunner<'a> {
-    /// Nobody's yet.
+    /// A motor without a program.
     pub(crate) const IDLE: ProgramRunner<'a> =
         ProgramRunner::new(Motor::new(0, 1), Beat::new(Clock::Deadlines, Rate::MHZ), 0);
 
@@ -186,7 +185,7 @@ impl<'a> ProgramRunner<'a> {
         }
     }
 
-    /// Takes a program for the next cycle. Nothing of the one before is left.
+    /// Takes a program for the next cycle, and clears the state of the previous one.
     pub(crate) fn prepare(&mut self, reader: Reader<'a>, calibration: Calibration) {
         self.reader = reader;
         self.calibration = calibration;
@@ -198,17 +197,17 @@ impl<'a> ProgramRunner<'a> {
         self.heading = None;
     }
 
-    /// Nothing is prepared any more.
+    /// Forgets the prepared program.
     pub(crate) fn forget(&mut self) {
         (self.reader, self.ready) = (Reader::NONE, false);
     }
 
-    /// Has another clock.
+    /// Sets another clock.
     pub(crate) fn set_beat(&mut self, beat: Beat, hold: Ticks) {
         (self.beat, self.hold) = (beat, hold);
     }
 
-    /// Has a program that waits for the start.
+    /// Whether it has a program that waits for the start.
     pub(crate) fn is_ready(&self) -> bool {
         self.ready
     }
@@ -223,7 +222,7 @@ impl<'a> ProgramRunner<'a> {
         self.reader.has_own_paces()
     }
 
-    /// The smallest delay that its program may ask for, in µs.
+    /// The smallest delay that its program may have, in µs.
     pub(crate) fn fastest(&self) -> Option<u32> {
         self.reader.fastest(self.motor.smallest_delay, &self.beat)
     }
@@ -233,7 +232,7 @@ impl<'a> ProgramRunner<'a> {
         self.reader.fastest_turn(self.motor.smallest_delay)
     }
 
-    /// Begins, where the engine has counted `steps`.
+    /// Begins the program; the engine has counted `steps`.
     pub(crate) fn begin(&mut self, steps: i64, strategies: Strategies) {
         self.settle(steps);
         self.strategies = strategies;
@@ -250,7 +249,7 @@ impl<'a> ProgramRunner<'a> {
         self.beat.reset();
     }
 
-    /// Its program is over, wherever it is.
+    /// Ends the program, wherever it is.
     pub(crate) fn end(&mut self) {
         if self.status == Status::Running {
             self.status = Status::Finished;
@@ -259,7 +258,7 @@ impl<'a> ProgramRunner<'a> {
         self.heading = None;
     }
 
-    /// Computes positions from here on: the engine has counted `steps`.
+    /// Makes the present position the base of further ones; the engine has counted `steps`.
     pub(crate) fn settle(&mut self, steps: i64) {
         self.base = self.position(steps);
         if self.calibration == Calibration::BoundsMax && steps != self.counted {
@@ -276,7 +275,7 @@ impl<'a> ProgramRunner<'a> {
         }
         let distance = self.motor.distance;
         let way = match i32::try_from(made) {
-            // 63 bits, and no look whether they are more.
+            // 63 bits, and no check whether they are more.
             Ok(made) => {
                 let way = product(made.unsigned_abs(), distance) as i64;
                 if made < 0 { way.wrapping_neg() } else { way }
@@ -286,18 +285,17 @@ impl<'a> ProgramRunner<'a> {
         self.base.saturating_add(way)
     }
 
-    /// Whether it has made steps since it was settled.
+    /// Whether it has made steps since the last call of `settle`.
     pub(crate) fn has_moved(&self, steps: i64) -> bool {
         steps != self.counted
     }
 
-    /// Calls the present position this.
+    /// Sets the present position.
     pub(crate) fn set_position(&mut self, steps: i64, position: i64) {
         (self.base, self.counted, self.planned) = (position, steps, 0);
     }
 
-    /// Of `count` steps of the present leg, how many may be made before a soft end is in the
-    /// way.
+    /// How many of `count` steps of the present leg may be made before a soft end is in the way.
     #[inline(never)] // it is asked for in four places
     fn room(&mut self, count: u32) -> u32 {
         if self.free < count {
@@ -306,9 +304,9 @@ impl<'a> ProgramRunner<'a> {
         count.min(self.free)
     }
 
-    /// Likewise, whatever is known.
+    /// [`room`](Self::room), computed again whatever is known.
     fn look_ahead(&self, count: u32) -> u32 {
-        // Without a bound the numbers have an end: a position is never wrong.
+        // Without a bound the limit is that of the numbers: a position is never wrong.
         let (bound, end) = match self.forward {
             true => (self.motor.max, i64::MAX),
             false => (self.motor.min, i64::MIN),
@@ -319,21 +317,21 @@ impl<'a> ProgramRunner<'a> {
             Calibration::BoundsMax => end,
         };
         let at = self.position(self.counted.wrapping_add(self.planned));
-        // Beyond the bound is no room, not a negative one.
+        // Beyond the bound there is no room, rather than a negative one.
         let way = match self.forward {
             true if at < bound => bound.abs_diff(at),
             false if at > bound => at.abs_diff(bound),
             _ => return 0,
         };
         let distance = self.motor.distance.max(1);
-        // A product: a small chip takes ten times as long for the division.
+        // A product: a division takes a small chip ten times as long.
         if product(count, distance) <= way {
             return count;
         }
         quotient(way, distance)
     }
 
-    /// `count` steps are handed out.
+    /// Counts `count` steps as handed out.
     fn plan(&mut self, count: u16) {
         self.handed.set(count);
         self.fresh = false;
@@ -350,7 +348,7 @@ impl<'a> ProgramRunner<'a> {
         Taken::End
     }
 
-    /// It has come to an end: the switch is closed, or the bound is reached.
+    /// Ends the way: the switch is closed, or the bound is reached.
     pub(crate) fn trip(&mut self, fault: Faults, strategy: AtSoftEnd) -> Taken {
         self.fault(
             fault,
@@ -361,20 +359,20 @@ impl<'a> ProgramRunner<'a> {
         )
     }
 
-    /// Whether it brakes.
+    /// Whether the motor brakes.
     pub(crate) fn is_braking(&self) -> bool {
         self.brake.get().is_some()
     }
 
-    /// The last `count` steps that were handed out are not made for now.
+    /// Takes back the last `count` steps that were handed out; they are not made for now.
     pub(crate) fn take_back(&mut self, count: u16) {
         self.left = self.left.saturating_add(count.into());
         let steps = i64::from(count);
         self.planned = self.planned.wrapping_sub(if self.forward { steps } else { -steps });
     }
 
-    /// Reads on until there is something to do. `None` if a delay is too small
-    /// for its strategy.
+    /// Reads the program until there is something to do. `None` if a delay is too small for its
+    /// strategy.
     fn read(&mut self) -> Option<Stage> {
         loop {
             match self.reader.next() {
@@ -415,7 +413,7 @@ impl<'a> ProgramRunner<'a> {
                 }
                 #[cfg(feature = "runs")]
                 Next::Run { run, forward } => return Some(self.read_run(run, forward)),
-                // Who waits stands: nothing is left to brake.
+                // A motor that waits stands: nothing is left to brake.
                 Next::Wait(_) if self.is_braking() => return Some(Stage::Over),
                 Next::Wait(us) => {
                     self.pending = us;
@@ -427,7 +425,7 @@ impl<'a> ProgramRunner<'a> {
         }
     }
 
-    /// A delay is too small. `None` if that ends the program.
+    /// Handles a delay that is too small. `None` if that ends the program.
     fn too_small(&mut self) -> Option<()> {
         let verdict = match self.strategies.small_delay {
             AtSmallDelay::Fix => return Some(()),
@@ -438,33 +436,33 @@ impl<'a> ProgramRunner<'a> {
         None
     }
 
-    /// The change of direction that the present leg begins with, if it does, this many ticks
-    /// before its first step. In the middle of them: the step before it has as long to come as
-    /// others, and what is read there and then is read in two halves.
+    /// The change of direction at the beginning of the present leg, if there is one, this many
+    /// ticks before its first step. It comes in the middle of these ticks: so the step before it
+    /// has as much time as others, and the reading at both points is split in two halves.
     fn turn(&mut self, ticks: u64) -> Option<Taken> {
         if self.forward == self.facing {
             return None;
         }
         self.facing = self.forward;
         if self.calibration != Calibration::None {
-            // What was made is calibrated: the steps back may cancel it.
+            // Calibrates the steps made so far, because the steps back may cancel them.
             self.settle(self.counted.wrapping_add(self.planned));
         }
-        // At the start nobody waits, and the engine turns at once.
+        // At the start nothing waits, and the engine turns at once.
         let half = if self.fresh { 0 } else { (ticks / 2).min(FAR) as Ticks };
         self.gone = self.hold.max(half);
         self.rolling.set(false);
         Some(Taken::Run(Run::turn(self.gone, self.forward)))
     }
 
-    /// A wait of `us` µs.
+    /// Hands out a wait of `us` µs.
     fn pass(&mut self, us: u32) -> Taken {
         self.fresh = false;
         let wait = self.beat.wait(us).saturating_sub(core::mem::take(&mut self.gone));
         Taken::Run(Run::turn(wait, self.facing))
     }
 
-    /// A piece of the wait that is pending.
+    /// Hands out a piece of the pending wait.
     fn pass_piece(&mut self) -> Taken {
         let piece = self.pending.min(self.beat.piece.into());
         self.pending -= piece;
@@ -525,7 +523,7 @@ impl<'a> ProgramRunner<'a> {
                     let us = self.pending as u32;
                     if self.room(1) == 0 {
                         self.stage = Stage::Out;
-                        // On the fixed tick it is looked for a tick before STEP would rise.
+                        // On the fixed tick the bound is checked a tick before STEP would rise.
                         return self.pass(us.saturating_sub(self.beat.period()));
                     }
                     self.stage = Stage::Steps;

@@ -1,4 +1,4 @@
-//! What a motor does in a cycle: stepper_h's `prepare_…` functions.
+//! The program of a motor in a cycle: stepper_h's `prepare_…` functions.
 //!
 //! | document | here |
 //! | --- | --- |
@@ -9,9 +9,9 @@
 //! | `prepare_dynamic_steps` | [`Program::Dynamic`], [`Program::Ramp`] |
 //! | `prepare_dynamic_whirl` | [`Program::DynamicWhirl`], [`Program::Ramp`] |
 //!
-//! [`Program::Paced`] has no counterpart: it plays what is planned elsewhere.
-//! A count's sign is its direction, as in the README of stepper_h; a delay
-//! is in µs, and 0 means the motor's smallest.
+//! [`Program::Paced`] has no counterpart: it plays steps that were planned elsewhere. A count's
+//! sign is its direction, as in the README of stepper_h; a delay is in µs, and 0 means the motor's
+//! smallest.
 
 use core::cell::Cell;
 
@@ -23,76 +23,74 @@ use super::clock::Beat;
 #[cfg(feature = "runs")]
 use super::wide::product;
 
-/// Whether there are programs to a tick of the timer: where there are none, nothing of them is
-/// compiled.
+/// Whether there are programs to a tick of the timer; if not, none of their code is compiled.
 pub(crate) const PACED: bool = cfg!(feature = "paced");
 
-/// Whether legs may be runs: likewise.
+/// Whether legs may be runs; if not, none of their code is compiled.
 pub(crate) const RUNS: bool = cfg!(feature = "runs");
 
-/// A callback that gives the delay before each next step, in µs.
+/// A callback that returns the delay before each next step, in µs.
 ///
-/// It is called from the step interrupt, once for each step, with the number of
-/// steps that were asked for before: 0, 1, 2 …; after the step before, and at
-/// the start for the first one. MUST NOT block.
+/// It is called from the step interrupt, once for each step, with the number of steps asked for
+/// before: 0, 1, 2 …; after the previous step, and at the start for the first one. MUST NOT block.
 pub type NextDelay<'a> = &'a mut (dyn FnMut(u32) -> u32 + Send);
 
-/// What a motor does in a cycle.
+/// The program of a motor in a cycle.
 pub enum Program<'a> {
     /// `count` steps, one every `delay`.
     Steps {
-        /// How many; backward if negative.
+        /// The number of steps; backward if negative.
         count: i32,
         /// µs from step to step.
         delay: u32,
     },
     /// Steps without end.
     Whirl {
-        /// Which way.
+        /// The direction.
         forward: bool,
         /// µs from step to step.
         delay: u32,
     },
-    /// A list of delays, each of them for `each` steps.
+    /// A list of delays, each for `each` steps.
     List {
         /// µs from step to step.
         delays: &'a [u32],
         /// Steps for each delay.
         each: u32,
-        /// Which way.
+        /// The direction.
         forward: bool,
     },
-    /// Legs one after another.
+    /// Legs, one after another.
     Series(&'a [Leg]),
-    /// The same in memory that is written between cycles: what is written there while a cycle
-    /// runs is played, or not.
+    /// Legs in memory that is written between cycles. If a leg is written while a cycle runs, it
+    /// may or may not be played.
     Stored(&'a [Cell<Leg>]),
-    /// Steps whose delays go from one value to another and stay there: the callback that needs
-    /// no closure.
+    /// Steps whose delays go from one value to another and stay there: like a callback, but without
+    /// a closure.
     Ramp {
-        /// How many; without end if it is not said.
+        /// The number of steps; `None`: without end.
         steps: Option<u32>,
-        /// Which way.
+        /// The direction.
         forward: bool,
         /// The delays.
         ramp: DelayRamp,
     },
     /// `count` steps, whose delays a callback gives.
     Dynamic {
-        /// How many; backward if negative.
+        /// The number of steps; backward if negative.
         count: i32,
-        /// Gives the delay before each step.
+        /// Returns the delay before each step.
         next: NextDelay<'a>,
     },
     /// Steps without end, whose delays a callback gives.
     DynamicWhirl {
-        /// Which way.
+        /// The direction.
         forward: bool,
-        /// Gives the delay before each step.
+        /// Returns the delay before each step.
         next: NextDelay<'a>,
     },
-    /// Steps to a tick of the timer, either way: any law, a line, a curve. By
-    /// deadlines only.
+    /// Steps to a tick of the timer, in either direction: any law, a line, a curve. By deadlines
+    /// only.
     Paced(Paces<'a>),
 }
 
@@ -107,14 +105,14 @@ pub enum Program<'a> {
 pub struct DelayRamp {
     /// µs before the first step.
     pub from: u32,
-    /// µs in the end.
+    /// µs at the end.
     pub to: u32,
     /// µs by which each delay differs from the one before.
     pub by: u32,
 }
 
 impl DelayRamp {
-    /// The delay before a step, of which the first is 0, in µs.
+    /// The delay before a step in µs; the first step is 0.
     pub const fn delay(self, step: u32) -> u32 {
         let way = self.by.saturating_mul(step);
         if self.from < self.to {
@@ -127,25 +125,25 @@ impl DelayRamp {
     }
 }
 
-/// What comes next in a [`Program::Paced`], in ticks of the timer from what came
-/// before, or from the start.
+/// The next element of a [`Program::Paced`], in ticks of the timer after the previous one, or after
+/// the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// A step.
     Step {
         /// After this many ticks.
         ticks: Ticks,
-        /// Which way.
+        /// The direction.
         forward: bool,
     },
-    /// No step yet: ask again. So what is to come may still change.
+    /// No step yet: asks again later, so that the next steps may still change.
     Wait {
         /// After this many ticks, 1 and more.
         ticks: Ticks,
     },
 }
 
-/// Steps and waits one after another, each asked for when the one before is over.
+/// Steps and waits, each asked for when the previous one is over.
 ///
 /// Asked from the step interrupt: MUST NOT block.
 pub type Paces<'a> = &'a mut (dyn Iterator<Item = Pace> + Send);
@@ -155,33 +153,33 @@ pub type Paces<'a> = &'a mut (dyn Iterator<Item = Pace> + Send);
 pub enum Leg {
     /// `count` steps, one every `delay`.
     Steps {
-        /// How many; backward if negative.
+        /// The number of steps; backward if negative.
         count: i32,
         /// µs from step to step.
         delay: u32,
     },
     /// No step for `count` times `delay` (direction 0 of stepper_h).
     Wait {
-        /// How many times.
+        /// The number of delays.
         count: u32,
         /// µs.
         delay: u32,
     },
-    /// A run that was planned elsewhere, to a part of a tick of the timer; one without steps is
-    /// a wait. By deadlines only; a start is refused if an interval of it is smaller than the
+    /// A run that was planned elsewhere, to a fraction of a tick of the timer; one without steps is
+    /// a wait. By deadlines only. A start is refused if an interval of it is smaller than the
     /// motor's smallest delay, whatever the strategy.
     #[cfg(feature = "runs")] // without it legs are shorter
     Run {
-        /// Its intervals.
+        /// The intervals.
         run: Run,
-        /// Which way.
+        /// The direction.
         forward: bool,
     },
 }
 
 impl Leg {
-    /// µs from step to step, if it makes one: the least of them, rounded down. One that is
-    /// smaller than the smallest is fixed, or ends the cycle; a run's is not.
+    /// The smallest interval in µs, rounded down, if the leg makes a step. A delay below the
+    /// motor's smallest is fixed or ends the cycle; an interval of a run is not.
     #[cfg_attr(not(feature = "runs"), allow(unused_variables))] // the clock is for runs
     fn delay(self, smallest: u32, beat: &Beat) -> Option<u32> {
         match self {
@@ -197,7 +195,7 @@ impl Leg {
         }
     }
 
-    /// Whether it is counted in ticks of the timer.
+    /// Whether the leg is counted in ticks of the timer.
     fn is_paced(self) -> bool {
         match self {
             Leg::Steps { .. } | Leg::Wait { .. } => false,
@@ -216,7 +214,7 @@ impl Leg {
     }
 }
 
-/// The interval of a run behind this many steps of it, in 2⁻¹⁶ ticks.
+/// The interval of a run after this many of its steps, in 2⁻¹⁶ ticks.
 #[cfg(feature = "runs")]
 pub(crate) fn after(run: Run, steps: u16) -> u64 {
     let way = product(run.add().unsigned_abs(), steps.into());
@@ -228,28 +226,28 @@ pub(crate) fn after(run: Run, steps: u16) -> u64 {
     end.unwrap_or(0)
 }
 
-/// What comes next in a program.
+/// The next part of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Next {
-    /// This many steps with one delay as it is given, forward or backward.
+    /// This many steps with one delay as given, forward or backward.
     Steps { count: u32, delay: u32, forward: bool },
     /// This many µs without a step.
     Wait(u64),
-    /// A step of its own, or a wait.
+    /// A single step with its own delay, or a wait.
     Pace(Pace),
-    /// Steps whose intervals grow; none: a wait.
+    /// Steps whose intervals grow; a run without steps is a wait.
     #[cfg(feature = "runs")]
     Run { run: Run, forward: bool },
-    /// No more.
+    /// The program is over.
     Over,
 }
 
-/// A program and how far it has been read.
+/// A program and the position of its reader.
 pub(crate) struct Reader<'a> {
     program: Program<'a>,
-    /// Legs or delays read.
+    /// The number of legs or delays read.
     at: usize,
-    /// Steps asked for.
+    /// The number of steps asked for.
     asked: u32,
 }
 
@@ -276,15 +274,15 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// It has been taken.
+    /// Skips the run that was taken.
     #[cfg(feature = "runs")]
     #[inline(always)]
     pub(crate) fn skip(&mut self) {
         self.at = self.at.saturating_add(1);
     }
 
-    /// The next part. Everything about it is in the answer: nothing of one
-    /// program or part can leak into another.
+    /// The next part. The answer is complete in itself: no state of one program or part can leak
+    /// into another.
     pub(crate) fn next(&mut self) -> Next {
         let at = self.at;
         self.at = at.saturating_add(1);
@@ -344,7 +342,7 @@ impl<'a> Reader<'a> {
         matches!(self.program, Program::Paced(_))
     }
 
-    /// Whether steps of it are counted in ticks of the timer.
+    /// Whether any steps are counted in ticks of the timer.
     pub(crate) fn is_paced(&self) -> bool {
         match &self.program {
             Program::Paced(_) => true,
@@ -354,8 +352,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The smallest delay that it may ask for, as far as can be known; `None`
-    /// for one that makes no step.
+    /// The smallest delay that the program may have, as far as it is known; `None` if it makes no
+    /// step.
     pub(crate) fn fastest(&self, smallest: u32, beat: &Beat) -> Option<u32> {
         let held = |delay: u32| delay.max(smallest);
         match &self.program {

@@ -1,4 +1,4 @@
-//! The board's half of the line: lines come in, cycles are played, answers go out.
+//! The board's half of the line: reads lines, plays cycles, answers.
 //!
 //! ```text
 //!   bytes ─► Incoming ─► ProgramSlave ─► Remote ─► Cycle ◄── interrupt
@@ -6,8 +6,8 @@
 //!                              poll: time, acts on the way, homing
 //! ```
 //!
-//! Without I/O of its own: the same on a chip and on the virtual board. The bytes of a line may be
-//! received by an interrupt, so that none is lost while the motors keep the main loop waiting.
+//! It does no I/O: the same on a chip and on the virtual board. An interrupt may receive the bytes
+//! of a line, so that none is lost while the motors keep the main loop waiting.
 
 use core::cell::Cell;
 
@@ -27,28 +27,28 @@ use super::strategy::{CycleError, Refusal};
 use super::surroundings::MachineIo;
 use stepwright_protocol::{BoardProgram, Fault, Numbers, Piece, Said, Text, flash_text};
 
-/// The motors of a board, as its main program has them.
+/// The motors of a board, as its main program holds them.
 pub trait CycleHold<'a, const N: usize> {
     /// The step timer.
     type Timer: StepTimer;
     /// The drive.
     type Drive: Drive;
-    /// Switches and enables.
+    /// The switches and enables.
     type Io: MachineIo;
 
-    /// Does something with the cycle, the step interrupt held off.
+    /// Calls `ask` with the cycle while the step interrupt is held off.
     fn with<R>(
         &mut self,
         ask: impl FnOnce(&mut Cycle<'a, Self::Timer, Self::Drive, Self::Io, N>) -> R,
     ) -> R;
 
-    /// Has a motor on these pins from now on, while no cycle runs.
+    /// Moves a motor to these pins, while no cycle runs.
     ///
     /// # Errors
-    /// The place of the pin, from 0, that the board has not or that is another's.
+    /// The index of the pin, from 0, that the board does not have or that is in use.
     fn wire(&mut self, motor: u8, pins: &MotorPins) -> Result<(), u8>;
 
-    /// The answer to `?` up to its `can=`, and the words of that.
+    /// The answer to `?` up to its `can=`, and the words of `can=`.
     fn about(&self) -> (Text, Text);
 }
 
@@ -56,29 +56,29 @@ pub trait CycleHold<'a, const N: usize> {
 pub struct Remote<'a, H: CycleHold<'a, N>, const N: usize> {
     hold: H,
     legs: &'a [Cell<Leg>],
-    /// The number of the last cycle, and whether it has yet to end.
+    /// The number of the last cycle, and whether it is still active.
     number: u8,
     active: bool,
-    /// Since its start, in ticks, and when that was counted.
+    /// Ticks since the start of the cycle, and the count at which they were last updated.
     time: u64,
     seen: Ticks,
-    /// What is to happen on the way, and what has: ticks after the start, one more.
+    /// The times of the acts that are still due, and of those done: ticks after the start, plus 1.
     due: [u64; 3],
     done: [u64; 3],
-    /// Faults that were seen, and when.
+    /// The faults seen, and when.
     faults: [(Faults, u64); N],
     homing: Kept<Option<Homing>, { HOMES as usize }>,
     home: Kept<(u8, u32), { HOMES as usize }>,
-    /// Motors whose position a kill has lost.
+    /// Motors whose position is unknown after a kill.
     lost: u8,
-    /// The moment that the report tells, whose numbers take as long as the line: the low bits of
-    /// the time and of each motor's count of steps.
+    /// The moment of the report, whose numbers are computed while the line is sent: the low bits of
+    /// the time and of the step count of each motor.
     moment: u32,
     counts: [u32; N],
 }
 
 impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
-    /// Motors on no pins, and memory for legs.
+    /// Motors without pins, and memory for legs.
     pub fn new(hold: H, legs: &'a [Cell<Leg>]) -> Self {
         Remote {
             hold,
@@ -98,23 +98,24 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         }
     }
 
-    /// The motors.
+    /// The access to the motors.
     pub fn hold(&mut self) -> &mut H {
         &mut self.hold
     }
 
-    /// The time and where all motors are now.
+    /// Records the time and the step counts of all motors.
     #[inline(never)]
     fn snapshot(&mut self) {
         self.count_time();
         self.moment = self.time as u32;
         for (motor, count) in (0u8..).zip(&mut self.counts) {
-            // One at a time: the step interrupt is held off for each.
+            // One motor at a time: the step interrupt is held off for each.
             *count = self.hold.with(|cycle| cycle.count(motor));
         }
     }
 
-    /// What is said before a cycle. Out of line: a start has the stack for itself.
+    /// Carries out a row that prepares a cycle. Out of line, so that a start has the stack for
+    /// itself.
     #[inline(never)]
     fn set_up(&mut self, line: &CycleLine) -> Result<(), CycleFault> {
         let done = match line {
@@ -170,36 +171,36 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
                 }
                 Ok(())
             }
-            // The rows that begin a cycle, and those of one that runs.
+            // The rows that begin a cycle, and those for a running one.
             _ => Ok(()),
         };
         done.map_err(CycleFault::Refused)
     }
 
-    /// A cycle of this number begins.
+    /// Begins a cycle with this number.
     fn begin(&mut self, number: u8) {
         (self.number, self.active) = (number, true);
         self.done = [0; 3];
         self.home.set((0, 0));
-        // A motor that takes no part keeps those of its last cycle.
+        // A motor that takes no part keeps the faults of its last cycle.
         for (motor, known) in (0u8..).zip(&mut self.faults) {
             *known = (self.hold.with(|cycle| cycle.faults(motor)), 0);
         }
     }
 
-    /// Its time is 0 now.
+    /// Sets the time to 0.
     fn zero(&mut self) {
         self.seen = self.now();
         self.time = 0;
     }
 
-    /// The timer's count.
+    /// The count of the timer.
     fn now(&mut self) -> Ticks {
         self.hold.with(|cycle| cycle.timer().now().since(<H::Timer as StepTimer>::Count::ZERO.0))
             as Ticks
     }
 
-    /// Counts the time until now, less than a turn of the counter.
+    /// Adds the time until now, which is less than a turn of the counter.
     #[inline(never)]
     fn count_time(&mut self) {
         let now = self.now();
@@ -210,7 +211,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         self.seen = now;
     }
 
-    /// Something happens to the cycle now.
+    /// Applies an act to the cycle now.
     fn act(&mut self, act: LineAct) {
         let finish = matches!(act, LineAct::Finish);
         if finish && self.homing.take().is_some() {
@@ -234,8 +235,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         }
     }
 
-    /// The maximum of a motor: of one that rests, for it takes too long to be asked for between
-    /// two steps.
+    /// The maximum of a motor at rest; computing it takes too long between two steps.
     fn max(&mut self, motor: u8) -> Option<i64> {
         if self.active { None } else { self.hold.with(|cycle| cycle.motor(motor))?.max }
     }
@@ -266,7 +266,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
         CycleLine::read(letter, numbers, N as u8, legs)
     }
 
-    // In the frame of its caller: a start has the stack for itself.
+    // In the frame of its caller, so that a start has the stack for itself.
     #[inline(always)]
     fn carry_out(&mut self, line: &CycleLine) -> Result<Said, Fault<CycleFault>> {
         match line {
@@ -374,7 +374,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
 
     fn set_zero(&mut self, axis: u8) {
         self.lost &= !(1 << axis);
-        // It rests, and there is such a motor.
+        // The axis is at rest, and the motor exists.
         let _ = self.hold.with(|cycle| cycle.set_position(axis, 0));
     }
 
@@ -393,8 +393,8 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
         self.stop();
     }
 
-    /// To be called at least each half turn of the timer's counter, and as often as acts on the
-    /// way are to be exact.
+    /// Call it at least each half turn of the timer's counter, and as often as acts during a cycle
+    /// must be exact.
     #[inline(never)]
     fn poll(&mut self) {
         self.count_time();
@@ -412,7 +412,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
                 self.act(act);
             }
         }
-        // First, so that of a cycle that is over every fault is seen.
+        // Read first, so that every fault of a finished cycle is seen.
         let running = self.hold.with(|cycle| cycle.is_running());
         for (motor, (known, at)) in (0u8..).zip(&mut self.faults) {
             let faults = self.hold.with(|cycle| cycle.faults(motor));
@@ -440,7 +440,7 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
             self.homing.set(None);
         }
         self.active = false;
-        // What was to be done later is not for the next cycle.
+        // Acts that are still due are not for the next cycle.
         self.due = [0; 3];
     }
 }

@@ -1,4 +1,4 @@
-//! How a cycle is doing: states, faults, positions, times.
+//! The state of a cycle: states, faults, positions, times.
 
 use super::{
     Calibration, Cycle, CycleError, End, Faults, MachineIo, Motor, Refusal, State, Status,
@@ -12,28 +12,27 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         !matches!(self.state, State::Rest)
     }
 
-    /// Whether a cycle is held up.
+    /// Whether a cycle is paused.
     pub fn is_paused(&self) -> bool {
         matches!(&self.state, State::Paused(pause) if !pause.resumed)
     }
 
-    /// Why the last cycle, or this one, was cancelled.
+    /// Why the present or last cycle was cancelled.
     pub fn error(&self) -> Option<CycleError> {
         self.error
     }
 
-    /// How a motor is doing; idle if there is no such.
+    /// The status of a motor; idle if there is no such motor.
     pub fn status(&mut self, motor: u8) -> Status {
         self.player(motor).map_or(Status::Idle, |player| player.status)
     }
 
-    /// What went wrong with a motor in its last cycle.
+    /// The faults of a motor in its last cycle.
     pub fn faults(&mut self, motor: u8) -> Faults {
         self.player(motor).map_or(Faults::NONE, |player| player.faults)
     }
 
-    /// The position of a motor in its unit, also on the way; `None` if there is
-    /// no such motor.
+    /// The position of a motor in its unit, also during a cycle; `None` if there is no such motor.
     pub fn position(&mut self, motor: u8) -> Option<i64> {
         let steps = self.steps(motor);
         self.player(motor).map(|player| player.position(steps))
@@ -45,7 +44,7 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         self.steps(motor) as u32
     }
 
-    /// The position of a motor when its steps counted `count`, less than 2³¹ steps ago; `None` if
+    /// The position of a motor when its step count was `count`, less than 2³¹ steps ago; `None` if
     /// there is no such motor.
     pub fn position_at(&mut self, motor: u8, count: u32) -> Option<i64> {
         let now = self.steps(motor);
@@ -54,10 +53,10 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         self.player(motor).map(|player| player.position(then))
     }
 
-    /// Calls the present position of a motor this.
+    /// Sets the present position of a motor.
     ///
     /// # Errors
-    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
+    /// [`Refusal::Running`] while a cycle runs; [`Refusal::NoMotor`].
     pub fn set_position(&mut self, motor: u8, position: i64) -> Result<(), Refusal> {
         if self.is_running() {
             return Err(Refusal::Running);
@@ -69,8 +68,7 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         Ok(())
     }
 
-    /// A motor, with its bounds as they are calibrated; `None` if there is no
-    /// such.
+    /// A motor, with its calibrated bounds; `None` if there is no such motor.
     pub fn motor(&mut self, motor: u8) -> Option<Motor> {
         let steps = self.steps(motor);
         let running = self.is_running();
@@ -82,7 +80,7 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         Some(known)
     }
 
-    /// Where a motor was when its switch closed last.
+    /// The position of a motor when its switch last closed.
     pub fn trigger(&self, motor: u8, end: End) -> Option<i64> {
         *self.triggers.get(usize::from(motor))?.get(end as usize)?
     }
@@ -94,13 +92,13 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         side.checked_shr(motor.into()).unwrap_or(0) & 1 != 0
     }
 
-    /// The longest time that the step interrupt took in this cycle or the last, in µs. The
-    /// hardware's way into it is not in it.
+    /// The longest time of the step interrupt in the present or last cycle, in µs. The hardware's
+    /// time to enter it is not included.
     pub fn longest(&self) -> u32 {
         self.beat.micros(self.longest)
     }
 
-    /// Steps that came late in this cycle or the last.
+    /// Late steps in the present or last cycle.
     pub fn late(&self) -> u32 {
         self.engine.late()
     }
@@ -115,7 +113,7 @@ impl<T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'_, T, D, S, N>
         &mut self.engine.drive().drive
     }
 
-    /// What is around.
+    /// The inputs and outputs around the motors.
     pub fn surroundings(&mut self) -> &mut S {
         &mut self.surroundings
     }

@@ -1,7 +1,7 @@
-//! What planned runs cost a board that plays them from its memory.
+//! The cost of planned runs on a board that plays them from its memory.
 //!
-//! Their steps take less time than those of a program that is asked for each; but where a run
-//! ends the next one is looked up, between two steps of all motors.
+//! Their steps take less time than those of a program that is asked for each step; but at the end
+//! of a run the next one is looked up, between two steps of all motors.
 
 use stepwright::drive::Drive;
 use stepwright::timer::StepTimer;
@@ -12,28 +12,28 @@ use super::player::ProgramRunner;
 use super::program::RUNS;
 use super::surroundings::MachineIo;
 
-/// What steps of planned runs take, in ticks.
+/// The time of steps of planned runs, in ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunCost {
     /// A step.
     pub cost: Ticks,
-    /// From step to step of a motor, at least.
+    /// The shortest interval of a motor.
     pub min_interval: Ticks,
-    /// Likewise where several motors move and no step may be late
-    /// ([`AtTiming::Cancel`](super::AtTiming::Cancel)): twice what a step may wait for another
-    /// motor's next run.
+    /// The shortest interval if several motors move and no step may be late
+    /// ([`AtTiming::Cancel`](super::AtTiming::Cancel)): twice the time that a step may wait for the
+    /// next run of another motor.
     pub on_time: Ticks,
 }
 
 impl<'a, T: StepTimer, D: Drive, S: MachineIo, const N: usize> Cycle<'a, T, D, S, N> {
-    /// The same where steps of planned runs take less than others.
+    /// This cycle with a lower cost for steps of planned runs.
     pub const fn with_runs(mut self, runs: RunCost) -> Self {
         self.runs = Some(runs);
         self
     }
 
-    /// A board with a [`RunCost`] lets two steps come a quarter closer than they are planned: who
-    /// came late would else come later at each step.
+    /// On a board with a [`RunCost`], lets two steps come a quarter closer than they are planned:
+    /// otherwise a late motor would get later with each step.
     pub(crate) fn set_pace(&mut self) {
         let Some(runs) = self.runs.filter(|_| RUNS && self.beat.is_free()) else { return };
         let mut timing = self.board.timing;

@@ -1,23 +1,22 @@
-//! What to do when something goes wrong, and why a cycle can't start.
+//! The reactions to faults, and the reasons to refuse a cycle.
 
 use core::fmt;
 
-/// A motor has come to a switch. It counts every step that it makes, also while
-/// it brakes: its position stays exact. A calibration takes the place where it
-/// stands; [`Cycle::trigger`](super::Cycle::trigger) has that of the switch.
+/// The reaction when a motor reaches a switch. The motor counts every step that it makes, also
+/// while it brakes, so its position stays exact. A calibration uses the place where the motor
+/// stands; [`Cycle::trigger`](super::Cycle::trigger) returns that of the switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AtHardEnd {
-    /// It stops at once, and its program is over; the others go on.
+    /// It stops at once, and its program ends; the others continue.
     StopMotor,
-    /// It brakes by its [deceleration](super::Motor::decel), and its program is
-    /// over when it stands; the others go on. By the feature `brakes`:
-    /// [`NoBrakes`](Refusal::NoBrakes) without it.
+    /// It brakes at its [deceleration](super::Motor::decel), and its program ends when it stands;
+    /// the others continue. Needs the feature `brakes`: [`NoBrakes`](Refusal::NoBrakes) without it.
     BrakeMotor,
-    /// All stop at once; all programs are over.
+    /// All motors stop at once; all programs end.
     #[default]
     Cancel,
-    /// All brake, each by its own deceleration, and all programs are over when the
-    /// last one stands. By the feature `brakes`, too.
+    /// All motors brake, each at its own deceleration, and all programs end when the last one
+    /// stands. Needs the feature `brakes`, too.
     BrakeAll,
 }
 
@@ -28,40 +27,39 @@ impl AtHardEnd {
     }
 }
 
-/// A motor has come to a bound.
+/// The reaction when a motor reaches a bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AtSoftEnd {
-    /// Its program is over; the others go on.
+    /// Its program ends; the others continue.
     StopMotor,
-    /// All programs are over.
+    /// All programs end.
     #[default]
     Cancel,
 }
 
-/// A delay is below the motor's smallest.
+/// The reaction to a delay below the motor's smallest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AtSmallDelay {
-    /// The smallest is taken instead.
+    /// The smallest delay is used instead.
     Fix,
-    /// The motor's program is over; the others go on.
+    /// The motor's program ends; the others continue.
     StopMotor,
-    /// All programs are over, or the cycle does not start.
+    /// All programs end, or the cycle does not start.
     #[default]
     Cancel,
 }
 
-/// A step came late, or the handler took longer than a fixed tick.
+/// The reaction to a late step, or to a handler that took longer than a fixed tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AtTiming {
-    /// Late steps are caught up as the engine does it.
+    /// The engine catches up late steps.
     Ignore,
-    /// All programs are over.
+    /// All programs end.
     #[default]
     Cancel,
 }
 
-/// What to do when something goes wrong; by default the cycle is cancelled,
-/// whatever it is.
+/// The reactions to faults; by default any fault cancels the cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Strategies {
     /// At a closed switch (`hard_end_handle_strategy`).
@@ -70,12 +68,12 @@ pub struct Strategies {
     pub soft_end: AtSoftEnd,
     /// At a delay that is too small (`small_step_delay_handle_strategy`).
     pub small_delay: AtSmallDelay,
-    /// At a late step (`cycle_timing_exceed_handle_strategy`).
+    /// At late steps (`cycle_timing_exceed_handle_strategy`).
     pub timing: AtTiming,
 }
 
 impl Strategies {
-    /// The cycle is cancelled, whatever it is.
+    /// Any fault cancels the cycle.
     pub const CANCEL: Strategies = Strategies {
         hard_end: AtHardEnd::Cancel,
         soft_end: AtSoftEnd::Cancel,
@@ -90,10 +88,10 @@ impl Default for Strategies {
     }
 }
 
-/// Why a cycle ended before its programs were done.
+/// Why a cycle ended before its programs were complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CycleError {
-    /// A motor has a fault, by which its strategy cancels the cycle
+    /// A motor has a fault that cancels the cycle, according to its strategy
     /// (`CYCLE_ERROR_MOTOR_ERROR`).
     MotorError {
         /// Which motor.
@@ -115,58 +113,58 @@ impl fmt::Display for CycleError {
     }
 }
 
-/// Why something was refused. Nothing has moved.
+/// Why a call was refused. Nothing has moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// A cycle is running.
     Running,
-    /// No cycle is running, or it is not in the state for this.
+    /// No cycle is running, or it is in the wrong state.
     NotRunning,
     /// No motor has a program.
     Nothing,
-    /// There is no such motor.
+    /// The motor does not exist.
     NoMotor,
     /// The motor's smallest delay is less than three fixed ticks
     /// (`CYCLE_ERROR_TIMER_PERIOD_TOO_LONG`).
     PeriodTooLong {
         /// Which motor.
         motor: u8,
-        /// The least smallest delay on this clock, in µs.
+        /// The smallest value for the smallest delay with this clock, in µs.
         needs: u32,
     },
-    /// The motor's smallest delay is no multiple of the fixed tick
+    /// The motor's smallest delay is not a multiple of the fixed tick
     /// (`CYCLE_ERROR_TIMER_PERIOD_ALIQUANT_STEP_DELAY`).
     PeriodAliquant {
         /// Which motor.
         motor: u8,
-        /// The next smallest delay on this clock, in µs.
+        /// The next possible smallest delay with this clock, in µs.
         needs: u32,
     },
-    /// The motor's steps are planned to a tick of the timer: not for the fixed
-    /// tick.
+    /// The motor's steps are planned to a tick of the timer, which the fixed tick can't play.
     NeedsDeadlines {
         /// Which motor.
         motor: u8,
     },
-    /// The first delay of a motor is below its smallest, and the strategy is to
-    /// cancel.
+    /// The first delay of a motor is below its smallest, and the strategy is to cancel.
     SmallDelay {
         /// Which motor.
         motor: u8,
-        /// Its smallest, in µs.
+        /// Its smallest delay, in µs.
         needs: u32,
     },
-    /// Motors are to brake at a switch, for which this board has no room (feature `brakes`).
+    /// Braking at a switch was asked for, but is not compiled into this board's program (feature
+    /// `brakes`).
     NoBrakes,
-    /// The fixed tick is asked for, for which this board has no room (feature `tick`).
+    /// The fixed tick was asked for, but is not compiled into this board's program (feature
+    /// `tick`).
     NoTick,
-    /// What the motor does was planned elsewhere, for which this board has no room (feature
-    /// `paced`).
+    /// The motor's program was planned elsewhere, but support for it is not compiled into this
+    /// board's program (feature `paced`).
     NoPaths {
         /// Which motor.
         motor: u8,
     },
-    /// The motor is to brake at its switch, and has no deceleration.
+    /// The motor should brake at its switch, but has no deceleration.
     NeedsDecel {
         /// Which motor.
         motor: u8,
@@ -175,13 +173,13 @@ pub enum Refusal {
     TooFast {
         /// Which motor.
         motor: u8,
-        /// The least delay for it beside the others, in µs.
+        /// The smallest delay for it beside the others, in µs.
         needs: u32,
     },
 }
 
 impl Refusal {
-    /// The motor that was the reason, if one was.
+    /// The motor that is the reason, if there is one.
     pub const fn motor(&self) -> Option<u8> {
         match *self {
             Refusal::Running
@@ -200,8 +198,7 @@ impl Refusal {
         }
     }
 
-    /// The same in words, with the motor called by a name of yours; without one it
-    /// is "motor 1" and so on.
+    /// The text of the refusal with a name for the motor; without one it is "motor 1" and so on.
     ///
     /// ```
     /// use stepwright_cycle::Refusal;
@@ -215,7 +212,7 @@ impl Refusal {
     }
 }
 
-/// A refusal of a motor that has a name.
+/// A refusal for a motor with a name.
 struct Named<M> {
     refusal: Refusal,
     name: M,

@@ -1,4 +1,4 @@
-//! What is around the motors of a cycle: limit switches and enable pins.
+//! The inputs and outputs around the motors of a cycle: limit switches and enable pins.
 
 use embedded_hal::digital::{InputPin, OutputPin};
 use stepwright::drive::Axes;
@@ -6,49 +6,49 @@ use stepwright::drive::Axes;
 /// The switches that are closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Switches {
-    /// At the minimum.
+    /// Those at the minimum.
     pub min: Axes,
-    /// At the maximum.
+    /// Those at the maximum.
     pub max: Axes,
 }
 
 impl Switches {
-    /// None of them.
+    /// No switch is closed.
     pub const NONE: Switches = Switches { min: 0, max: 0 };
 }
 
-/// Limit switches and enable pins, as far as there are any.
+/// Limit switches and enable pins, if there are any.
 ///
 /// Both are called from the step interrupt and MUST NOT block.
 pub trait MachineIo {
-    /// The switches that are closed now. An axis without one: open.
+    /// The switches that are closed now. An axis without a switch counts as open.
     fn switches(&mut self) -> Switches {
         Switches::default()
     }
 
-    /// The drivers of these axes are wanted, those of others are not.
+    /// Enables the drivers of these axes and disables all others.
     fn enable(&mut self, axes: Axes) {
         let _ = axes;
     }
 }
 
-/// Nothing around: no switch, and drivers that are always on.
+/// No switches, and drivers that are always on.
 impl MachineIo for () {}
 
 /// The pins around one motor, each of which may be absent (`NO_PIN`).
 #[derive(Debug)]
 pub struct MotorIo<E, L> {
-    /// Low turns the driver on, as on most of them.
+    /// Low enables the driver, as on most drivers.
     pub enable: Option<E>,
-    /// Low is closed: a switch to ground, pulled up.
+    /// Low means closed: a switch to ground with a pull-up.
     pub min: Option<L>,
-    /// Low is closed.
+    /// Low means closed.
     pub max: Option<L>,
 }
 
 /// The pins around N motors, over `embedded-hal`.
 ///
-/// A pin that reports an error counts as open: an interrupt has nobody to tell.
+/// A pin that reports an error counts as open, because an interrupt cannot report it.
 #[derive(Debug)]
 pub struct Wires<E, L, const N: usize>(pub [MotorIo<E, L>; N]);
 

@@ -1,7 +1,7 @@
-//! Products and quotients of 64 bits from 32, as a small chip can afford them.
+//! 64-bit products and quotients with 32-bit arithmetic, for small chips.
 
-/// a / b, where it is below 2³²: bit by bit in 32 bits, in a tenth of the code that a small chip
-/// has for any two numbers of 64, and in a third of the time.
+/// a / b, if it is below 2³²: bit by bit in 32 bits, in a tenth of the code and a third of the time
+/// of a small chip's general 64-bit division.
 pub(crate) fn quotient(a: u64, b: u32) -> u32 {
     let (mut rest, mut low) = ((a >> 32) as u32, a as u32);
     for _ in 0..32 {
@@ -16,15 +16,15 @@ pub(crate) fn quotient(a: u64, b: u32) -> u32 {
     low
 }
 
-/// a modulo b, which is not 0, likewise.
+/// a modulo b, which is not 0, in the same way.
 pub(crate) fn remainder(a: u64, b: u32) -> u32 {
-    // The same digits, of which the first are taken modulo b beforehand.
+    // The same digits, the first of which are taken modulo b beforehand.
     let above = u64::from((a >> 32) as u32 % b) << 32;
     let a = above | u64::from(a as u32);
     (a as u32).wrapping_sub(quotient(a, b).wrapping_mul(b))
 }
 
-/// a · b from products of 16 bits: with one of 64 a small chip takes 660 cycles.
+/// a · b from 16-bit products: a 64-bit product takes a small chip 660 cycles.
 #[inline(never)] // 200 bytes there
 pub(crate) const fn product(a: u32, b: u32) -> u64 {
     let (a1, a0, b1, b0) = (a >> 16, a & 0xFFFF, b >> 16, b & 0xFFFF);

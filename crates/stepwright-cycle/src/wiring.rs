@@ -1,21 +1,20 @@
-//! Between the engine and the drive: which way round a motor turns, and the
-//! wide pulse of the fixed tick.
+//! Between the engine and the drive: inverted directions, and the wide pulse of the fixed tick.
 
 use stepwright::drive::{Axes, Drive};
 
-/// A drive, with the motors' directions and the pass that ends a pulse.
+/// A drive with the motors' inverted directions and the pass that ends a pulse.
 ///
-/// On the fixed tick a pulse lasts from one tick to the next. The engine's
-/// event at its end is a turn, if only to the same side: that drops STEP.
+/// On the fixed tick a pulse lasts from one tick to the next. The engine's event at its end is a
+/// turn, possibly to the same side, which lowers STEP.
 pub(crate) struct Wiring<D> {
     pub drive: D,
-    /// Axes whose forward is the other way round.
+    /// Axes whose direction is inverted.
     pub inverted: Axes,
-    /// Pulses last until the next turn.
+    /// Whether pulses last until the next turn.
     pub wide: bool,
-    /// Axes whose STEP is high, if pulses are wide.
+    /// Axes whose STEP is high, while pulses are wide.
     pub raised: Axes,
-    /// Axes that were told where to turn, and those of them that face forward.
+    /// Axes whose direction was set, and those of them that face forward.
     told: Axes,
     facing: Axes,
 }
@@ -34,7 +33,7 @@ impl<D: Drive> Wiring<D> {
         }
     }
 
-    /// Says which way round an axis turns, that faces `forward` now.
+    /// Sets whether an axis is inverted; its direction is `forward` now.
     pub(crate) fn set_inverted(&mut self, axis: u8, inverted: bool, forward: bool) {
         let bit = 1u8.checked_shl(axis.into()).unwrap_or(0);
         if inverted != (self.inverted & bit != 0) {
@@ -43,7 +42,7 @@ impl<D: Drive> Wiring<D> {
         }
     }
 
-    /// Says once more which way an axis faces.
+    /// Sets the direction of an axis again.
     pub(crate) fn tell_again(&mut self, axis: u8, forward: bool) {
         self.told &= !1u8.checked_shl(axis.into()).unwrap_or(0);
         self.direction(axis, forward);

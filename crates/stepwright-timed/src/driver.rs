@@ -6,19 +6,19 @@ use super::pace::{Begin, Model, Pace, Period, clocks_of};
 use super::ramp::Ramp;
 use crate::fit::{Hardware, Misfit};
 
-/// The foreground's hold on the interrupt's half.
+/// The foreground's access to the interrupt's half.
 ///
-/// On a chip an implementation MUST hold the step interrupt off for each of these calls;
-/// they take some dozen cycles, but for [`begin`](Hold::begin).
+/// On a chip an implementation MUST hold the step interrupt off during each of these calls; they
+/// take some dozen cycles, except for [`begin`](Hold::begin).
 pub trait Hold {
     /// Reads or changes the interrupt's half.
     fn with<R>(&mut self, look: impl FnOnce(&mut Pace) -> R) -> R;
 
-    /// A motion begins: `pace` takes the place of the one before, its first event comes
-    /// [`interval`](Pace::interval) clocks from now, and the drivers are on.
+    /// Begins a motion: `pace` replaces the previous one, its first event comes
+    /// [`interval`](Pace::interval) clocks from now, and the drivers are switched on.
     fn begin(&mut self, pace: Pace, forward: bool);
 
-    /// No more events, and the drivers are off. The motor's pattern stays.
+    /// Ends all events and switches the drivers off. The motor's pattern stays.
     fn stop(&mut self);
 }
 
@@ -59,10 +59,10 @@ pub struct Driver {
     hardware: Hardware,
     model: Model,
     order: SetSpeed,
-    /// The caller's milliseconds when the last update was due: the article's T.
+    /// The caller's milliseconds when the last update was due: T in the article.
     time: u32,
     end: u32,
-    /// Updates by the caller's check: without `IRQ_TIMING`.
+    /// The updates that the caller's check makes, without `IRQ_TIMING`.
     ramp: Ramp,
     live: bool,
     /// The top in the compare register.
@@ -153,12 +153,12 @@ impl Driver {
         }
     }
 
-    /// `motorTimerUpdateCheck`: the caller's, every 2 to 50 ms. Makes the update that is
-    /// due at `now` milliseconds, and calls back: for each of [`Call`] at most once per
-    /// order. Does nothing under [`Control::IRQ_TIMING`].
+    /// `motorTimerUpdateCheck`: called by the program every 2 to 50 ms. Makes the update that is
+    /// due at `now` milliseconds, and calls back, for each [`Call`] at most once per order. Does
+    /// nothing under [`Control::IRQ_TIMING`].
     ///
-    /// Updates are due at whole multiples of their interval after the order, however late
-    /// this is called; it makes one at a time.
+    /// Updates are due at whole multiples of their interval after the order, however late this is
+    /// called; each call makes at most one update.
     pub fn update_check(&mut self, hold: &mut impl Hold, now: u32, mut call: impl FnMut(Call)) {
         if self.order.control.has(Control::IRQ_TIMING) {
             return;
@@ -189,8 +189,7 @@ impl Driver {
         self.live = hold.with(|pace| pace.status.note(&updated, self.ramp.counts));
     }
 
-    /// Whether one callback is to be called now: what it is for is so, and it was not
-    /// called yet.
+    /// Whether a callback is due now: its condition holds, and it has not been called yet.
     fn calls(&self, hold: &mut impl Hold, both: Status) -> bool {
         hold.with(|pace| {
             let what = both.without(Status::FAULT_CALLED).without(Status::REACH_CALLED);
@@ -205,7 +204,7 @@ impl Driver {
         })
     }
 
-    /// Whether updates are still to come from the caller's check.
+    /// Whether the caller's check still has updates to make.
     pub(crate) const fn is_waiting(&self) -> bool {
         self.live
     }
@@ -215,16 +214,15 @@ impl Driver {
         hold.with(|pace| pace.status)
     }
 
-    /// The article's T.
+    /// T in the article.
     fn t(&self, hold: &mut impl Hold) -> u32 {
         hold.with(|pace| pace.time().unwrap_or(self.time))
     }
 
-    /// The fields of the article's debug dump. `pattern` is the motor's: 0 to 3.
+    /// The fields of the article's debug dump. `pattern` is that of the motor: 0 to 3.
     ///
-    /// Each number is read by itself, so that the step interrupt is held off for some
-    /// cycles only: a value that changes meanwhile may be newer than one before it, as in
-    /// the article.
+    /// Each number is read by itself, so that the step interrupt is held off for some cycles only:
+    /// a value that changes meanwhile may be newer than the one before it, as in the article.
     pub fn dump(&self, hold: &mut impl Hold, pattern: u8) -> Dump {
         let ramp = self.ramp;
         let top = hold.with(|pace| pace.ramp().unwrap_or(&ramp).top);

@@ -3,7 +3,7 @@
 use super::order::{Control, Status};
 use core::fmt;
 
-/// The fields that the Arduino driver prints, by their names there.
+/// The fields that the Arduino driver prints, with their names there.
 ///
 /// ```
 /// use stepwright_timed::Dump;
@@ -18,7 +18,7 @@ pub struct Dump {
     pub top: u32,
     /// `motor_timer_modify_irq`
     pub modification: u32,
-    /// `motor_step_count_limit_irq`: steps that remain.
+    /// `motor_step_count_limit_irq`: the steps left.
     pub steps_left: u32,
     /// `motor_time_irq`: milliseconds of the caller's clock when the last update was due.
     pub time: u32,
@@ -28,13 +28,13 @@ pub struct Dump {
     pub update_ms: u16,
     /// `motor_millis_endtime_irq`: on the caller's clock.
     pub end: u32,
-    /// `motor_modCounts_irq`: updates that remain.
+    /// `motor_modCounts_irq`: the updates left.
     pub counts: u16,
     /// `motor_pattern_irq`
     pub pattern: u8,
 }
 
-/// A value of the dump: as the article prints it.
+/// A value of the dump, as the article prints it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
     /// `0xF0`
@@ -71,7 +71,7 @@ impl fmt::Display for Field {
     }
 }
 
-/// A field a line, each with its line end.
+/// One field per line, each with its line end.
 impl fmt::Display for Dump {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.fields().iter().try_for_each(|(name, field)| writeln!(f, "{name}: {field}"))

@@ -1,4 +1,4 @@
-//! How a wanted interval fits a hardware timer: which prescaler, and how far it counts.
+//! Fits a wanted interval to a hardware timer: its prescaler and its count.
 //!
 //! ```text
 //!   I/O clock   = oscillator / divider                  divider = 2^CLKPS
@@ -12,18 +12,18 @@
 //! 16bit hardware timer"). Its rule shifts by 3, 3, 2 and 2 while the upper 16 bits are
 //! not zero; a shift of a shift rounds down as one shift does, so this is the same.
 //!
-//! **Error.** The interval is never longer than the virtual top, and shorter by less than
-//! 2^shift clocks: by at most one part in 2^(bits − 3), 0.0122 % with 16 bits, since a
-//! prescaler is at most 8 times the one before it. (With 8 bits 3.1 %.) Rates are exact
-//! quotients, rounded to the nearest 10⁻⁹.
+//! **Error.** The interval is never longer than the virtual top, and shorter by less than 2^shift
+//! clocks: by at most one part in 2^(bits − 3), 0.0122 % with 16 bits, because a prescaler is at
+//! most 8 times the one before it. (With 8 bits 3.1 %.) Rates are exact quotients, rounded to the
+//! nearest 10⁻⁹.
 //!
-//! The article loads its register with the top itself, so its chip's interval lasts
-//! top + 1 counts; its arithmetic, and this one, use the top.
+//! The article loads its register with the top itself, so on its chip the interval lasts top + 1
+//! counts; the article's arithmetic, and this code, use the top.
 
 use core::fmt;
 use stepwright::units::{OutOfRange, Speed, Ticks};
 
-/// What makes an AVR's clock, as its fuses choose.
+/// The source of an AVR's clock, as selected by its fuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Oscillator {
     /// 16 MHz, as on every Arduino of the article.
@@ -35,7 +35,7 @@ pub enum Oscillator {
 }
 
 impl Oscillator {
-    /// In Hz.
+    /// The frequency in Hz.
     pub const fn hz(self) -> u32 {
         match self {
             Oscillator::Crystal => 16_000_000,
@@ -44,8 +44,8 @@ impl Oscillator {
         }
     }
 
-    /// As the low fuse byte of an ATmega328P or ATmega2560 has it: CKSEL 2 and 3 are the
-    /// chip's own oscillators, the others take a crystal or a clock from outside.
+    /// The oscillator selected by the low fuse byte of an ATmega328P or ATmega2560: CKSEL 2 and 3
+    /// are the chip's own oscillators, the others a crystal or an external clock.
     pub const fn from_low_fuse(fuse: u8) -> Oscillator {
         match fuse & 0x0F {
             2 => Oscillator::Rc,
@@ -55,7 +55,7 @@ impl Oscillator {
     }
 }
 
-/// The I/O clock, in Hz: what a timer's prescaler divides.
+/// The I/O clock in Hz, which a timer's prescaler divides.
 ///
 /// ```
 /// use stepwright_timed::fit::{Oscillator, io_clock};
@@ -74,17 +74,17 @@ pub const fn io_clock(oscillator: u32, divider: u16) -> Result<u32, OutOfRange> 
     Ok(oscillator >> divider.trailing_zeros())
 }
 
-/// The divider that the register CLKPR holds; `None` for a reserved value.
+/// The divider of a value of the register CLKPR; `None` for a reserved value.
 pub const fn divider_of(clkpr: u8) -> Option<u16> {
     let select = clkpr & 0x0F;
     if select <= 8 { Some(1 << select) } else { None }
 }
 
-/// The shortest virtual top of the Arduino driver: an interrupt takes its time, so no more than
-/// 25,000 steps/s at 16 MHz.
+/// The shortest virtual top of the Arduino driver: the interrupt takes time, so no more than 25,000
+/// steps/s at 16 MHz.
 pub const MIN_TOP: u32 = 640;
 
-/// A hardware timer as data: its clock, its prescalers, its width.
+/// A hardware timer: its clock, its prescalers, its width.
 ///
 /// ```
 /// use stepwright_timed::fit::{Hardware, Misfit};
@@ -102,8 +102,8 @@ pub struct Hardware {
     shifts: &'static [u8],
     bits: u8,
     min_top: u32,
-    /// Computed beforehand, as a chip fits in its step interrupt: the largest count, and the
-    /// largest virtual top.
+    /// The largest count and the largest virtual top, computed beforehand, because a chip fits in
+    /// its step interrupt.
     full: u32,
     max_top: u32,
 }
@@ -134,13 +134,13 @@ impl Hardware {
         Hardware::make(io_clock, AVR, 8, MIN_TOP)
     }
 
-    /// The 8-bit timer 2 of an AVR, which can be divided by 32 and 128 too.
+    /// The 8-bit timer 2 of an AVR, which also has prescalers of 32 and 128.
     pub const fn avr8_timer2(io_clock: u32) -> Hardware {
         Hardware::make(io_clock, &[0, 3, 5, 6, 7, 8, 10], 8, MIN_TOP)
     }
 
-    /// A 16-bit capture/compare module, as Austin uses one, whose counter has
-    /// prescalers 1, 2, 4, 8. `clock` is what the counter is given: 1 MHz there.
+    /// A 16-bit capture/compare module, as Austin uses one, whose counter has prescalers 1, 2, 4,
+    /// 8. `clock` is the input of the counter: 1 MHz there.
     pub const fn capture16(clock: u32) -> Hardware {
         Hardware::make(clock, &[0, 1, 2, 3], 16, 1)
     }
@@ -150,10 +150,10 @@ impl Hardware {
         Hardware::make(clock, &[0], 32, 1)
     }
 
-    /// Any other: log₂ of its prescalers from the smallest on, its width in bits.
+    /// Any other timer: log₂ of its prescalers from the smallest on, and its width in bits.
     ///
     /// # Errors
-    /// [`OutOfRange`] unless there are 1 to 32 bits and prescalers up to 2¹⁶ that rise.
+    /// [`OutOfRange`] unless there are 1 to 32 bits and increasing prescalers up to 2¹⁶.
     pub const fn new(clock: u32, shifts: &'static [u8], bits: u8) -> Result<Hardware, OutOfRange> {
         if bits == 0 || bits > 32 {
             return Err(OutOfRange { what: "timer width", min: 1, max: 32, unit: "bits" });
@@ -173,23 +173,23 @@ impl Hardware {
         Ok(Hardware::make(clock, shifts, bits, 1))
     }
 
-    /// The same with another shortest interval, in clocks: what the step interrupt takes.
-    /// At least 1.
+    /// This timer with another shortest interval in clocks, which is the time of the step
+    /// interrupt. At least 1.
     pub const fn with_min_top(self, min_top: u32) -> Hardware {
         Hardware { min_top: if min_top == 0 { 1 } else { min_top }, ..self }
     }
 
-    /// Its clock, in Hz.
+    /// The clock in Hz.
     pub const fn hz(&self) -> u32 {
         self.hz
     }
 
-    /// Its width.
+    /// The width in bits.
     pub const fn bits(&self) -> u8 {
         self.bits
     }
 
-    /// log₂ of its prescalers.
+    /// log₂ of the prescalers.
     pub const fn shifts(&self) -> &'static [u8] {
         self.shifts
     }
@@ -199,14 +199,13 @@ impl Hardware {
         self.min_top
     }
 
-    /// The longest virtual top: 0x3FFFFFF on an AVR's timer of 16 bits, and never more than
-    /// 2³¹ − 1, as the engine has it.
+    /// The longest virtual top: 0x3FFFFFF on an AVR's 16-bit timer, and at most 2³¹ − 1, the limit
+    /// of the engine.
     pub const fn max_top(&self) -> u32 {
         self.max_top
     }
 
-    /// Clocks after which the counter comes round at its largest prescaler: 2²⁶ on an
-    /// AVR's timer of 16 bits.
+    /// Clocks in one period of the counter at its largest prescaler: 2²⁶ on an AVR's 16-bit timer.
     pub const fn span(&self) -> u64 {
         let largest = match self.shifts.last() {
             Some(shift) => *shift,
@@ -215,13 +214,13 @@ impl Hardware {
         1u64 << (self.bits + largest)
     }
 
-    /// The lowest rate as the Arduino driver computes it, one step each time that the counter
-    /// comes round, in 10⁻⁹ steps/s: 0.238418579 at 16 MHz.
+    /// The lowest rate as the Arduino driver computes it, one step per period of the counter, in
+    /// 10⁻⁹ steps/s: 0.238418579 at 16 MHz.
     pub const fn slowest_nanosteps(&self) -> u64 {
         per_second(self.hz, self.span())
     }
 
-    /// The rate of the shortest virtual top, in 10⁻⁹ steps/s.
+    /// The rate at the shortest virtual top, in 10⁻⁹ steps/s.
     pub const fn fastest_nanosteps(&self) -> u64 {
         per_second(self.hz, self.min_top as u64)
     }
@@ -229,7 +228,7 @@ impl Hardware {
     /// The virtual top of a rate in whole steps per second, rounded down.
     ///
     /// # Errors
-    /// [`Misfit`] for one that the timer can't make; 0 steps/s is [`Misfit::TooSlow`].
+    /// [`Misfit`] if the timer can't make it; 0 steps/s is [`Misfit::TooSlow`].
     pub const fn virtual_top_of(&self, steps_per_second: u32) -> Result<u32, Misfit> {
         match self.hz.checked_div(steps_per_second) {
             Some(top) => self.check(top),
@@ -237,10 +236,10 @@ impl Hardware {
         }
     }
 
-    /// The same of a speed in thousandths of a step per second.
+    /// The virtual top of a speed in thousandths of a step per second, rounded down.
     ///
     /// # Errors
-    /// As [`virtual_top_of`](Hardware::virtual_top_of).
+    /// Those of [`virtual_top_of`](Hardware::virtual_top_of).
     pub const fn virtual_top_of_speed(&self, speed: Speed) -> Result<u32, Misfit> {
         match (self.hz as u64 * 1000).checked_div(speed.millisteps() as u64) {
             Some(top) if top <= u32::MAX as u64 => self.check(top as u32),
@@ -248,10 +247,10 @@ impl Hardware {
         }
     }
 
-    /// Whether the timer can make a virtual top; if so, that top.
+    /// Returns the virtual top if the timer can make it.
     ///
     /// # Errors
-    /// [`Misfit`] says what it can.
+    /// [`Misfit`], with the limit.
     pub const fn check(&self, virtual_top: u32) -> Result<u32, Misfit> {
         if virtual_top < self.min_top {
             Err(Misfit::TooFast { min: self.min_top })
@@ -262,15 +261,15 @@ impl Hardware {
         }
     }
 
-    /// Fits a virtual top: the smallest prescaler with which the counter's bits hold it.
+    /// Fits a virtual top: chooses the smallest prescaler with which it fits in the counter's bits.
     ///
     /// # Errors
-    /// [`Misfit`] for one that the timer can't make.
+    /// [`Misfit`] if the timer can't make it.
     pub const fn fit(&self, virtual_top: u32) -> Result<Fitted, Misfit> {
         match self.check(virtual_top) {
             Ok(wanted) => {
-                // Each prescaler shifts what the one before it has left, as in the
-                // document: a small chip shifts bit by bit.
+                // Each prescaler shifts the result of the previous one, as in the document: a small
+                // chip shifts bit by bit.
                 let (mut top, mut by, mut rest) = (wanted, 0, self.shifts);
                 while let [shift, more @ ..] = rest {
                     top >>= *shift - by;
@@ -287,7 +286,7 @@ impl Hardware {
     }
 }
 
-/// A virtual top that has been fitted to a timer.
+/// A virtual top fitted to a timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fitted {
     hz: u32,
@@ -297,7 +296,7 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// What the compare register counts to.
+    /// The count in the compare register.
     pub const fn top(&self) -> u32 {
         self.top
     }
@@ -307,37 +306,37 @@ impl Fitted {
         1 << self.shift
     }
 
-    /// Its log₂.
+    /// log₂ of the prescaler.
     pub const fn shift(&self) -> u8 {
         self.shift
     }
 
-    /// The virtual top that was asked for.
+    /// The virtual top that was fitted.
     pub const fn virtual_top(&self) -> u32 {
         self.wanted
     }
 
-    /// Clocks between two steps in truth: at most the virtual top.
+    /// The actual clocks between two steps: at most the virtual top.
     pub const fn interval(&self) -> Ticks {
         self.top << self.shift
     }
 
-    /// The rate in truth, in 10⁻⁹ steps/s, to the nearest.
+    /// The actual rate in 10⁻⁹ steps/s, rounded to nearest.
     pub const fn nanosteps(&self) -> u64 {
         per_second(self.hz, self.interval() as u64)
     }
 
-    /// The speed of a motor of this many steps a turn in truth, in 10⁻⁹ turns per minute.
-    /// 0 steps a turn are taken for 1.
+    /// The actual speed of a motor with this many steps per turn, in 10⁻⁹ turns per minute. 0 steps
+    /// per turn count as 1.
     pub const fn nanorpm(&self, steps_per_turn: u32) -> u64 {
         let steps = if steps_per_turn == 0 { 1 } else { steps_per_turn } as u128;
         let down = self.interval() as u128 * steps;
         saturated((self.hz as u128 * (60 * NANO as u128) + down / 2) / down)
     }
 
-    /// How far the rate in truth lies above (below: negative) another, in parts of 10⁹ of
-    /// that: 180.0018 above 180 steps/s is 10,000. Rates are in 10⁻⁹ steps/s; above 0
-    /// steps/s there is no such part, and the answer is 0.
+    /// The deviation of the actual rate from a wanted one (negative if below), in 10⁻⁹ of the
+    /// wanted rate: 180.0018 instead of 180 steps/s is 10,000. Rates are in 10⁻⁹ steps/s; for 0
+    /// steps/s the result is 0.
     pub const fn deviation_ppb(&self, wanted_nanosteps: u64) -> i64 {
         deviation_ppb(self.nanosteps(), wanted_nanosteps)
     }
@@ -345,13 +344,13 @@ impl Fitted {
 
 const NANO: u64 = 1_000_000_000;
 
-/// Clocks per second in steps of this many clocks, in 10⁻⁹ steps/s, to the nearest.
+/// The rate of steps of this many clocks, in 10⁻⁹ steps/s, rounded to nearest.
 const fn per_second(hz: u32, interval: u64) -> u64 {
     let interval = if interval == 0 { 1 } else { interval };
     (hz as u64 * NANO + interval / 2) / interval
 }
 
-/// (real − wanted) / wanted in 10⁻⁹, to the nearest; 0 for a `wanted` of 0.
+/// (real − wanted) / wanted in 10⁻⁹, rounded to nearest; 0 for a `wanted` of 0.
 pub const fn deviation_ppb(real: u64, wanted: u64) -> i64 {
     if wanted == 0 {
         return 0;
@@ -369,8 +368,8 @@ const fn saturated(value: u128) -> u64 {
 /// Why a timer can't make an interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Misfit {
-    /// The virtual top is longer than the timer counts at its largest prescaler:
-    /// `TIMER_DIV_ERROR` of the Arduino driver. Standing still is too.
+    /// The virtual top is longer than the timer counts at its largest prescaler: `TIMER_DIV_ERROR`
+    /// of the Arduino driver. Also for a standstill.
     TooSlow {
         /// The longest virtual top.
         max: u32,

@@ -2,12 +2,12 @@
 #![forbid(unsafe_code)]
 //! The timed driver: a stepper motor whose speed changes on a clock.
 //!
-//! A speed is held as a *virtual top*, the clocks of a timer between two steps, in 32 bits.
-//! An order ([`SetSpeed`]) says the top to begin with; by how much it grows or shrinks at a
-//! fixed interval of milliseconds, also twice or half as much each time; how many of these
-//! updates there are; and when the motion ends: after a number of steps, of milliseconds, or
-//! never. The module [`fit`] brings a virtual top to a timer of 8, 16 or 32 bits with a
-//! prescaler, and says by how much the speed differs from the wanted one.
+//! A speed is stored as a *virtual top*, the clocks of a timer between two steps, in 32 bits. An
+//! order ([`SetSpeed`]) has the initial top; its change at a fixed interval of milliseconds, which
+//! may double or halve each time; the number of these updates; and the end of the motion: after a
+//! number of steps, after milliseconds, or never. The module [`fit`] fits a virtual top to a timer
+//! of 8, 16 or 32 bits with a prescaler, and computes the deviation of the speed from the wanted
+//! one.
 //!
 //! ```
 //! use stepwright::drive::sequence::SHIELD;
@@ -43,8 +43,8 @@
 //! ```
 //!
 //! On a chip an interrupt calls [`Stepper`], which joins the interrupt's half ([`Pace`]) to a
-//! motor's windings, and the main program has the [`Driver`]. [`Timed`] is the same motion as
-//! an iterator of delays, for plots, and for the engine of the crate [`stepwright`].
+//! motor's windings, and the main program has the [`Driver`]. [`Timed`] is the same motion as an
+//! iterator of delays, for plots and for the engine of the crate [`stepwright`].
 //!
 //! # The way of the data
 //!
@@ -62,26 +62,26 @@
 //! | `order` | control bits, the order, result codes, status bits |
 //! | `ramp` | one update |
 //! | `pace` | the interrupt's half |
-//! | `stepper` | the interrupt's half with a motor's windings: what an interrupt calls |
+//! | `stepper` | the interrupt's half with a motor's windings, called by an interrupt |
 //! | `driver` | the foreground's half |
 //! | `dump` | the article's debug dump |
 //! | `profile` | an iterator of delays, and a feed of the engine |
-//! | [`line`](mod@line) | the rows of a board's line, both sides |
-//! | `station` | a timer's motor that is ordered over the line |
+//! | [`line`](mod@line) | the rows of a board's line, for both sides |
+//! | `station` | a timer's motor, ordered over the line |
 //!
 //! # Source
 //!
-//! *Interrupt driven Arduino Stepper Motor Driver*, an article about a non-blocking driver
-//! with a virtual 32-bit timer. Section numbers in these files are the article's.
+//! *Interrupt driven Arduino Stepper Motor Driver*, an article about a non-blocking driver with a
+//! virtual 32-bit timer. Section numbers in these files are those of the article.
 //!
 //! # Errors of speed and time
 //!
-//! None against the article's arithmetic: all of it is integers, and a time is
-//! the sum of the intervals that were played. The times of updates are exact multiples of
-//! their interval, as the interrupt computes them from the steps themselves and needs no
-//! clock. What is ours where the article is silent: an update that would leave the
-//! valid range is not made, but sets `FAULT` (and `TIMER_DIV_ERROR` if it is too slow), and
-//! the motor goes on at its last valid speed; milliseconds end between two steps.
+//! None against the article's arithmetic: all of it is in integers, and a time is the sum of the
+//! intervals that were played. The times of updates are exact multiples of their interval: the
+//! interrupt computes them from the steps themselves and needs no clock. Where the article is
+//! silent, the behaviour is our choice: an update that would leave the valid range is not made, but
+//! sets `FAULT` (and `TIMER_DIV_ERROR` if it is too slow), and the motor continues at its last
+//! valid speed; milliseconds end between two steps.
 
 mod driver;
 mod dump;

@@ -1,4 +1,4 @@
-//! The rows of the timed driver on a board's line, both sides: a line, its answer.
+//! The rows of the timed driver on a board's line, for both sides: lines and answers.
 //!
 //! ```text
 //!   host   :W1,66,48,0,0,1,0,0,16,48,32␍         board   Y␍
@@ -6,22 +6,22 @@
 //!          :?1␍                                          1250,240,15064,64,…␍
 //! ```
 //!
-//! Frame, checksum and the rows `?`, `F`, `Z`, `K` are every program's ([`stepwright_protocol`]);
-//! these are the timed driver's own. It counts no position, so that a board has no axis for `V`
-//! and `I`; `Z` and `K` stop all motors as a top of 0 does. A program on a chip that has the
-//! driver reads [`Line`] and answers; the command `stepwright timed --port` writes them and reads
-//! [`Report`].
+//! Frame, checksum and the rows `?`, `F`, `Z`, `K` are common to all programs
+//! ([`stepwright_protocol`]); these rows are specific to the timed driver. It counts no position,
+//! so a board has no axis for `V` and `I`; `Z` and `K` stop all motors like a top of 0. A program
+//! on a chip with the driver reads [`Line`] and answers; the command `stepwright timed --port`
+//! writes them and reads [`Report`].
 //!
 //! | line | numbers | answer |
 //! | --- | --- | --- |
-//! | `:W` | timer, port as its letter's ASCII code, mask, levels without current, whether these follow the last step, whether the motor is on a motor shield, phase, levels of each phase (2, 4, 8 or 16) | `Y`; not while it moves |
-//! | `:L` | timer, 0 or 1: a new top waits in the compare register | `Y`; not while it moves |
-//! | `:U` | timer, milliseconds from check to check by the main program; 0: none | `Y` |
-//! | `:M` | timer, control byte, top, limit, modification, milliseconds from update to update, updates, the caller's milliseconds at the call | the [result code](super::Code); −4 before any `:W`, but for a stop |
+//! | `:W` | timer, port as its letter's ASCII code, mask, levels without current, whether these follow the last step, whether the motor is on a motor shield, phase, levels of each phase (2, 4, 8 or 16) | `Y`; not while the motor moves |
+//! | `:L` | timer, 0 or 1: a new top waits in the compare register | `Y`; not while the motor moves |
+//! | `:U` | timer, milliseconds from one check by the main program to the next; 0: none | `Y` |
+//! | `:M` | timer, control byte, top, limit, modification, milliseconds from one update to the next, updates, the caller's milliseconds at the call | the [result code](super::Code); −4 before any `:W`, except for a stop |
 //! | `:?` | timer | the numbers of [`Report`] |
 //!
-//! What can't be is answered `E` and a reason ([`Unwired`]). In the answer to `?`, `timers=` has
-//! the timers.
+//! A row that can't be carried out is answered by `E` and a reason ([`Unwired`]). In the answer to
+//! `?`, `timers=` lists the timers.
 
 use core::fmt;
 
@@ -33,32 +33,32 @@ use super::order::{Control, SetSpeed, Status};
 
 /// The most rows of a motor's table.
 const ROWS: usize = 16;
-/// The longest line that is read, in bytes.
+/// The longest line that is accepted, in bytes.
 pub const LONGEST: usize = 124;
-/// How the answer to `?` begins.
+/// The beginning of the answer to `?`.
 pub const NAME: &str = "stepwright-timed";
 
-/// A row of the timed driver, read.
+/// A parsed row of the timed driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
     /// `:W`: the wiring of a timer's motor.
     Wire(u8, Wire),
     /// `:L`: whether a new top waits in the compare register.
     Latched(u8, bool),
-    /// `:U`: milliseconds from check to check; 0: none.
+    /// `:U`: milliseconds from one check to the next; 0: none.
     Check(u8, u16),
     /// `:M`: an order, and the caller's milliseconds at the call.
     Move(u8, SetSpeed, u32),
-    /// `:?`: how is it?
+    /// `:?`: asks for a report.
     Look(u8),
 }
 
-/// Why a board does not do what a row says.
+/// Why a board refuses a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unwired {
     /// `timer`: the board has no motor on this timer.
     Timer,
-    /// `pins`: the board has not got these pins, or the serial line has them.
+    /// `pins`: the board does not have these pins, or the serial line uses them.
     Pins,
 }
 
@@ -92,42 +92,43 @@ impl OwnFault for Unwired {
     }
 }
 
-/// What a motor's driver is on.
+/// The wiring of a motor's driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wire {
     /// The port's letter.
     pub port: u8,
-    /// Its pins.
+    /// The mask of its pins.
     pub mask: u8,
-    /// What they get.
+    /// The levels of the pins in each step.
     pub sequence: Sequence,
     /// Whether the motor shield's enables are on while it moves.
     pub shield: bool,
-    /// Where the motor is in its sequence.
+    /// The phase of the motor in its sequence.
     pub phase: u8,
 }
 
-/// What `:?` is answered.
+/// The answer to `:?`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Report {
     /// Milliseconds since the call.
     pub ms: u32,
-    /// The driver's numbers.
+    /// The fields of the driver's dump.
     pub dump: Dump,
     /// Whether the motor moves.
     pub moving: bool,
     /// Milliseconds from the call to the callback that the end was reached.
     pub reached: Option<u32>,
-    /// Likewise of a fault.
+    /// Milliseconds from the call to the callback for a fault.
     pub fault: Option<u32>,
 }
 
 impl Report {
-    /// How many numbers there are.
+    /// The number of numbers in a report.
     pub const NUMBERS: usize = 14;
 
-    /// Its numbers, in the order of the line: milliseconds, the dump's ten in the article's
-    /// order, whether it moves, and both callbacks, 1 more than their milliseconds or 0.
+    /// The numbers in the order of the line: milliseconds, the ten fields of the dump in the
+    /// article's order, whether the motor moves, and both callbacks, each as its milliseconds plus
+    /// 1, or 0.
     pub fn numbers(&self) -> [u32; Report::NUMBERS] {
         let Dump { control, top, modification, steps_left, time, status, update_ms, end, .. } =
             self.dump;
@@ -150,7 +151,7 @@ impl Report {
         ]
     }
 
-    /// Reads an answer; `None` if it is none.
+    /// Parses an answer; `None` if it is no report.
     pub fn read(text: &[u8]) -> Option<Report> {
         let n = &mut Numbers::of(text);
         let report = Report {
@@ -181,7 +182,7 @@ fn short(n: &mut Numbers<'_>) -> Option<u16> {
 }
 
 impl Line {
-    /// The number of the timer whose motor it is about.
+    /// The number of the timer whose motor the row is for.
     pub const fn timer(&self) -> u8 {
         match self {
             Line::Wire(timer, _)
@@ -192,7 +193,7 @@ impl Line {
         }
     }
 
-    /// Reads the row of this letter and these numbers; `None` if it is none.
+    /// Parses the row with this letter and these numbers; `None` if there is no such row.
     #[inline(never)]
     pub fn read(letter: u8, n: &mut Numbers<'_>) -> Option<Line> {
         let timer = n.up_to(u8::MAX)?;
@@ -234,7 +235,7 @@ fn wire(n: &mut Numbers<'_>) -> Option<Wire> {
     Some(Wire { port, mask, sequence, shield, phase })
 }
 
-/// As it is sent, without its carriage return.
+/// The row as it is sent, without its carriage return.
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -267,7 +268,7 @@ mod tests {
     use stepwright::drive::sequence::{L6219_QUARTER, SHIELD, UNIPOLAR_HALF};
     use stepwright_protocol::{Fault, read_row};
 
-    /// A row with its mark, read.
+    /// Parses a row with its mark.
     fn read(text: &str) -> Result<Line, Fault<Unwired>> {
         read_row(text.strip_prefix(':').unwrap().as_bytes(), Line::read)
     }

@@ -1,4 +1,4 @@
-//! What is asked of the timed driver, and what it answers.
+//! Orders to the timed driver, and its answers.
 
 use crate::fit::{Fitted, Misfit};
 use core::fmt;
@@ -6,9 +6,9 @@ use core::ops::BitOr;
 
 /// The control byte: the Arduino driver's bits, together by `|`.
 ///
-/// The logs print 0xF0 for `DRV_EN | SPEED_VARIABLE | VARIABLE_PWR | IRQ_TIMING` and 0xF2
-/// with `FASTER`; which of the upper four bits is which, and the three lower ones but for
-/// `FASTER`, the article does not say, and is ours.
+/// The logs print 0xF0 for `DRV_EN | SPEED_VARIABLE | VARIABLE_PWR | IRQ_TIMING` and 0xF2 with
+/// `FASTER`. The article does not say which of the upper four bits is which, nor the values of the
+/// three lower ones except `FASTER`; these are our choice.
 ///
 /// ```
 /// use stepwright_timed::Control;
@@ -19,24 +19,24 @@ use core::ops::BitOr;
 pub struct Control(u8);
 
 impl Control {
-    /// No bit: the outputs are off.
+    /// No bit set: the outputs are off.
     pub const OFF: Control = Control(0);
-    /// Plays the motor's pattern backwards.
+    /// Plays the motor's pattern backward.
     pub const DIRECTION: Control = Control(0x01);
-    /// Each update takes the modification from the virtual top: faster.
+    /// Each update subtracts the modification from the virtual top: faster.
     pub const FASTER: Control = Control(0x02);
-    /// Each update adds it; the default, so no bit.
+    /// Each update adds the modification; the default, so no bit.
     pub const SLOWER: Control = Control(0);
     /// The limit is in milliseconds from the call, not in steps.
     pub const ENDPOINT_MILLIS: Control = Control(0x04);
-    /// Updates are clocked inside the step interrupt; without it by the caller's
-    /// [`update_check`](super::Driver::update_check).
+    /// The step interrupt times the updates; without it the caller's
+    /// [`update_check`](super::Driver::update_check) does.
     pub const IRQ_TIMING: Control = Control(0x10);
     /// The modification doubles (slower) or halves (faster) with each update.
     pub const VARIABLE_PWR: Control = Control(0x20);
-    /// The speed changes; without it the modification's arguments mean nothing.
+    /// The speed changes; without it the modification's arguments are ignored.
     pub const SPEED_VARIABLE: Control = Control(0x40);
-    /// The drivers are on; without it they are off and nothing else means anything.
+    /// The drivers are on; without it they are off and everything else is ignored.
     pub const DRV_EN: Control = Control(0x80);
 
     /// The byte.
@@ -44,7 +44,7 @@ impl Control {
         self.0
     }
 
-    /// From a byte; all have a meaning but bit 3, which is dropped.
+    /// The control byte of these bits; all bits have a meaning except bit 3, which is dropped.
     pub const fn from_bits(bits: u8) -> Control {
         Control(bits & 0xF7)
     }
@@ -54,7 +54,7 @@ impl Control {
         self.0 & other.0 == other.0
     }
 
-    /// Both together, where `|` can't be: in constants.
+    /// The bits of both, for constants, where `|` can't be used.
     pub const fn and(self, other: Control) -> Control {
         Control(self.0 | other.0)
     }
@@ -78,17 +78,17 @@ impl BitOr for Control {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SetSpeed {
-    /// What the rest means.
+    /// The control byte, which says how the other fields are used.
     pub control: Control,
     /// The virtual top: clocks between two steps. 0 stops.
     pub top: u32,
     /// Steps, or milliseconds with [`Control::ENDPOINT_MILLIS`]; 0: endless.
     pub limit: u32,
-    /// By how much an update changes the virtual top.
+    /// The change of the virtual top in an update.
     pub modification: u32,
-    /// Milliseconds from update to update.
+    /// Milliseconds from one update to the next.
     pub update_ms: u16,
-    /// Updates at most.
+    /// The most updates.
     pub mod_counts: u16,
 }
 
@@ -102,32 +102,32 @@ impl SetSpeed {
     }
 }
 
-/// What became of a [`SetSpeed`]: 0 fine, above 0 a warning, below 0 an error.
+/// The result of a [`SetSpeed`]: 0 is success, above 0 a warning, below 0 an error.
 ///
-/// The article leaves the codes open; these are ours. After an error nothing has
-/// changed but the status.
+/// The article leaves the codes open; these are our choice. After an error only the status has
+/// changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Code(i8);
 
 impl Code {
-    /// As asked.
+    /// Success.
     pub const FINE: Code = Code(0);
-    /// A variable speed without a modification, an interval or a count of updates: it
-    /// stays as it is.
+    /// A variable speed without a modification, an interval or a count of updates: the speed does
+    /// not change.
     pub const WARN_NO_UPDATES: Code = Code(1);
-    /// The updates lead out of the valid range before they are all made, unless the end
-    /// comes first: there the driver faults and keeps the last valid speed.
+    /// The updates leave the valid range before all are made, unless the end comes first: there the
+    /// driver faults and keeps the last valid speed.
     pub const WARN_RANGE: Code = Code(2);
     /// The virtual top is shorter than the step interrupt takes (640).
     pub const TOO_FAST: Code = Code(-1);
-    /// It does not fit the timer (above 0x3FFFFFF): `TIMER_DIV_ERROR`.
+    /// The virtual top does not fit the timer (above 0x3FFFFFF): `TIMER_DIV_ERROR`.
     pub const TOO_SLOW: Code = Code(-2);
     /// `update_ms` is beyond 2³¹ clocks of this timer.
     pub const UPDATE_TOO_LONG: Code = Code(-3);
-    /// No pin is driven: an order over the line before the line `W`.
+    /// No pins are set: an order over the line before the row `:W`.
     pub const NOT_WIRED: Code = Code(-4);
 
-    /// A code that a board has answered.
+    /// A code in the answer of a board.
     pub const fn new(number: i8) -> Code {
         Code(number)
     }
@@ -137,7 +137,7 @@ impl Code {
         self.0
     }
 
-    /// Whether it was refused.
+    /// Whether the order was refused.
     pub const fn is_error(self) -> bool {
         self.0 < 0
     }
@@ -164,26 +164,26 @@ impl fmt::Display for Code {
     }
 }
 
-/// The status byte: the Arduino driver's bits. Their values are ours.
+/// The status byte: the Arduino driver's bits. Their values are our choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
 
 impl Status {
     /// Moving at a variable speed, or at rest.
     pub const NONE: Status = Status(0);
-    /// A top out of bounds: refused, or an update that was not made.
+    /// A top out of range: refused, or an update that was not made.
     pub const FAULT: Status = Status(0x01);
     /// The fault callback was called: once per set-speed call.
     pub const FAULT_CALLED: Status = Status(0x02);
     /// The virtual top does not fit the timer.
     pub const TIMER_DIV_ERROR: Status = Status(0x04);
-    /// The callback was called for that.
+    /// The callback for that was called.
     pub const TIMER_DIV_CALLED: Status = Status(0x08);
-    /// The end was reached; the motor no longer spins.
+    /// The end was reached; the motor has stopped.
     pub const REACHED: Status = Status(0x10);
     /// The callback for that was called.
     pub const REACH_CALLED: Status = Status(0x20);
-    /// The motor spins at a fixed speed.
+    /// The motor turns at a fixed speed.
     pub const SPIN_FIXED: Status = Status(0x40);
 
     /// The byte.
@@ -191,7 +191,7 @@ impl Status {
         self.0
     }
 
-    /// What this byte says; bits without a name are dropped.
+    /// The status of these bits; bits without a name are dropped.
     pub const fn from_bits(bits: u8) -> Status {
         Status(bits & 0x7F)
     }
@@ -201,18 +201,18 @@ impl Status {
         self.0 & other.0 == other.0
     }
 
-    /// With the bits of `other`.
+    /// The status with the bits of `other` added.
     pub const fn and(self, other: Status) -> Status {
         Status(self.0 | other.0)
     }
 
-    /// Without the bits of `other`.
+    /// The status with the bits of `other` removed.
     pub const fn without(self, other: Status) -> Status {
         Status(self.0 & !other.0)
     }
 
-    /// Takes down what came of an update after which `counts` are left, and says whether
-    /// there is to be another.
+    /// Records the result of an update after which `counts` are left, and returns whether there
+    /// will be another.
     pub(crate) fn note(&mut self, updated: &Result<Fitted, Misfit>, counts: u16) -> bool {
         match updated {
             Ok(_) if counts > 0 => return true,
@@ -231,7 +231,7 @@ impl Status {
     }
 }
 
-/// What a callback is called for.
+/// The reason for a callback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Call {
     /// The motor has reached its end: `motorCallBackPositionReached`.

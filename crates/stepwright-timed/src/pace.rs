@@ -1,4 +1,4 @@
-//! The interrupt's half: when the next step is due.
+//! The interrupt's half: the times of the steps.
 //!
 //! ```text
 //!            update ▼
@@ -7,10 +7,9 @@
 //!       │ old       │ old TOP16 · new prescaler│ new  latched
 //! ```
 //!
-//! The present interval is never touched once it has begun, so that a shortened top can't
-//! be missed: what an update wants is put down in two numbers, the next interval and the
-//! one after, which the interrupt takes over. (The Arduino driver, third consideration of
-//! section 4.)
+//! The present interval is never changed once it has begun, so that a shortened top can't be
+//! missed. An update writes two numbers, the next interval and the one after, which the interrupt
+//! takes over. (The Arduino driver, third consideration of section 4.)
 
 use super::order::{Control, Status};
 use super::ramp::Ramp;
@@ -23,9 +22,9 @@ pub enum Model {
     /// At once: with the interval that begins at the step where the update is made.
     #[default]
     Ideal,
-    /// As a timer in fast PWM does it, whose prescaler changes at once and its compare
-    /// register when the counter comes round: the one step after an update lasts the old
-    /// 16-bit top at the new prescaler.
+    /// As on a timer in fast PWM, whose prescaler changes at once and whose compare register
+    /// changes at the end of the period: the one step after an update lasts the old 16-bit top at
+    /// the new prescaler.
     Latched,
 }
 
@@ -42,7 +41,7 @@ impl Model {
     }
 }
 
-/// Two intervals that an update puts down, both at one prescaler.
+/// The two intervals that an update writes, both at one prescaler.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change {
     next: Ticks,
@@ -52,41 +51,41 @@ pub(crate) struct Change {
 }
 
 impl Change {
-    /// What is left of it once its first interval has begun.
+    /// What is left of the change once its first interval has begun.
     fn rest(self) -> Option<Change> {
         (self.next != self.after).then_some(Change { next: self.after, ..self })
     }
 }
 
-/// What the step interrupt has of a motion. Between its calls of
-/// [`advance`](Pace::advance) the foreground reads and changes it.
+/// The step interrupt's state of a motion. Between the calls of [`advance`](Pace::advance) the
+/// foreground reads and changes it.
 #[derive(Clone, Debug)]
 pub struct Pace {
-    /// The interval under way: as long as the speed is, it stays.
+    /// The present interval: it stays as long as the speed does.
     now: Ticks,
     /// log₂ of its prescaler.
     shift: u8,
-    /// Steps still to come; 0 is endless.
+    /// The number of steps left; 0 is endless.
     steps_left: u32,
     moving: bool,
-    /// The event that is due is the end of the milliseconds, and no step.
+    /// Whether the due event is the end of the milliseconds, and not a step.
     ends: bool,
-    /// The next event takes `next` over, or there are milliseconds to be spent.
+    /// Whether the next event takes over `next`, or milliseconds must be counted.
     rare: bool,
-    /// Updates are to come in here, under `IRQ_TIMING`.
+    /// Whether updates will be made here, under `IRQ_TIMING`.
     live: bool,
-    /// Clocks from the next event to the next update: due then if it is not above 0.
+    /// Clocks from the next event to the next update, which is due then if this is not above 0.
     wait: i32,
     pub(crate) status: Status,
-    /// The two intervals to come, which an update puts down, if there are any.
+    /// The two intervals that an update has written, if any.
     change: Option<Change>,
     /// Clocks from the next event to the end by milliseconds, if there is one.
     millis: Option<u64>,
-    /// The updates' numbers, if they are this half's.
+    /// The values for updates, if they are made in this half.
     clocked: Option<Clocked>,
 }
 
-/// Updates inside the step interrupt. It needs no clock for them: it knows how long each
+/// Updates inside the step interrupt. They need no clock: the interrupt knows how long each
 /// interval is.
 #[derive(Clone, Debug)]
 struct Clocked {
@@ -95,17 +94,17 @@ struct Clocked {
     ramp: Ramp,
     period: Period,
     update_ms: u16,
-    /// The article's T: when the last update was due.
+    /// When the last update was due: T in the article.
     time: u32,
     /// The top in the compare register.
     top: u32,
 }
 
-/// Milliseconds in clocks, when there is no whole number of them.
+/// A period of milliseconds in clocks, if a millisecond is not a whole number of clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Period {
     whole: u32,
-    /// Thousandths of a clock beyond, and what they have added up to.
+    /// The remaining thousandths of a clock, and their sum so far.
     part: u16,
     sum: u16,
 }
@@ -116,11 +115,11 @@ impl Period {
         let millis = u32::from(millis);
         let part = millis * (hz % 1000); // below 2²⁶
         let whole = millis.checked_mul(hz / 1000)?.checked_add(part / 1000)?;
-        // 999: what is due within a clock is due at its end.
+        // 999: an update that is due within a clock is due at its end.
         (whole < i32::MAX as u32).then_some(Period { whole, part: (part % 1000) as u16, sum: 999 })
     }
 
-    /// The next one.
+    /// The next period.
     fn next(&mut self) -> i32 {
         self.sum = self.sum.wrapping_add(self.part);
         if self.sum >= 1000 {
@@ -131,25 +130,24 @@ impl Period {
     }
 }
 
-/// Clocks of this many milliseconds: less than 2⁶³.
+/// The clocks of this many milliseconds: less than 2⁶³.
 pub(crate) fn clocks_of(millis: u32, hz: u32) -> u64 {
     let (whole, part) = (hz / 1000, hz % 1000);
-    // By seconds and the rest, so that the product with `part` needs no division by 1000
-    // in 64 bits.
+    // Seconds and the rest apart, so that the product with `part` needs no 64-bit division by 1000.
     let rest = (millis / 1000) * part + (millis % 1000) * part / 1000;
     u64::from(millis) * u64::from(whole) + u64::from(rest)
 }
 
-/// How a motion begins.
+/// The beginning of a motion.
 pub(crate) struct Begin {
     pub hardware: Hardware,
     pub model: Model,
     pub ramp: Ramp,
     pub fitted: Fitted,
-    /// From update to update, if there are any.
+    /// The period of the updates, if there are any.
     pub period: Option<Period>,
     pub update_ms: u16,
-    /// Steps; 0 is endless.
+    /// The number of steps; 0 is endless.
     pub steps: u32,
     /// Clocks to the end by milliseconds.
     pub millis: Option<u64>,
@@ -176,7 +174,7 @@ impl Pace {
         }
     }
 
-    /// A motion whose first step comes an interval from its beginning.
+    /// A motion whose first step comes an interval after its beginning.
     pub(crate) fn new(with: Begin) -> Pace {
         let interval = with.fitted.interval();
         let mut period = with.period.unwrap_or_default();
@@ -210,17 +208,17 @@ impl Pace {
         pace
     }
 
-    /// Whether it moves.
+    /// Whether the motor moves.
     pub const fn is_moving(&self) -> bool {
         self.moving
     }
 
-    /// Steps still to come; 0 if it is endless or at rest.
+    /// The number of steps left; 0 if the motion is endless or at rest.
     pub const fn steps_left(&self) -> u32 {
         self.steps_left
     }
 
-    /// The speed and its updates, if they are this half's.
+    /// The speed and its updates, if they are made in this half.
     #[inline(always)]
     pub(crate) const fn ramp(&self) -> Option<&Ramp> {
         match &self.clocked {
@@ -229,7 +227,7 @@ impl Pace {
         }
     }
 
-    /// When the last update was due, likewise.
+    /// When the last update was due, if updates are made in this half.
     #[inline(always)]
     pub(crate) const fn time(&self) -> Option<u32> {
         match &self.clocked {
@@ -238,20 +236,20 @@ impl Pace {
         }
     }
 
-    /// Clocks from the last event, or from the beginning, to the next.
+    /// Clocks from the last event, or from the beginning, to the next event.
     pub const fn interval(&self) -> Ticks {
         self.now
     }
 
-    /// The same as a timer of 16 bits counts it: what it counts to, `top`, at a prescaler of
-    /// 2^`shift`. An interval that ends with the milliseconds is rounded down.
+    /// The interval in the counts of a 16-bit timer: `top` counts at a prescaler of 2^`shift`. An
+    /// interval that ends with the milliseconds is rounded down.
     pub const fn counts(&self) -> Counts {
         Counts { top: self.now.wrapping_shr(self.shift as u32), shift: self.shift }
     }
 
-    /// The `top` after this one, as far as it is known: what a compare register that is
-    /// buffered is to hold meanwhile. [`Latched`](Model::Latched), it is that of the interval
-    /// to come unless the foreground puts something down before.
+    /// The `top` after this one, as far as it is known: the value for a buffered compare register
+    /// meanwhile. With [`Latched`](Model::Latched) it is that of the next interval unless the
+    /// foreground writes another before.
     pub const fn next_top(&self) -> u32 {
         match self.change {
             Some(change) => change.next.wrapping_shr(change.shift as u32),
@@ -259,22 +257,21 @@ impl Pace {
         }
     }
 
-    /// Whether the next [`advance`](Pace::advance) may lead to another interval than the one
-    /// under way; if not, it is a short one.
+    /// Whether the next [`advance`](Pace::advance) may lead to another interval than the present
+    /// one; if not, it is a short call.
     #[inline(always)]
     const fn is_changing(&self) -> bool {
         (self.live && self.wait <= 0) || self.rare
     }
 
-    /// Whether the event that is due now is a step. Then it is to be made before anything
-    /// else, so that edges are even. It is none when the milliseconds have passed.
+    /// Whether the due event is a step. Then make the step before anything else, so that edges are
+    /// even. It is not a step when the milliseconds have passed.
     #[inline(always)]
     pub const fn is_step(&self) -> bool {
         self.moving && !self.ends
     }
 
-    /// The event that was due has happened: clocks to the next one, `None` if it was the
-    /// last.
+    /// Called after the due event: returns the clocks to the next one, `None` if it was the last.
     ///
     /// At an unchanged speed this is two subtractions.
     #[inline(always)]
@@ -296,7 +293,7 @@ impl Pace {
         Some(self.now)
     }
 
-    /// The rest of `advance`, when the interval to come is another one.
+    /// The rest of `advance`, if the next interval may be another one.
     #[cold]
     #[inline(never)]
     fn change(&mut self) -> Option<Ticks> {
@@ -304,15 +301,15 @@ impl Pace {
             self.reach();
             return None;
         }
-        // The register takes over what was put down for it …
+        // The register takes over the value that was written for it …
         if let Some(change) = self.change {
             self.play(change);
         }
-        // … unless the update at this step wants something else at once.
+        // … unless the update at this step changes it at once.
         if self.live && self.wait <= 0 {
             self.update();
         }
-        // Saturating: where 2³¹ clocks are less than an update's interval and a step's.
+        // Saturating: for when the interval of an update and of a step exceed 2³¹ clocks.
         self.wait = self.wait.saturating_sub_unsigned(self.now);
         if self.millis.is_some() {
             self.spend();
@@ -321,7 +318,7 @@ impl Pace {
         Some(self.now)
     }
 
-    /// An update is due.
+    /// Makes the due update.
     fn update(&mut self) {
         let Some(clocked) = &mut self.clocked else { return };
         self.wait = self.wait.saturating_add(clocked.period.next());
@@ -335,13 +332,13 @@ impl Pace {
         }
     }
 
-    /// The first interval of a change begins.
+    /// Begins the first interval of a change.
     fn play(&mut self, change: Change) {
         (self.now, self.shift) = (change.next, change.shift);
         self.change = change.rest();
     }
 
-    /// The interval under way ends before the milliseconds do, or is cut short with them.
+    /// Counts the present interval against the milliseconds, or cuts it short with them.
     fn spend(&mut self) {
         if let Some(left) = &mut self.millis {
             if u64::from(self.now) >= *left {
@@ -360,7 +357,7 @@ impl Pace {
         self.status = self.status.without(Status::SPIN_FIXED).and(Status::REACHED);
     }
 
-    /// What the foreground's update wants: two numbers, for the next event to take over.
+    /// Writes the change of the foreground's update: two numbers, which the next event takes over.
     #[inline]
     pub(crate) fn put_down(&mut self, change: Change) {
         self.change = Some(change);
@@ -368,10 +365,10 @@ impl Pace {
     }
 }
 
-/// An interval in a timer's counts.
+/// An interval in counts of a timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counts {
-    /// What it counts to.
+    /// The count.
     pub top: u32,
     /// log₂ of the prescaler.
     pub shift: u8,

@@ -30,9 +30,9 @@ use stepwright::units::Ticks;
 pub struct Timed {
     driver: Driver,
     here: Here,
-    /// Before the next event.
+    /// The delay before the next event.
     due: Option<Ticks>,
-    /// Without `IRQ_TIMING`: the caller's check, at this interval in milliseconds.
+    /// The interval of the caller's check in milliseconds, without `IRQ_TIMING`.
     poll_ms: u32,
     /// Milliseconds of the last check, and clocks from the order to the last event.
     polled: u32,
@@ -56,20 +56,20 @@ impl Hold for Here {
 }
 
 impl Timed {
-    /// The delays of an order. Without [`Control::IRQ_TIMING`] it is checked every 20 ms,
-    /// which the article asks for.
+    /// The delays of an order. Without [`Control::IRQ_TIMING`] the updates are checked every 20 ms,
+    /// as the article recommends.
     ///
     /// # Errors
-    /// The code below 0 with which the driver refuses it.
+    /// The code below 0 with which the driver refuses the order.
     pub fn new(hardware: Hardware, model: Model, order: &SetSpeed) -> Result<Timed, Code> {
         Timed::polled(hardware, model, order, 20)
     }
 
-    /// Likewise; without [`Control::IRQ_TIMING`] it is checked every `poll_ms` ms (at least
-    /// 1).
+    /// The delays of an order. Without [`Control::IRQ_TIMING`] the updates are checked every
+    /// `poll_ms` ms (at least 1).
     ///
     /// # Errors
-    /// As [`new`](Timed::new).
+    /// Those of [`new`](Timed::new).
     pub fn polled(
         hardware: Hardware,
         model: Model,
@@ -85,12 +85,12 @@ impl Timed {
         Ok(Timed { driver, here, due, poll_ms: poll_ms.max(1), polled: 0, clocks: 0 })
     }
 
-    /// Whether it leads forward.
+    /// Whether the order goes forward.
     pub const fn forward(order: &SetSpeed) -> bool {
         !order.control.has(Control::DIRECTION)
     }
 
-    /// The checks up to the present.
+    /// Makes the checks up to the present.
     fn check(&mut self) {
         let hz = self.driver.hardware().hz();
         while self.here.0.is_moving() {
@@ -122,7 +122,7 @@ impl Iterator for Timed {
     }
 }
 
-/// A step at a time, as the engine asks for them.
+/// One step at a time, as the engine asks for them.
 impl Feed for Timed {
     fn take(&mut self) -> Taken {
         match self.next() {

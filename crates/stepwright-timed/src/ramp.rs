@@ -1,4 +1,4 @@
-//! How the virtual top changes from update to update.
+//! The change of the virtual top from update to update.
 //!
 //! ```text
 //!   top(k+1) = top(k) ± modification(k)
@@ -12,7 +12,7 @@
 use super::order::{Control, SetSpeed};
 use crate::fit::{Fitted, Hardware, Misfit};
 
-/// The speed now, and what is still to come of its updates.
+/// The present speed, and its remaining updates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Ramp {
     pub control: Control,
@@ -29,8 +29,8 @@ impl Ramp {
         Ramp { control, top, modification, counts }
     }
 
-    /// Makes one update, and says how the new top fits the timer; the top stays as it was
-    /// if it does not.
+    /// Makes one update, and returns how the new top fits the timer; if it does not fit, the top
+    /// stays unchanged.
     #[inline(never)]
     pub fn update(&mut self, hardware: &Hardware) -> Result<Fitted, Misfit> {
         let faster = self.control.has(Control::FASTER);
@@ -60,7 +60,7 @@ impl Ramp {
                 top + all <= u64::from(hardware.max_top())
             };
         }
-        // Halved or doubled 32 times a modification is 0, or beyond every top.
+        // After 32 halvings or doublings a modification is 0, or larger than any top.
         for _ in 0..self.counts.min(33) {
             if self.update(hardware).is_err() {
                 return false;

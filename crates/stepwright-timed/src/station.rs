@@ -1,7 +1,7 @@
 //! A timer's motor, ordered over the serial line: without its pins, clock and bytes.
 //!
 //! It is the same on a chip (`firmware/avr/src/bin/timed.rs`) and on the virtual board
-//! (`stepwright-sim`): what has one or several of these is a program behind a `ProgramSlave`, and
+//! (`stepwright-sim`): the program that has one or several of these is behind a `ProgramSlave`, and
 //! finds the motor of a row by its timer.
 
 use super::driver::{Driver, Hold};
@@ -11,16 +11,16 @@ use super::order::{Call, Code, Control, SetSpeed};
 use super::pace::Model;
 use stepwright_protocol::{Fault, Said};
 
-/// A motor whose pins are named while the program runs.
+/// A motor whose pins are set while the program runs.
 pub trait WiredMotor: Hold {
-    /// Has the motor on these pins, while it rests; false, and nothing done, if the board has
-    /// not got them.
+    /// Moves the motor to these pins, while it is at rest. Returns false and does nothing if the
+    /// board does not have them.
     fn rewire(&mut self, wire: &Wire) -> bool;
 
-    /// The row of the motor's table that it is at.
+    /// The row of the motor's table at which it is.
     fn phase(&mut self) -> u8;
 
-    /// Whether it moves.
+    /// Whether the motor moves.
     fn is_moving(&mut self) -> bool {
         self.with(|pace| pace.is_moving())
     }
@@ -30,13 +30,13 @@ pub trait WiredMotor: Hold {
 pub struct TimedStation<H> {
     motor: H,
     driver: Driver,
-    /// It has pins.
+    /// Whether the motor has pins.
     wired: bool,
-    /// From check to check of the main program, in ms; 0: none.
+    /// Milliseconds from one check by the main program to the next; 0: none.
     check: u16,
-    /// When it was checked last, on the board's clock.
+    /// The time of the last check, on the board's clock.
     checked: u32,
-    /// The call on the board's clock, and what the caller's shows then.
+    /// The time of the call on the board's clock, and the time of the caller's clock then.
     call: u32,
     shown: u32,
     reached: Option<u32>,
@@ -44,7 +44,7 @@ pub struct TimedStation<H> {
 }
 
 impl<H: WiredMotor> TimedStation<H> {
-    /// A motor at rest that has no pins yet.
+    /// A motor at rest without pins.
     pub fn new(motor: H, hardware: Hardware) -> TimedStation<H> {
         TimedStation {
             motor,
@@ -64,9 +64,9 @@ impl<H: WiredMotor> TimedStation<H> {
         &mut self.motor
     }
 
-    /// Carries out a row at `now` milliseconds of the board's clock; an order as a millisecond
-    /// begins, so that the checks come whole milliseconds after it. A [`Line::Look`] is answered
-    /// by `report`.
+    /// Carries out a row at `now` milliseconds of the board's clock. An order begins with a
+    /// millisecond, so that the checks come whole milliseconds after it. `report` answers a
+    /// [`Line::Look`].
     ///
     /// # Errors
     /// [`Fault::Busy`], [`Unwired::Pins`]
@@ -112,7 +112,7 @@ impl<H: WiredMotor> TimedStation<H> {
             return Code::NOT_WIRED;
         }
         let code = self.driver.set_speed(&mut self.motor, order, shown);
-        // After an error the order before goes on, by its own clock.
+        // After an error the previous order continues, by its own clock.
         if !code.is_error() {
             (self.call, self.shown, self.checked) = (now, shown, now);
             (self.reached, self.fault) = (None, None);
@@ -138,12 +138,12 @@ impl<H: WiredMotor> TimedStation<H> {
         self.driver.set_speed(&mut self.motor, &SetSpeed::STOP, shown);
     }
 
-    /// The caller's clock.
+    /// The time of the caller's clock.
     fn caller(&self, now: u32) -> u32 {
         now.wrapping_sub(self.call).wrapping_add(self.shown)
     }
 
-    /// The main program's check, when it is due.
+    /// Makes the main program's check, if it is due.
     pub fn poll(&mut self, now: u32) {
         if self.check == 0 || now.wrapping_sub(self.checked) < self.check.into() {
             return;

@@ -1,4 +1,4 @@
-//! What the step interrupt does: the edge, then the next interval.
+//! The work of the step interrupt: the edge, then the next interval.
 //!
 //! ```text
 //!   begin        steps             the last      an interval later
@@ -6,47 +6,47 @@
 //!     current on                                 └ off, if the drive rests
 //! ```
 //!
-//! Source: Austin for the L6219, whose current is on from the start until after the
-//! last step. What else has to be switched off, enables, is the caller's.
+//! Source: Austin for the L6219, whose current is on from the start until after the last step. The
+//! caller switches everything else, such as enables.
 
 use super::pace::Pace;
 use stepwright::drive::{Coils, Port, Sequence};
 use stepwright::units::Ticks;
 
-/// A motor of the timed driver: when it steps, and its windings.
+/// A motor of the timed driver: its step times and its windings.
 #[derive(Debug)]
 pub struct Stepper<P> {
-    /// When the next event is due.
+    /// The times of the events.
     pub pace: Pace,
     coils: Coils<P>,
-    /// The last step was made; the event that is due switches the current off.
+    /// Whether the last step was made; then the due event switches the current off.
     resting: bool,
 }
 
 impl<P: Port> Stepper<P> {
-    /// At rest.
+    /// A motor at rest.
     pub const fn new(coils: Coils<P>) -> Stepper<P> {
         Stepper { pace: Pace::idle(), coils, resting: false }
     }
 
-    /// Says which lines it has.
+    /// Sets the lines of the motor.
     pub fn wire(&mut self, port: P, sequence: Sequence, mask: u8) {
         self.coils = Coils::new(port, sequence, mask);
     }
 
-    /// Its windings.
+    /// The windings.
     #[inline]
     pub fn coils(&mut self) -> &mut Coils<P> {
         &mut self.coils
     }
 
-    /// The row of the motor's table that it is at.
+    /// The row of the motor's table at which it is.
     pub const fn phase(&self) -> u8 {
         self.coils.phase()
     }
 
-    /// A motion begins now, and the current goes on where the motor is. The first event is
-    /// due an [`interval`](Pace::interval) later.
+    /// Begins a motion now, and switches the current on at the motor's present phase. The first
+    /// event is due one [`interval`](Pace::interval) later.
     pub fn begin(&mut self, pace: Pace, forward: bool) {
         self.pace = pace;
         self.resting = false;
@@ -54,21 +54,21 @@ impl<P: Port> Stepper<P> {
         self.coils.on();
     }
 
-    /// No more events. The current goes off; the phase stays.
+    /// Ends all events. The current goes off; the phase stays.
     pub fn stop(&mut self) {
         self.resting = false;
         self.coils.off();
     }
 
-    /// An event is due: makes the step, if it is one, and says how many clocks later the
-    /// next event is. `None` after the last.
+    /// Handles a due event: makes the step, if it is one, and returns the clocks to the next event.
+    /// `None` after the last.
     #[inline(always)]
     pub fn event(&mut self) -> Option<Ticks> {
         self.edge();
         self.advance()
     }
 
-    /// The first half of an event: the step, if it is one. It comes first, so that edges are
+    /// The first half of an event: makes the step, if it is one. It comes first, so that edges are
     /// even.
     #[inline(always)]
     pub fn edge(&mut self) {
@@ -77,7 +77,7 @@ impl<P: Port> Stepper<P> {
         }
     }
 
-    /// The second half, which takes longer: clocks from the event to the next one.
+    /// The second half, which takes longer: the clocks from this event to the next one.
     #[inline(always)]
     pub fn advance(&mut self) -> Option<Ticks> {
         match self.pace.advance() {
@@ -86,7 +86,7 @@ impl<P: Port> Stepper<P> {
         }
     }
 
-    /// No step is to come. The rotor gets an interval to settle.
+    /// No step is left. The rotor gets an interval to settle.
     #[cold]
     #[inline(never)]
     fn rest(&mut self) -> Option<Ticks> {

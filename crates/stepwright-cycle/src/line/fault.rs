@@ -6,12 +6,13 @@ use stepwright_protocol::{Numbers, OwnFault, Text, flash_text};
 
 use crate::strategy::Refusal;
 
-/// Why a board does not do what a row says.
+/// Why a board refuses a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CycleFault {
-    /// `pin NUMBER`: the pin of this number of the line is not the board's, or another motor's.
+    /// `pin NUMBER`: the pin in the number of this index is not on the board, or is used by another
+    /// motor.
     Pin {
-        /// Which number of the line, from 1.
+        /// The index of the number in the line, from 1.
         number: u8,
     },
     /// `cycle CODE,MOTOR,NEEDS`: the cycle refuses.
@@ -64,7 +65,7 @@ impl fmt::Display for CycleFault {
     }
 }
 
-/// A refusal's number, and the delay that would do.
+/// The code of a refusal, and the delay that would be accepted.
 fn code(refusal: Refusal) -> (u8, u32) {
     match refusal {
         Refusal::Running => (0, 0),
@@ -83,7 +84,7 @@ fn code(refusal: Refusal) -> (u8, u32) {
     }
 }
 
-/// And back.
+/// The refusal with this code.
 pub(super) fn refusal(code: u8, motor: u8, needs: u32) -> Option<Refusal> {
     Some(match code {
         0 => Refusal::Running,
@@ -103,7 +104,7 @@ pub(super) fn refusal(code: u8, motor: u8, needs: u32) -> Option<Refusal> {
     })
 }
 
-/// Homing's number in a report, of a refusal.
+/// The code of a refusal in the homing field of a report.
 pub(crate) fn home_code(refused: Refusal) -> (u8, u32) {
     let (code, needs) = code(refused);
     (code.wrapping_add(16), needs)

@@ -1,4 +1,4 @@
-//! A line is read, and every number of it checked.
+//! Parses a line and checks every number of it.
 
 #[cfg(feature = "runs")]
 use stepwright::run::Run;
@@ -14,18 +14,18 @@ use crate::strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Strategies};
 
 /// Whether the board can home by itself.
 pub(crate) const HOMES: bool = cfg!(feature = "homing");
-/// Longest fixed tick in µs.
+/// The longest fixed tick in µs.
 const TICK: u32 = 1_000_000;
 
 impl CycleLine {
-    /// Reads the row of this letter and these numbers, for a board of this many motors and legs;
-    /// `None` if it is none.
+    /// Parses the row with this letter and these numbers, for a board with this many motors and
+    /// legs; `None` if there is no such row.
     pub fn read(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<CycleLine> {
         parse(letter, n, motors, legs)
     }
 }
 
-/// A row of this letter.
+/// Parses a row with this letter.
 #[inline(always)]
 fn parse(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<CycleLine> {
     let line = match letter {
@@ -100,7 +100,7 @@ fn parse(letter: u8, n: &mut Numbers<'_>, motors: u8, legs: u16) -> Option<Cycle
     Some(line)
 }
 
-/// A leg of steps that were planned elsewhere, or of a wait.
+/// Parses a leg of steps that were planned elsewhere, or of a wait.
 #[cfg(feature = "runs")]
 #[inline(never)]
 fn planned(n: &mut Numbers<'_>) -> Option<Leg> {
@@ -108,7 +108,7 @@ fn planned(n: &mut Numbers<'_>) -> Option<Leg> {
     let Ok(count) = u16::try_from(signed.unsigned_abs()) else {
         return n.range(-i64::from(u16::MAX), u16::MAX.into());
     };
-    // A wait of half the range of ticks, which no player takes for one that is over.
+    // A wait of half the range of ticks, which no player takes for one that has passed.
     let most = (1 << 47) - 1;
     let interval = n.next()?;
     if !(0..=most).contains(&interval) {

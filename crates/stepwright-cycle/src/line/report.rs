@@ -1,41 +1,41 @@
-//! How a cycle is, over the line.
+//! The state of a cycle, over the line.
 
 use super::fault::refusal;
 use stepwright_protocol::Numbers;
 
 use crate::strategy::{CycleError, Refusal};
 
-/// What `:?` is answered.
+/// The answer to `:?`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CycleReport {
-    /// A cycle runs; it is held up.
+    /// Whether a cycle runs, and whether it is paused.
     pub running: bool,
     /// See `running`.
     pub paused: bool,
     /// The number of the last cycle that was started.
     pub number: u8,
-    /// Ticks since its start, until its end.
+    /// Ticks from its start to now or to its end.
     pub time: u64,
     /// Why it was cancelled.
     pub error: Option<CycleError>,
-    /// Steps of it that came late.
+    /// Its late steps.
     pub late: u32,
-    /// The longest time of the handler in it, in µs.
+    /// The longest time of the handler in the cycle, in µs.
     pub longest: u32,
     /// When it was paused, resumed and finished, in ticks after its start.
     pub acts: [Option<u64>; 3],
-    /// Homing: 0 none, 1 under way, 2 done; 3 the switch was not found, 4 it is still closed,
-    /// 5 cancelled, 16 and more refused by this code.
+    /// Homing: 0 none, 1 in progress, 2 done; 3 the switch was not found, 4 it is still closed, 5
+    /// cancelled, 16 and more: refused, with the refusal's code added.
     pub home: u8,
-    /// What homing needs, if it was refused for a delay, in µs.
+    /// The delay that homing needs, if it was refused for a delay, in µs.
     pub needs: u32,
     /// The motors.
     pub motors: [MotorReport; 8],
-    /// How many.
+    /// The number of motors.
     pub count: u8,
 }
 
-/// How a motor is.
+/// The state of a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MotorReport {
     /// 0 idle, 1 running, 2 finished.
@@ -44,11 +44,11 @@ pub struct MotorReport {
     pub faults: u8,
     /// When the last of these came, in ticks after the start.
     pub fault_at: Option<u64>,
-    /// Where it is.
+    /// Its position.
     pub position: i64,
-    /// A kill has lost its position.
+    /// Whether its position is unknown after a kill.
     pub uncertain: bool,
-    /// Its greatest position, if it has one; told once no cycle runs.
+    /// Its greatest position, if it has one; reported when no cycle runs.
     pub max: Option<i64>,
 }
 
@@ -58,7 +58,7 @@ impl CycleReport {
     /// Numbers of a motor.
     pub const EACH: u8 = 5;
 
-    /// Reads an answer; `None` if it is none.
+    /// Parses an answer; `None` if it is no report.
     pub fn read(text: &[u8]) -> Option<CycleReport> {
         let mut numbers = Numbers::of(text);
         let mut next = || numbers.next();
@@ -71,7 +71,7 @@ impl CycleReport {
             motor => Some(CycleError::MotorError { motor: u8::try_from(motor - 2).ok()? }),
         };
         let [late, longest] = [u32::try_from(next()?).ok()?, u32::try_from(next()?).ok()?];
-        // One more than the time, or 0.
+        // The time plus 1, or 0.
         let moment = |number: i64| Some(u64::try_from(number).ok()?.checked_sub(1));
         let acts = [moment(next()?)?, moment(next()?)?, moment(next()?)?];
         let (home, needs) = (u8::try_from(next()?).ok()?, u32::try_from(next()?).ok()?);
@@ -106,7 +106,7 @@ impl CycleReport {
         (numbers.is_end() && count > 0).then_some(report)
     }
 
-    /// Why homing was given up: the refusal, if it was one.
+    /// Why homing was refused, if it was.
     pub fn home_refusal(&self, motor: u8) -> Option<Refusal> {
         refusal(self.home.checked_sub(16)?, motor, self.needs)
     }

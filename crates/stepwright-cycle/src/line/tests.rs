@@ -15,7 +15,7 @@ use crate::strategy::{
     AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, CycleError, Refusal, Strategies,
 };
 
-/// A row with its mark, read.
+/// Parses a row with its mark.
 fn read(text: &str) -> Result<CycleLine, Fault<CycleFault>> {
     let row = text.strip_prefix(':').unwrap_or(text).as_bytes();
     read_row(row, |letter, numbers| CycleLine::read(letter, numbers, 3, 24))
@@ -87,7 +87,7 @@ fn what_is_written_is_read() {
     for line in lines() {
         let text = line.to_string();
         assert!(text.len() + 3 <= LONGEST, "{text}");
-        // Every program's, which no row reads.
+        // A row of all programs, which is not parsed here.
         if text != "Z" {
             assert_eq!(read(&text), Ok(line), "{text}");
         }

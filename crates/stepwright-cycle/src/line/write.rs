@@ -1,4 +1,4 @@
-//! A line as it is sent.
+//! Writes a line as it is sent.
 
 use core::fmt;
 
@@ -9,7 +9,7 @@ use crate::motor::{End, Motor};
 use crate::program::{DelayRamp, Leg};
 use crate::strategy::{AtHardEnd, AtSmallDelay, AtSoftEnd, AtTiming, Strategies};
 
-/// A row: its letter and its numbers.
+/// Writes a row: its letter and its numbers.
 fn write(f: &mut fmt::Formatter<'_>, letter: char, numbers: &[i64]) -> fmt::Result {
     write!(f, ":{letter}")?;
     let mut comma = "";
@@ -20,7 +20,7 @@ fn write(f: &mut fmt::Formatter<'_>, letter: char, numbers: &[i64]) -> fmt::Resu
     Ok(())
 }
 
-/// As it is sent, without its checksum and carriage return.
+/// The row as it is sent, without its checksum and carriage return.
 impl fmt::Display for CycleLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -28,7 +28,7 @@ impl fmt::Display for CycleLine {
             CycleLine::Look => write(f, '?', &[]),
             CycleLine::Now(LineAct::Pause) => write(f, 'Q', &[]),
             CycleLine::Now(LineAct::Resume) => write(f, 'O', &[]),
-            // Every program's.
+            // A row of all programs.
             CycleLine::Now(LineAct::Finish) => f.write_str("Z"),
             CycleLine::Clock(clock, Strategies { hard_end, soft_end, small_delay, timing }) => {
                 let tick = match clock {

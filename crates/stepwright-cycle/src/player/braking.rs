@@ -4,8 +4,8 @@ use super::{BRAKES, Brake, Faults, PACED, ProgramRunner, Stage, Taken};
 use stepwright::run::Run;
 
 impl ProgramRunner<'_> {
-    /// Begins to brake, with `left` steps of its run to make, of which the next one
-    /// will be. False if it stands at once.
+    /// Begins to brake, with `left` steps of its run to make; the next of them will be made.
+    /// Returns false if the motor stands at once.
     pub(crate) fn brake(&mut self, left: u16) -> bool {
         if BRAKES && (self.rolling.get() || left < self.handed.get()) {
             let interval = self.interval(left);
@@ -14,8 +14,8 @@ impl ProgramRunner<'_> {
         self.is_braking()
     }
 
-    /// From step to step by its program, this many steps before the next one to be handed out,
-    /// in 2⁻¹⁶ ticks.
+    /// The interval of the program, this many steps before the next one to be handed out, in 2⁻¹⁶
+    /// ticks.
     #[cfg_attr(not(feature = "runs"), allow(unused_variables))] // steps of a leg are even
     fn interval(&self, back: u16) -> u64 {
         let ticks = match self.stage {
@@ -27,18 +27,18 @@ impl ProgramRunner<'_> {
         ticks.min(1 << 31) << 16
     }
 
-    /// The interval before the next step of its program, in 2⁻¹⁶ ticks, while it
-    /// brakes; `None` if it makes that no more.
+    /// The interval before the next step of the program, in 2⁻¹⁶ ticks, while the motor brakes;
+    /// `None` if it does not make that step any more.
     pub(super) fn slower(&mut self) -> Option<u64> {
         let interval = self.interval(0);
         let mut brake = self.brake.get()?;
-        // Where the program turns it stands.
+        // Where the program turns, the motor stands.
         let next = if self.forward == self.facing { brake.next(interval) } else { None };
         self.brake.set(Some(brake));
         next
     }
 
-    /// The next step by deadlines while it brakes.
+    /// The next step by deadlines while the motor brakes.
     pub(super) fn brake_on(&mut self) -> Taken {
         let Some(interval) = self.slower() else {
             self.end();

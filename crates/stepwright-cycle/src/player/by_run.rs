@@ -1,9 +1,9 @@
-//! Runs that were planned elsewhere: lines and arcs on a board that has no 64-bit floats.
+//! Runs that were planned elsewhere: lines and arcs on a board without 64-bit floats.
 //!
-//! A run is handed on whole, for the engine to play by itself; a soft end cuts it, and after a
-//! turn its first step goes alone, as half of its interval is over then. That its
-//! intervals are not too small is seen at the start, for the products of that take a small chip
-//! as long as all the rest.
+//! A run is handed out whole, for the engine to play by itself. A soft end cuts it, and after a
+//! turn its first step is handed out alone, because half of its interval has passed then. The start
+//! checks that its intervals are not too small, because the products for that take a small chip as
+//! long as all the rest.
 
 use super::super::program::after;
 use super::{ProgramRunner, Stage, Taken};
@@ -11,11 +11,11 @@ use stepwright::run::Run;
 use stepwright::units::Ticks;
 
 impl ProgramRunner<'_> {
-    /// Begins with a run.
+    /// Begins a run.
     #[inline(always)]
     pub(super) fn read_run(&mut self, run: Run, forward: bool) -> Stage {
         if run.count() == 0 {
-            // Who waits stands: nothing is left to brake.
+            // A motor that waits stands: nothing is left to brake.
             if self.is_braking() {
                 return Stage::Over;
             }
@@ -31,8 +31,8 @@ impl ProgramRunner<'_> {
         Stage::Run
     }
 
-    /// The run behind one that is made, if nothing is in its way: no turn, no wait, no end and
-    /// no brake.
+    /// The run after one that is made, if nothing prevents it: no turn, no wait, no end and no
+    /// brake.
     #[inline(always)]
     pub(super) fn by_next_run(&mut self) -> Option<Run> {
         if self.stage != Stage::Run || self.left != 0 || self.is_braking() {
@@ -49,7 +49,7 @@ impl ProgramRunner<'_> {
         Some(run)
     }
 
-    /// What is left of the run, as far as a soft end lets it.
+    /// The rest of the run, as far as a soft end allows.
     #[inline(always)]
     pub(super) fn by_run(&mut self) -> Taken {
         let mut first = self.fine(0);
@@ -63,7 +63,7 @@ impl ProgramRunner<'_> {
             count = 1;
         }
         if self.free < count {
-            // Further than this run: it is not looked for at each.
+            // Further than this run, so that it is not computed for each run.
             count = self.room(u16::MAX.into()).min(count);
         }
         let count = count as u16;
@@ -75,8 +75,7 @@ impl ProgramRunner<'_> {
         Taken::Run(Run::new(first, self.run.add(), count))
     }
 
-    /// The interval before the next step of the run, or `back` steps before that, in 2⁻¹⁶
-    /// ticks.
+    /// The interval before the next step of the run, or `back` steps before that, in 2⁻¹⁶ ticks.
     #[inline(always)] // out of line, a Mega's compiler would pass its fields on the stack
     pub(super) fn fine(&self, back: u16) -> u64 {
         let made = self.run.count().wrapping_sub(self.left as u16).saturating_sub(back);

@@ -1,13 +1,13 @@
-//! A program on stepper_h's fixed tick: bounds two ticks before a step, STEP raised
-//! one before, the step where it falls. What a delay leaves over of a tick goes into the
-//! next.
+//! A program on stepper_h's fixed tick: bounds are checked two ticks before a step, STEP rises one
+//! tick before, and the step counts where STEP falls. The part of a delay that is less than a tick
+//! is added to the next delay.
 
 use super::{Faults, ProgramRunner, Stage, Taken};
 use crate::wide::remainder;
 use stepwright::units::Ticks;
 
 impl ProgramRunner<'_> {
-    /// µs before the next step of the leg, more while it brakes; `None` if it stands then.
+    /// µs before the next step of the leg, more while the motor brakes; `None` if it stands then.
     pub(super) fn braked(&mut self) -> Option<u32> {
         if !self.is_braking() {
             return Some(self.delay);
@@ -16,7 +16,7 @@ impl ProgramRunner<'_> {
         Some(self.delay.max(self.beat.micros(ticks)))
     }
 
-    /// Ticks from the last step to one `us` µs later, in µs; the rest is kept.
+    /// The time from the last step to one `us` µs later in whole ticks, in µs; the rest is carried.
     pub(super) fn ticked(&mut self, us: u64) -> u64 {
         let period = self.beat.period().max(1);
         let us = us.saturating_add(self.over.get().into());

@@ -1,15 +1,15 @@
-//! A program on the fixed tick for a chip that is not called at each: where its steps fall is
-//! computed, and only they are made.
+//! A program on the fixed tick for a chip that is not called at each tick: the ticks with steps are
+//! computed, and only they are played.
 //!
-//! STEP rises a tick before a step's own, as in three passes. So the first step, and one behind
-//! a wait or a turn, comes a tick earlier than its delay says; what follows a step counts from
-//! that earlier tick.
+//! STEP rises a tick before a step's own tick, as with three passes. So the first step, and one
+//! after a wait or a turn, comes a tick earlier than its delay says; the time after a step counts
+//! from that earlier tick.
 
 use super::{ProgramRunner, Stage, Taken};
 use stepwright::run::Run;
 
 impl ProgramRunner<'_> {
-    /// The next run, or `None`: what there is to do now is the same by deadlines.
+    /// The next run, or `None` if the present stage is the same as by deadlines.
     pub(super) fn on_grid(&mut self) -> Option<Taken> {
         let period = self.beat.period();
         loop {
@@ -69,7 +69,7 @@ impl ProgramRunner<'_> {
         }
     }
 
-    /// µs from here to the tick of the step that was made last.
+    /// µs from here to the tick of the last step.
     fn own_tick(&mut self) -> u32 {
         if self.risen.take() { self.beat.period() } else { 0 }
     }

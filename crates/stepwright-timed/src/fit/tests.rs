@@ -1,12 +1,11 @@
-//! The Arduino driver's spreadsheet and its worked example, and the rule as the article
-//! writes it down.
+//! The Arduino driver's spreadsheet and its worked example, and the rule as written in the article.
 
 extern crate std;
 use super::*;
 use proptest::prelude::*;
 use std::string::ToString;
 
-/// A number of 10⁻⁹ with this many decimals, as it would be printed.
+/// A number of 10⁻⁹, rounded to this many decimals, as it would be printed.
 fn rounded(nano: u64, decimals: u32) -> u64 {
     let unit = 10u64.pow(9 - decimals);
     (nano + unit / 2) / unit
@@ -50,7 +49,7 @@ fn the_range_of_the_timers() {
     assert_eq!(UNO.fastest_nanosteps(), 25_000 * NANO);
     // 838.8608 s for a turn of 200 steps.
     assert_eq!(UNO.span() * 200 * 10_000 / 16_000_000, 8_388_608);
-    // Section 6's highest step rate that a prescaler of 1 has, and its lowest.
+    // Section 6: the lowest step rate with a prescaler of 1.
     let alone = Hardware::new(16_000_000, &[0], 16).unwrap();
     assert_eq!(alone.slowest_nanosteps(), 244_140_625_000);
     // Timer 2 at 255 counts: 61.27451 steps/s.

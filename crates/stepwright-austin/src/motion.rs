@@ -179,7 +179,7 @@ impl Motion {
     fn bind(&mut self, bounds: Bounds) -> Result<(), Unfit> {
         bounds.check()?;
         self.bounds = bounds;
-        self.settle(); // with the top speed that was: it may be the present one
+        self.settle(); // with the old top speed: it may be the present speed
         self.shortest = fixed::interval(bounds.rate, bounds.top);
         self.top = Square::from(bounds.top.squared()) << 32;
         if self.shortest < ONE {
@@ -193,7 +193,7 @@ impl Motion {
     /// Finds where the motion comes to rest, from the present delay.
     fn settle(&mut self) {
         if self.w == 0 {
-            self.end = self.position; // the next step sees where it goes
+            self.end = self.position; // the next step chooses the direction
             return;
         }
         let way = match self.forward {
@@ -206,8 +206,8 @@ impl Motion {
         self.end = if within(steps) { self.target } else { self.ahead(steps) };
     }
 
-    /// Sets w from the present delay if Eq 13 has drifted from it and if that changes what is
-    /// `within` reach.
+    /// Sets w from the present delay if Eq 13 has drifted from it, or if the target is `within`
+    /// reach only then.
     fn correct(&mut self, within: impl Fn(u64) -> bool) {
         let seen = match self.w {
             0 => return,

@@ -296,7 +296,7 @@ impl<'a> ProgramRunner<'a> {
     }
 
     /// How many of `count` steps of the present leg may be made before a soft end is in the way.
-    #[inline(never)] // it is asked for in four places
+    #[inline(never)] // called in four places
     fn room(&mut self, count: u32) -> u32 {
         if self.free < count {
             self.free = self.look_ahead(self.left.max(count));

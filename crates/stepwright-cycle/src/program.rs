@@ -180,7 +180,7 @@ pub enum Leg {
 impl Leg {
     /// The smallest interval in µs, rounded down, if the leg makes a step. A delay below the
     /// motor's smallest is fixed or ends the cycle; an interval of a run is not.
-    #[cfg_attr(not(feature = "runs"), allow(unused_variables))] // the clock is for runs
+    #[cfg_attr(not(feature = "runs"), allow(unused_variables))] // only runs need the clock
     fn delay(self, smallest: u32, beat: &Beat) -> Option<u32> {
         match self {
             Leg::Steps { count: 0, .. } | Leg::Wait { .. } => None,

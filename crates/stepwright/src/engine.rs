@@ -115,7 +115,8 @@ pub struct Report {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Playing {
     /// Unknown: at rest, or if the engine can't tell. Allowed only for steps; the rest of a wait
-    /// must be given, because a planner assumes that an unknown entry may be over at once.
+    /// must be given, because a planner assumes that an unknown entry may last in full and may
+    /// be over at once.
     Unknown,
     /// This many ticks.
     Left(Ticks),
@@ -127,7 +128,7 @@ pub enum Playing {
 ///
 /// Belongs to the step interrupt, which calls [`on_compare`](Engine::on_compare). The foreground
 /// calls the other methods, with that interrupt held off for the few microseconds that they take.
-#[cfg_attr(not(feature = "compact"), repr(C))] // what most visits read is near its beginning
+#[cfg_attr(not(feature = "compact"), repr(C))] // the fields that most visits read come first
 pub struct Engine<T: StepTimer, D, S, const N: usize> {
     first: First<T::Count, N>,
     timer: T,

@@ -90,7 +90,7 @@ type Shared<T, D, const N: usize, const Q: usize> = Engine<T, D, Consumer<'stati
 /// motors.move_to(Axis::X, 400)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[repr(C)] // what each visit reads is near its beginning
+#[repr(C)] // the fields that each visit reads come first
 pub struct SharedEngine<T: StepTimer, D, H, const N: usize, const Q: usize = 8> {
     /// Whether there is an engine.
     filled: AtomicBool,

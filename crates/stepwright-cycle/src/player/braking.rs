@@ -16,7 +16,7 @@ impl ProgramRunner<'_> {
 
     /// The interval of the program, this many steps before the next one to be handed out, in 2⁻¹⁶
     /// ticks.
-    #[cfg_attr(not(feature = "runs"), allow(unused_variables))] // steps of a leg are even
+    #[cfg_attr(not(feature = "runs"), allow(unused_variables))] // steps of a leg have one interval
     fn interval(&self, back: u16) -> u64 {
         let ticks = match self.stage {
             #[cfg(feature = "runs")]

@@ -87,7 +87,7 @@ impl<C: Count> Track<C> {
 impl<T: StepTimer, D: Drive, S: Source, const N: usize> Engine<T, D, S, N> {
     /// Ticks since the first event that is due and not served yet; 0 if there is none. Correct up
     /// to half the counter.
-    #[inline(never)] // a step interrupt that needs it not is shorter by its registers
+    #[inline(never)] // interrupts that do not call it need not save its registers
     pub fn behind(&mut self) -> Ticks {
         let now = self.timer.now();
         let tracks = self.tracks.iter().filter(|track| track.state != State::Idle);

@@ -183,7 +183,7 @@ impl Writer {
     fn skip(&mut self, steps: u16) {
         let Steps { first, add, count } = &mut self.part;
         if *count == steps {
-            *count = 0; // nothing is left that it would be the first of
+            *count = 0; // no step is left
             return;
         }
         let grown = if steps == 1 { *add } else { add.wrapping_mul(steps.into()) };

@@ -181,7 +181,7 @@ impl Planner {
     }
 
     /// Computes the error from δ: see [`settle`](Planner::settle). Where the acceleration changes,
-    /// the jerk adds a third of J·Δt²/v to δ².
+    /// the jerk counts like a third of J·Δt²/v in δ²; a half is added.
     fn shape(&mut self, clock: &Clock, work: &mut Work, first: bool, delta: Hand) {
         let curve = &self.curve;
         let size = self.size as i8;

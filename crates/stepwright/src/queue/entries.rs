@@ -390,7 +390,7 @@ fn is_far(run: &Run) -> bool {
 
 /// For the producer only, which checks for room.
 impl<const LEN: usize> Sink for &Queue<LEN> {
-    #[inline(never)] // in one place of the flash
+    #[inline(never)] // one copy in flash
     fn put(&mut self, entry: Entry) {
         let at = self.pushed.get();
         // SAFETY: the slot is free, and there is one producer.

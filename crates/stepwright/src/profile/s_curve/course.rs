@@ -278,7 +278,7 @@ impl Limits {
                 }
             }
         }
-        None // but for rounding it does not go backwards
+        None // it goes backward only by rounding
     }
 
     /// The stages from `motion` to the end speed, `way` steps away.

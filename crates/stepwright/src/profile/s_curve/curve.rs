@@ -245,7 +245,7 @@ impl Curve {
             (piece.place, piece.at) = if piece.speeds_up { (place, time) } else { end };
             (place, time) = end;
             let slot = self.pieces.get_mut(usize::from(self.piece_count));
-            *slot.ok_or(Unfit::TooLong)? = piece; // not met: there are enough
+            *slot.ok_or(Unfit::TooLong)? = piece; // never happens: there are enough
             self.piece_count += 1;
             if part.to.v.abs() > fastest.1.abs() {
                 fastest = (self.piece_count, part.to.v);
@@ -469,6 +469,6 @@ fn push(legs: &mut [Leg; LEGS], count: u8, leg: Leg) -> u8 {
             *slot = leg;
             count + 1
         }
-        None => count, // not met: there are enough
+        None => count, // never happens: there are enough
     }
 }

@@ -1,8 +1,8 @@
 //! Time per step of each law, beside the crates `ramp-maker` and `stepgen`:
 //! `cargo bench -p stepwright`. Figures and aims are in docs/benchmarks.md.
 //!
-//! One move for all: 4,000 steps, 10,000 steps/s², 4,000 steps/s, 1 MHz; what
-//! is measured is the sum of its delays, so time per element is time per step.
+//! One move for all: 4,000 steps, 10,000 steps/s², 4,000 steps/s, 1 MHz. The benchmark sums its
+//! delays, so time per element is time per step.
 
 use std::hint::black_box;
 

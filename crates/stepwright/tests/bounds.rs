@@ -1,4 +1,4 @@
-//! Orders, changes and rests at their bounds: each is tried on both sides.
+//! Orders, changes and rests at their limits: each is tried on both sides.
 
 use stepwright::engine::Playing;
 use stepwright::profile::{Fit, Ramp, Unfit};
@@ -13,7 +13,7 @@ use stepwright::{
 const STEP: u8 = 1;
 const TURN: u8 = 2;
 
-/// An engine that plays nothing, and says what it is told to say.
+/// An engine that plays nothing and returns preset values.
 #[derive(Default)]
 struct Player {
     moving: u8,
@@ -21,7 +21,7 @@ struct Player {
 
 type Motors<'q, const N: usize> = OrderedMotors<'q, Player, N>;
 
-/// Motors at rest, on these feeds.
+/// Motors at rest, with these feeds.
 fn motors<const N: usize>(feeds: [Producer<'_, 8>; N], board: Board<N>) -> Motors<'_, N> {
     OrderedMotors::new(Player::default(), feeds, board)
 }
@@ -47,7 +47,7 @@ impl Control for Player {
     fn clear_late(&mut self) {}
 }
 
-/// A board of 16 MHz on which a step costs this many ticks, however many axes move.
+/// A board of 16 MHz on which a step costs this many ticks, for any number of moving axes.
 fn board<const N: usize>(cost: u32) -> Board<N> {
     let rate = Rate::from_hz(16_000_000).unwrap();
     Board {
@@ -69,7 +69,7 @@ fn ramp(accel: u32) -> Ramp {
     Ramp::Accel(Accel::from_steps(accel).unwrap())
 }
 
-/// From `start` to `top` steps/s, at `accel` steps/s² both ways.
+/// From `start` to `top` steps/s, at `accel` steps/s² in both ramps.
 fn order(start: u32, top: u32, accel: u32, travel: Travel) -> Order {
     let (start, top) = (speed(start * 1000), speed(top * 1000));
     Order { start, top, up: ramp(accel), down: ramp(accel), jerk: None, travel }
@@ -77,12 +77,12 @@ fn order(start: u32, top: u32, accel: u32, travel: Travel) -> Order {
 
 const FORWARD: Travel = Travel::Endless(true);
 
-/// Plans all that the queues hold.
+/// Plans until the queues are full.
 fn plan<const N: usize>(motors: &mut Motors<N>) {
     while motors.plan() {}
 }
 
-/// The pins of what is queued and the ticks behind them.
+/// The pins of the queued events and the ticks after them.
 fn events(entries: &mut Consumer<8>) -> Vec<(u8, u64)> {
     let mut events = Vec::new();
     while let Next::Entry(entry) = entries.take() {
@@ -91,14 +91,15 @@ fn events(entries: &mut Consumer<8>) -> Vec<(u8, u64)> {
     events
 }
 
-/// Ticks up to an event with these pins.
+/// Ticks until an event with these pins.
 fn before(events: &[(u8, u64)], pins: u8) -> u64 {
     events.iter().take_while(|event| event.0 & pins == 0).map(|event| event.1).sum()
 }
 
 // ----- speeds beside other axes
 
-/// Two axes share 8,000 steps/s. A change is judged by all that move, and by what they do now.
+/// Two axes share 8,000 steps/s. A change is checked against all moving axes, with their present
+/// speeds.
 #[test]
 fn a_change_is_judged_beside_what_moves() {
     let too_fast = |steps: u32| Err(Refusal::TooFast { max: speed(steps * 1000) });
@@ -115,18 +116,18 @@ fn a_change_is_judged_beside_what_moves() {
     plan(&mut motors);
     assert_eq!(motors.change(Axis::X, top(4001)), too_fast(4000));
     assert_eq!(motors.change(Axis::X, top(4000)), Ok(()));
-    // What was refused has changed nothing, and what was not counts from now on.
+    // A refused change has changed nothing; an accepted one counts from now on.
     assert_eq!(motors.change(Axis::Y, top(4001)), too_fast(4000));
-    // Of both at once each is judged beside the other.
+    // In a change of both, each is checked beside the other.
     assert!(matches!(motors.change(AxisSet::ALL, top(4001)), Err(Refusal::TooFast { .. })));
     assert_eq!(motors.change(AxisSet::ALL, top(4000)), Ok(()));
-    // One that rests takes no part.
+    // An axis at rest takes no part.
     motors.kill_at_switch(Axis::Y);
     assert_eq!(motors.change(Axis::X, top(8001)), too_fast(8000));
     assert_eq!(motors.change(Axis::X, top(8000)), Ok(()));
 }
 
-/// Axes with hardware of their own do not share: each goes as fast beside the others as alone.
+/// Axes with hardware of their own do not share: each is as fast beside the others as alone.
 #[test]
 fn independent_axes_are_judged_alone() {
     let mut queues = [const { Queue::<8>::new() }; 3];
@@ -142,17 +143,17 @@ fn independent_axes_are_judged_alone() {
     assert_eq!(motors.start([(Axis::Z, fast(10_000))]), Ok(()));
 }
 
-/// A travel too short for its top speed is judged by the speed that it reaches: at 1000 steps/s²
-/// half a way up and half a way down. 0.001 steps/s, rounded up, decide.
+/// A travel too short for its top speed is checked with the speed that it reaches: at 1000 steps/s²
+/// half of the distance up and half down. 0.001 steps/s, rounded up, decide.
 #[test]
 fn a_peak_is_rounded_up() {
     for steps in [4, 7, 30, 47, 98, 301] {
-        // √(a · (n − 1)), from rest at both ends: the first pulse begins the way.
+        // √(a · (n − 1)), from rest at both ends: the travel begins with the first pulse.
         let peak = (1000.0 * f64::from(steps - 1)).sqrt() * 1000.0;
         assert!(peak.fract() > 0.01, "{steps}: {peak}");
         let short = order(0, 5000, 1000, Travel::By(steps));
         for (most, fits) in [(peak.floor(), false), (peak.ceil(), true)] {
-            // Another axis takes all else of 8,000 steps/s.
+            // Another axis takes the rest of 8,000 steps/s.
             let rest = speed(8_000_000 - most as u32);
             let other = Order { start: rest, top: rest, ..order(0, 1, 1000, FORWARD) };
             let mut queues = [const { Queue::<8>::new() }; 2];
@@ -168,9 +169,9 @@ fn a_peak_is_rounded_up() {
 
 // ----- ramps beside other axes
 
-/// 2,000 runs a second. A ramp of 40,000 steps/s² asks for 912 of them, by the board's figures for
-/// 857 to 1,058; an axis at speed for the time of its steps, a run for each 65.536 of them. So it is
-/// whichever of the two is ordered last.
+/// 2,000 runs a second. A ramp of 40,000 steps/s² needs 912 of them, or 857 to 1,058 by the board's
+/// formula; an axis at speed takes the time of its steps, a run for each 65.536 of them. The order
+/// of the two makes no difference.
 #[test]
 fn a_ramp_has_what_the_steps_of_others_leave() {
     let at = |steps: u32| Order { start: speed(steps * 1000), ..order(0, steps, 1, FORWARD) };
@@ -197,7 +198,7 @@ fn a_ramp_has_what_the_steps_of_others_leave() {
     assert_eq!(start(at(30_000), ramps(9_000), Some(60_000)), Ok(()));
     let change = start(at(30_000), ramps(9_000), Some(110_000));
     assert!(matches!(change, Err(Refusal::TooSteep { .. })), "{change:?}");
-    // Of one axis an eighth is left for a change on the way: (612 · a)^0.4 is 1,750 at 209,400.
+    // For one axis an eighth is kept back for a change: (612 · a)^0.4 is 1,750 at 209,400.
     let one = |steps: u32, accel: u32| {
         let mut queue = Queue::<8>::new();
         let mut motors = motors([queue.split().0], Board { runs: 2_000, ..board::<1>(10) });
@@ -205,7 +206,7 @@ fn a_ramp_has_what_the_steps_of_others_leave() {
     };
     assert_eq!(one(200_000, 140_000), Ok(()));
     assert_eq!(one(200_000, 250_000), Err(Refusal::TooSteep { runs: 1_750 }));
-    // Of three axes a sixteenth is left for a stop of all. 20,000,000 / 65,536 = 305.2
+    // For three axes a sixteenth is kept back for a stop of all. 20,000,000 / 65,536 = 305.2
     let third = |accel: u32| {
         let mut queues = [const { Queue::<8>::new() }; 3];
         let feeds = queues.each_mut().map(|queue| queue.split().0);
@@ -217,7 +218,7 @@ fn a_ramp_has_what_the_steps_of_others_leave() {
     assert_eq!(third(60_000), Ok(()));
     // (612 · a)^0.4 is 1,300, of which three axes leave 1,265.
     assert_eq!(third(100_000), Err(Refusal::TooSteep { runs: 2_000 - 125 - 610 }));
-    // Speeds alone are no matter of planning.
+    // Speeds alone do not count for planning.
     assert_eq!(start(at(200_000), at(200_000), None), Ok(()));
 }
 
@@ -235,7 +236,7 @@ fn play_all(motors: &mut Motors<1>, entries: &mut Consumer<8>) -> Vec<(u8, u64)>
     all
 }
 
-/// −2³¹ has no opposite, and leads backward from wherever it faces.
+/// −2³¹ has no opposite, and goes backward whatever the direction.
 #[test]
 fn the_longest_travel_leads_backward() {
     for first in [10, -10] {
@@ -253,8 +254,8 @@ fn the_longest_travel_leads_backward() {
     }
 }
 
-/// A target that is 2³¹ steps and more from what is planned is none; one that is less far is, though it
-/// is on the other side of where the travel began.
+/// A target 2³¹ steps or more from the planned part is refused; a nearer one is accepted, even on
+/// the other side of where the travel began.
 #[test]
 fn a_target_that_32_bits_do_not_reach_is_refused() {
     let travel = |steps| {
@@ -283,8 +284,8 @@ fn a_target_that_32_bits_do_not_reach_is_refused() {
 
 // ----- rests
 
-/// A leg that turns waits for the longer of DIR's hold time and its rest, an interval of the
-/// start speed.
+/// A leg that turns waits for DIR's hold time or its rest, an interval of the start speed,
+/// whichever is longer.
 #[test]
 fn a_turn_waits_for_hold_and_rest() {
     for (hold, start, want) in [(200_000, 500, 200_000), (20_000, 500, 32_000)] {
@@ -332,21 +333,21 @@ fn a_kill_is_followed_by_a_rest() {
         plan(&mut motors);
         let wait = before(&events(&mut entries), STEP);
         assert_eq!(wait, 320_000 + 4_016, "killed: {kill}");
-        // Time that passes at rest is no more to be waited for.
+        // Time that has passed at rest is not waited for again.
         motors.kill_at_switch(Axis::X);
         entries.clear(true);
         (0..11).for_each(|_| motors.pass(16_000));
         motors.start([(Axis::X, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
         plan(&mut motors);
-        // What passed before it was seen at rest does not count.
+        // The time before the axis was seen at rest does not count.
         assert_eq!(before(&events(&mut entries), STEP), 160_000 + 4_016);
     }
 }
 
 // ----- targets that can't be counted to
 
-/// At 1,000,000 steps/s: the way to rest is so long that a target, or the way to it, is beyond
-/// what 32 bits count.
+/// At 1,000,000 steps/s: the braking distance is so long that a target, or the distance to it,
+/// exceeds 32 bits.
 #[test]
 fn a_target_beyond_what_is_counted_is_refused() {
     let too_long = Err(Refusal::Unfit(Unfit::TooLong));
@@ -364,7 +365,7 @@ fn a_target_beyond_what_is_counted_is_refused() {
         changes.iter().map(|change| motors.change(Axis::X, *change)).last().unwrap()
     };
     let decel = |accel: u32| Change::Decel(Accel::from_steps(accel).unwrap());
-    // 5·10⁸ steps to rest, from where the target lies 2·10⁹ back: there are too many between.
+    // 5·10⁸ steps to rest; the target is 2·10⁹ steps back from there: too many between.
     assert_eq!(change(i32::MAX, &[decel(1000), Change::Target(-1_000_000_000)]), Ok(()));
     assert_eq!(change(i32::MAX, &[decel(1000), Change::Target(-2_000_000_000)]), too_long);
     assert_eq!(change(i32::MAX, &[decel(1000), Change::Target(5)]), Ok(()));
@@ -373,8 +374,8 @@ fn a_target_beyond_what_is_counted_is_refused() {
     assert_eq!(change(1_000_000, &[decel(1000)]), Ok(()));
 }
 
-/// A curve's fall that has begun ends before a target further on, which is travelled to from
-/// there.
+/// A fall of a curve that has begun ends before a target further on, and the axis travels there
+/// afterwards.
 #[test]
 fn a_falling_curve_takes_a_target_further_on() {
     let mut queue = Queue::<8>::new();
@@ -409,8 +410,8 @@ fn started(rate: u32, order: Order) -> Result<(), Refusal> {
     motors([queue.split().0], board).start([(Axis::X, order)])
 }
 
-/// No interval takes 2³² ticks: of the start speed, or from rest the first, the last and one of
-/// the top speed together.
+/// No interval takes 2³² ticks: that of the start speed, or from rest the first, the last and one
+/// of the top speed together.
 #[test]
 fn an_interval_fits_32_bits() {
     let too_slow = Err(Refusal::Unfit(Unfit::TooSlow));
@@ -424,14 +425,14 @@ fn an_interval_fits_32_bits() {
     assert_eq!(started(200_000_000, slow(47, 1000)), Ok(()));
     assert_eq!(started(200_000_000, slow(46, 46)), too_slow);
     assert_eq!(started(200_000_000, slow(47, 47)), Ok(()));
-    // With a limit of jerk from rest, the first step alone may be too long.
+    // With a jerk limit from rest, the first step alone may be too long.
     let bent = |jerk: u64| Order {
         jerk: Some(Jerk::from_millisteps(jerk).unwrap()),
         ..order(0, 10, 1000, Travel::By(50))
     };
     assert_eq!(started(200_000_000, bent(100)), too_slow);
     assert_eq!(started(200_000_000, bent(100_000)), Ok(()));
-    // From rest: 2 · √(2/a) + 1/v, of which each alone is less.
+    // From rest: 2 · √(2/a) + 1/v, each of which alone is less.
     let rests = |top: u32, accel: u32| {
         let slope = Ramp::Accel(Accel::from_millisteps(accel.into()).unwrap());
         Order { up: slope, down: slope, ..slow(0, top) }
@@ -444,7 +445,7 @@ fn an_interval_fits_32_bits() {
 }
 
 /// Ramps of an endless travel take less than 2³¹ steps, those of a curve less than 2²¹ and its
-/// bends; a target bounds them else.
+/// bends; otherwise a target bounds them.
 #[test]
 fn a_ramp_ends() {
     let too_gentle = Err(Refusal::Unfit(Unfit::TooGentle));
@@ -462,7 +463,7 @@ fn a_ramp_ends() {
     };
     assert_eq!(started(16_000_000, curve(by(2f64.powi(21)) * 0.98)), too_gentle);
     assert_eq!(started(16_000_000, curve(by(2f64.powi(21)) * 1.02)), Ok(()));
-    // All bends, √(v³/J) steps: 2²² at 57 steps/s³.
+    // Bends only, √(v³/J) steps: 2²² at 57 steps/s³.
     let bends = |jerk: u64| Order { jerk: Some(Jerk::from_steps(jerk).unwrap()), ..curve(9_000.0) };
     assert_eq!(started(16_000_000, bends(55)), too_gentle);
     assert_eq!(started(16_000_000, bends(59)), Ok(()));

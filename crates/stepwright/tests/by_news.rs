@@ -1,12 +1,12 @@
-//! A planner that is called at news alone, and at orders.
+//! A planner that is called only at news and at orders.
 
 use stepwright::{Accel, Axis, AxisLimits, Board, ByNews, Speed, Steppers};
 use stepwright_sim::{Description, Edge, Queues, SimEngine, virtual_engine, virtual_steppers_of};
 
 type Motors<'q> = Steppers<'q, ByNews<SimEngine<'q, Vec<Edge>, u32>>, 3>;
 
-/// Motors that plan at the order, and then whenever the engine has news, until they rest or this
-/// many ticks have passed: how often there was news.
+/// Lets motors plan at the order, and then whenever the engine has news, until they rest or this
+/// many ticks have passed. Returns how often there was news.
 fn carry_out(motors: &mut Motors, ticks: u32) -> usize {
     let (mut news, end) = (0, motors.engine().inner().now() + u64::from(ticks));
     loop {
@@ -55,7 +55,7 @@ fn steps_after_a_stop(speed: i32) -> i64 {
     })
 }
 
-/// Likewise where the planner is called every millisecond.
+/// The same with a planner that is called every millisecond.
 fn steps_after_a_stop_with_a_clock(speed: i32) -> i64 {
     let mut queues = Queues::default();
     let mut motors = virtual_steppers_of::<u32, _>(&mut queues, Description::uno(), ());
@@ -75,8 +75,8 @@ fn steps_after_a_stop_with_a_clock(speed: i32) -> i64 {
     motors.position(Axis::X).unwrap() - before.unwrap()
 }
 
-/// A stop is obeyed behind what is queued: one step more than with a clock where the interval is
-/// longer than the horizon, and at most as much again as the horizon elsewhere.
+/// A stop takes effect after the queued steps: one step later than with a clock if the interval is
+/// longer than the horizon, and otherwise at most another horizon later.
 #[test]
 fn a_slow_axis_stops_one_step_later() {
     for speed in [2, 5, 30, 50, 57, 60, 62, 64, 70, 90, 200, 499] {
@@ -87,7 +87,7 @@ fn a_slow_axis_stops_one_step_later() {
     }
 }
 
-/// Three axes of unlike speeds: exact, and with no more news than entries can be.
+/// Three axes of different speeds: exact, and with no more news than there can be entries.
 #[test]
 fn three_axes_arrive() {
     with(|motors, _| {

@@ -1,4 +1,4 @@
-//! A step that is far, on a wide counter: it is fetched before it is due.
+//! A far step on a wide counter: it is fetched before it is due.
 
 use std::cell::Cell;
 
@@ -7,7 +7,7 @@ use stepwright::queue::Queue;
 use stepwright::timer::StepTimer;
 use stepwright::{Engine, Playing, Rate, Run, Timing};
 
-/// The present, and when the interrupt comes.
+/// The present time, and the time of the next interrupt.
 #[derive(Default)]
 struct Chip {
     now: Cell<u32>,
@@ -38,14 +38,15 @@ impl Drive for &Chip {
 /// Ticks to the first step.
 const BEGIN: u32 = 20_000;
 
-/// Plays a step, `lag` ticks late, and one that is `far` behind it. The second is queued `ahead` of its
-/// deadline. Returns whether it was fetched before that, how many steps were late, and its edge.
+/// Plays a step, `lag` ticks late, and one that comes `far` after it. The second is queued `ahead`
+/// of its deadline. Returns whether it was fetched before its deadline, the number of late steps,
+/// and its edge.
 fn play(far: u32, ahead: u32, lag: u32) -> (bool, u32, u32) {
     let (chip, mut queue) = (Chip::default(), Queue::<8>::new());
     let (mut producer, consumer) = queue.split();
     producer.set_open(true);
     producer.push(Run::steady(BEGIN, 1)).unwrap();
-    // What follows a step is its wait: the second waits for the third to be known.
+    // The wait of a step is the time to the next one: the second waits until the third is known.
     producer.push(Run::steady(far, 1)).unwrap();
     let timing = Timing { pulse: 0, setup: 0, hold: 0, min_interval: 1_000 };
     let mut engine = Engine::new(&chip, &chip, [consumer], timing, Rate::of::<1_000_000>());
@@ -78,7 +79,7 @@ fn a_step_that_is_far_is_fetched_before_it_is_due() {
     assert_eq!(play(20_000, 5_000, 0), (true, 0, BEGIN + 20_000));
 }
 
-/// Between the look and its deadline it is on time, as it is at any other.
+/// Between the early read and its deadline it is on time, as at any other time.
 #[test]
 fn one_that_comes_after_the_look_is_on_time_too() {
     for ahead in [3_000, 0] {
@@ -86,7 +87,7 @@ fn one_that_comes_after_the_look_is_on_time_too() {
     }
 }
 
-/// The step before it is late by half an interval, as it is at any other.
+/// The step before it is late by half an interval, as at any other time.
 #[test]
 fn a_look_ahead_makes_no_step_late() {
     assert_eq!(play(20_000, 5_000, 9_900), (true, 0, BEGIN + 20_000));

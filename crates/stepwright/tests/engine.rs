@@ -1,5 +1,5 @@
-//! The engine alone, on a timer that the test moves: late interrupts, dry
-//! feeds, long intervals, kills.
+//! The engine alone, on a timer that the test moves: late interrupts, empty feeds, long intervals,
+//! kills.
 
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -10,7 +10,7 @@ use stepwright::queue::{Asked, Feed, Queue, Taken};
 use stepwright::timer::StepTimer;
 use stepwright::{Engine, Rate, Run, Timing};
 
-/// A 16-bit counter; `lag` is how late the interrupt comes.
+/// A 16-bit counter; `lag` is the delay of the interrupt.
 #[derive(Clone, Default)]
 struct Clock {
     time: Rc<Cell<u64>>,
@@ -25,7 +25,7 @@ impl StepTimer for Clock {
         self.time.get() as u16
     }
     fn wake_at(&mut self, at: u16) {
-        // What has passed comes at the next tick.
+        // A time that has passed comes at the next tick.
         let ahead = (at.wrapping_sub(self.time.get() as u16) as i16).max(1);
         self.wake.set(self.time.get() + ahead as u64);
     }
@@ -59,7 +59,7 @@ impl Drive for Pins {
     }
 }
 
-/// Runs in a list; `open` as long as more may come.
+/// Runs in a list; `open` while more may come.
 #[derive(Clone, Default)]
 struct List {
     runs: Rc<RefCell<VecDeque<Run>>>,
@@ -131,7 +131,7 @@ fn unrelated_axes_keep_their_own_deadlines() {
     for (axis, interval, count) in [(0, 1_000, 50), (1, 1_501, 30), (2, 777, 60)] {
         let steps = rig.steps(axis);
         assert_eq!(steps.len(), count);
-        // Within the pulse of another axis a step waits for its end.
+        // During the pulse of another axis a step waits for its end.
         for (n, t) in steps.iter().enumerate() {
             let deadline = interval * (n as u64 + 1);
             assert!((deadline..=deadline + 20).contains(t), "axis {axis} step {n}: {t}");
@@ -162,7 +162,7 @@ fn intervals_beyond_the_counter_are_waited_out() {
     assert_eq!((rig.engine.late(), rig.engine.report(0).position), (0, 9));
 }
 
-/// The position counts what was emitted, in the middle of a run too.
+/// The position counts the emitted steps, in the middle of a run too.
 #[test]
 fn positions_are_known_on_the_way() {
     let mut rig = Rig::<1>::new();
@@ -185,7 +185,7 @@ fn a_late_step_is_counted_and_caught_up_at_the_minimum_interval() {
     rig.feed(0, &[Run::steady(200, 40)]);
     rig.engine.start(1);
     rig.run_until(1_900);
-    // Somebody held interrupts off for 450 ticks: past 2000, 2200 and half.
+    // Interrupts were held off for 450 ticks: past 2000, 2200 and half.
     rig.clock.time.set(2_350);
     rig.engine.on_compare();
     rig.run_until(20_000);
@@ -195,7 +195,7 @@ fn a_late_step_is_counted_and_caught_up_at_the_minimum_interval() {
     for pair in steps.windows(2) {
         assert!(pair[1] - pair[0] >= u64::from(MIN), "{pair:?}");
     }
-    // 2350 − 2000 = 350 late, 100 gained a step: 250, 150, then within half.
+    // 2350 − 2000 = 350 late, 100 gained per step: 250, 150, then within half.
     assert_eq!(&steps[9..14], &[2_350, 2_450, 2_550, 2_650, 2_800]);
     assert_eq!(rig.engine.late(), 3);
     assert_eq!(steps[39], 8_000);
@@ -204,13 +204,13 @@ fn a_late_step_is_counted_and_caught_up_at_the_minimum_interval() {
 
 #[test]
 fn a_step_that_is_not_late_still_keeps_the_minimum_interval() {
-    // One run that is played again and again, and runs of a step each.
+    // One run that is played repeatedly, and runs of one step each.
     for runs in [vec![Run::steady(150, 6)], vec![Run::steady(150, 1); 6]] {
         let mut rig = Rig::<1>::new();
         rig.feed(0, &runs);
         rig.engine.start(1);
         rig.run_until(400);
-        // 70 after its time: half an interval less 5.
+        // 70 ticks after its time: half an interval less 5.
         rig.clock.time.set(520);
         rig.engine.on_compare();
         rig.run_until(2_000);
@@ -308,7 +308,7 @@ fn a_kill_stops_at_once_and_costs_others_nothing() {
     assert_eq!(rig.engine.late(), 0);
 }
 
-/// Any axis number and any lateness: no panic, nothing lost.
+/// Any axis number and any delay: no panic, nothing lost.
 #[test]
 fn the_edges_of_the_api_hold() {
     let mut rig = Rig::<1>::new();
@@ -323,7 +323,8 @@ fn the_edges_of_the_api_hold() {
     assert_eq!(rig.engine.report(0).position, i64::MIN + 2);
 }
 
-/// Two steps, the second of them 200 ticks late, then a turn and a step so long after.
+/// Two steps, the second of them 200 ticks late, then a turn, and a step `interval` ticks after
+/// the turn.
 fn turn_after_a_late_step(interval: u32, forward: bool) -> (Vec<(u64, u8, bool)>, u64) {
     let mut rig = Rig::<1>::new();
     rig.engine.set_timing(Timing { pulse: 20, setup: 10, hold: 60, min_interval: MIN });
@@ -336,7 +337,7 @@ fn turn_after_a_late_step(interval: u32, forward: bool) -> (Vec<(u64, u8, bool)>
     (turns, rig.steps(0)[2])
 }
 
-/// The same from a queue, whose entries say that DIR is toggled and not where to.
+/// The same from a queue, whose entries toggle DIR and do not name its level.
 #[test]
 fn a_turn_from_a_queue_keeps_the_hold_time_too() {
     let clock = Clock::default();
@@ -361,8 +362,8 @@ fn a_turn_from_a_queue_keeps_the_hold_time_too() {
     assert_eq!(pins.steps.borrow()[..2], [(500, 0), (1_200, 0)]);
 }
 
-/// The hold time counts from the edge of a late step, and the set-up time from the turn: the
-/// schedule is kept if it leaves that, and else slips by what the turn was late.
+/// The hold time counts from the edge of a late step, and the set-up time from the turn. The
+/// schedule is kept if it leaves that time; otherwise it shifts by the delay of the turn.
 #[test]
 fn a_turn_after_a_late_step_keeps_hold_and_set_up() {
     let turn = vec![(1_260, 0, false)];
@@ -371,6 +372,6 @@ fn a_turn_after_a_late_step_keeps_hold_and_set_up() {
     assert_eq!(after(211), (turn.clone(), 1_271));
     assert_eq!(after(210), (turn.clone(), 1_470));
     assert_eq!(after(150), (turn, 1_410));
-    // DIR that is set to the same side again.
+    // DIR is set to the same side again.
     assert_eq!(turn_after_a_late_step(400, true), (vec![(1_260, 0, true)], 1_460));
 }

@@ -32,7 +32,7 @@ impl Ideal {
     }
 }
 
-/// How far `got` may be off: a tick, or 2⁻⁴⁰ of the time.
+/// Checks that `got` is off by at most a tick, or 2⁻⁴⁰ of the time.
 fn check(what: &str, n: u32, got: u64, ideal: Double) -> Result<(), TestCaseError> {
     let off = (real(got) - ideal).to_f64().abs();
     let allowed = (ideal.to_f64() * 2f64.powi(-40)).max(1.0);
@@ -93,7 +93,7 @@ fn from_pulse(path: Path, ideal: &Ideal, n: u32) -> Result<(), TestCaseError> {
     let mut cursor = Cursor::at(path, Fit::EXACT, n);
     let mut t = 0u64;
     let begin = ideal.time(n);
-    // One run at a time would drop a fraction each; played together they carry.
+    // One run at a time would drop a fraction each; played together the runs carry them.
     let mut n_of_run = n;
     let mut ends = Vec::new();
     for run in cursor.by_ref().take(4).collect::<Vec<_>>() {
@@ -158,7 +158,7 @@ proptest! {
         .unwrap();
         let Ok(path) = law.path(pulses as u32) else { return Ok(()) };
         if top > start {
-            // a = (v_t² − v_s²) / 2R, to the nearest that is held.
+            // a = (v_t² − v_s²) / 2R, rounded to the nearest stored value.
             let exact = (u128::from(top).pow(2) - u128::from(start).pow(2)) / u128::from(ramp);
             prop_assert!(u128::from(path.slopes().0).abs_diff(exact.max(2_000)) <= 1);
         }
@@ -196,8 +196,7 @@ proptest! {
     }
 }
 
-/// The whole of 2³¹ − 1 steps in one walk: hours of motion, errors must not
-/// add up.
+/// All 2³¹ − 1 steps in one walk: hours of motion, in which errors must not add up.
 #[test]
 fn the_longest_travel_ends_on_time() {
     let law = Trapezoid::new(

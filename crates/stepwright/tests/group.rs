@@ -9,7 +9,7 @@ use stepwright::{
     Playing, Rate, Refusal, Report, Speed, Timing, Travel,
 };
 
-/// An engine that takes no part.
+/// An engine that does nothing.
 struct Silent;
 
 type Motors<'q> = OrderedMotors<'q, Silent, 2>;
@@ -50,7 +50,7 @@ fn order(top: u32, accel: u32) -> Order {
     Order { start: Speed::ZERO, top, up: ramp, down: ramp, jerk: None, travel: Travel::By(3_000) }
 }
 
-/// The entries of axis 1, while something is done to axis 0 after this many pieces.
+/// The entries of axis 1, with a disturbance of axis 0 after this many pieces.
 fn entries(pieces: Option<u32>, disturb: impl Fn(&mut Motors)) -> Vec<Entry> {
     let mut queues = [const { Queue::<8>::new() }; 2];
     let [x, y] = &mut queues;
@@ -83,8 +83,8 @@ fn entries(pieces: Option<u32>, disturb: impl Fn(&mut Motors)) -> Vec<Entry> {
     entries
 }
 
-/// Whatever becomes of one axis while a run of it is half planned, the entries of
-/// another are those that it would make alone.
+/// If an axis is disturbed while a run of it is half planned, the entries of the other axis are
+/// those that it would make alone.
 #[test]
 fn what_happens_to_one_axis_leaves_the_other_as_it_is() {
     let alone = entries(None, |_| {});
@@ -100,7 +100,7 @@ fn what_happens_to_one_axis_leaves_the_other_as_it_is() {
     }
 }
 
-/// Static motors of zeros that are powered up plan as new ones do.
+/// Static motors of zeros plan like new ones after power-up.
 #[test]
 fn blank_motors_are_new_ones_once_they_are_powered_up() {
     #[derive(Clone, Copy)]
@@ -114,7 +114,7 @@ fn blank_motors_are_new_ones_once_they_are_powered_up() {
         let [x, y] = &mut queues;
         let ((x, mut x_end), (y, _)) = (x.split(), y.split());
         let feeds = [x, y];
-        // SAFETY: it is powered up, or filled, next.
+        // SAFETY: it is powered up or filled next.
         let blank = || unsafe { Motors::blank(Silent) };
         let mut motors = match made {
             Made::New => OrderedMotors::new(Silent, feeds, UNO),
@@ -147,7 +147,7 @@ fn blank_motors_are_new_ones_once_they_are_powered_up() {
     assert_eq!(entries(Made::Filled), new);
 }
 
-/// Eight axes fill the set of axes: none is beyond.
+/// Eight axes fill the set of axes: there is none beyond.
 #[test]
 fn a_change_is_for_axes_that_move() {
     let mut queues = [const { Queue::<8>::new() }; 8];
@@ -167,8 +167,8 @@ fn a_change_is_for_axes_that_move() {
     assert_eq!(two.change(Axis::X, further), Err(Refusal::Resting));
 }
 
-/// Of two axes that get another target together each does what it does when it gets that alone:
-/// ahead, where it passes over it and turns, and behind.
+/// Two axes that get another target together do what each does when it gets that target alone:
+/// ahead, ahead but too near (it passes and turns), and behind.
 #[test]
 fn axes_that_change_together_change_as_each_alone() {
     let changed = |steps: i32, jerk: Option<Jerk>, together: bool| {
@@ -208,8 +208,9 @@ fn axes_that_change_together_change_as_each_alone() {
     }
 }
 
-/// Two axes whose top speed is out of reach, and is more than the board can step together. What they
-/// reach on the way back is found at once where ramps are straight; for bent ones the top speed counts.
+/// Two axes whose top speed is out of reach, and is more than the board can step together. The
+/// speed that they reach on the way back is computed at once for straight ramps; for bent ones the
+/// top speed counts.
 #[test]
 fn bent_axes_that_turn_together_are_judged_by_their_top_speeds() {
     let changed = |jerk, axes| {
@@ -228,7 +229,8 @@ fn bent_axes_that_turn_together_are_judged_by_their_top_speeds() {
     assert!(matches!(changed(jerk, 0b11), Err(Refusal::TooFast { .. })));
 }
 
-/// The waits before the first pulse, in 2⁻¹⁶ ticks, when an order has to wait so long.
+/// The waits before the first pulse, in 2⁻¹⁶ ticks, for an order that has to wait for this many
+/// ticks.
 fn beginning(wait: u32) -> Vec<u64> {
     let mut queues = [const { Queue::<8>::new() }; 2];
     let [x, y] = &mut queues;
@@ -244,9 +246,9 @@ fn beginning(wait: u32) -> Vec<u64> {
     waits
 }
 
-/// A wait that is longer than the lead is a turn, if to the same side: the first step after
-/// it is a near one. A shorter one is part of the first interval. Behind one that is longer than
-/// the board plans ahead, 256,000 ticks, no more than that step is planned.
+/// A wait that is longer than the lead is a turn, possibly to the same side: the first step after
+/// it is a near one. A shorter wait is part of the first interval. After a wait longer than the
+/// board plans ahead, 256,000 ticks, only that step is planned.
 #[test]
 fn a_long_wait_is_a_turn() {
     // DIR's hold and set-up time are 16 ticks each.
@@ -260,8 +262,8 @@ fn a_long_wait_is_a_turn() {
     assert_eq!(beginning(900_000), [turn(900_016), first(lead)]);
 }
 
-/// An endless travel counts its steps as far as a number goes; beyond, nothing that needs
-/// them is said or taken, however far it goes.
+/// An endless travel counts its steps up to the range of a number. Beyond that, nothing that needs
+/// the count is returned or accepted, however far the travel goes.
 #[test]
 fn beyond_what_is_counted_a_travel_takes_no_target() {
     let rate = Rate::from_hz(200_000_000).unwrap();
@@ -287,7 +289,7 @@ fn beyond_what_is_counted_a_travel_takes_no_target() {
                 }
             }
         }
-        // The last that is planned waits for what follows it.
+        // The last planned step waits for the entry that follows it.
         let planned = motors.planned(Axis::X);
         assert!(
             planned.is_none_or(|planned| i64::from(planned) == steps + 1),

@@ -57,19 +57,19 @@ proptest! {
             if own.len() == 1 {
                 continue;
             }
-            // What half a thousandth does to a speed, twice to an acceleration; and to the
-            // start speed, which the ramps begin and end with.
+            // The effect of half a thousandth on a speed, twice on an acceleration; and on the
+            // start speed, with which the ramps begin and end.
             let slow = f64::from(order.top.millisteps()) / 1e3;
             let accel = |ramp| order.accel(ramp).unwrap().millisteps() as f64 / 1e3;
             let weak = accel(order.up).min(accel(order.down));
             let mut rounding = end * (1e-3 / slow + 1e-3 / weak) + 1e-3 / weak + 1e-6;
             if order.jerk.is_some() {
-                // An S-curve keeps near its start speed for long: half a thousandth of it,
-                // over the whole time, at the mean speed.
+                // An S-curve stays near its start speed for long: half a thousandth of it, over the
+                // whole time, at the mean speed.
                 rounding += 0.5e-3 * end * end / (own.len() - 1) as f64;
             }
             prop_assert!((own[own.len() - 1] - end).abs() <= rounding, "{} {end}", own[own.len() - 1]);
-            // Between which of the furthest's pulses each comes.
+            // Between which of the longest axis's pulses each comes.
             let share = (own.len() - 1) as f64 / (lead.len() - 1) as f64;
             for (n, time) in own.iter().enumerate() {
                 let place = n as f64 / share;

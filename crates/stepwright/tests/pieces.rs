@@ -1,8 +1,7 @@
-//! Random stories of three axes that change their minds between any two pieces of planning,
-//! as on a chip: no step is lost, made twice, or made by another axis.
+//! Random sequences for three axes that are changed between any two pieces of planning, as on a
+//! chip: no step is lost, made twice, or made by another axis.
 //!
-//! Judged by the entries that are played. `STEPWRIGHT_CASES` sets the number of
-//! stories.
+//! Checked by the entries that are played. `STEPWRIGHT_CASES` sets the number of sequences.
 
 use std::cell::RefCell;
 
@@ -19,10 +18,10 @@ use stepwright::{
 const STORIES: u32 = 2_000;
 const AXES: usize = 3;
 
-/// What plays an axis: it takes entries, and counts their steps.
+/// The player of an axis: takes entries, and counts their steps.
 struct Player<'q> {
     entries: Consumer<'q, 8>,
-    /// A travel is in progress.
+    /// Whether a travel is in progress.
     moving: bool,
     forward: bool,
     /// Steps since the travel began.
@@ -101,11 +100,11 @@ enum Ends {
     At(i32),
     /// Where it is planned to: it brakes.
     Planned,
-    /// It was killed.
+    /// Anywhere: it was killed.
     Anywhere,
 }
 
-/// What is done, before some pieces of planning, after each of which some entries are played.
+/// An action before some pieces of planning, after each of which some entries are played.
 #[derive(Clone, Debug)]
 enum Deed {
     Start(i32),

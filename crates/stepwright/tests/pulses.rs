@@ -1,4 +1,4 @@
-//! Pulses that an engine leaves high when its interrupt leaves: on a timer that waits for none.
+//! Pulses that an engine leaves high when its interrupt leaves, on a timer that never waits.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -32,10 +32,10 @@ impl StepTimer for Clock {
     }
 }
 
-/// Times, and whether STEP rises then or falls.
+/// Times, and whether STEP rises or falls then.
 type Edges = Vec<(u64, bool)>;
 
-/// Notes the edges of each axis.
+/// Records the edges of each axis.
 #[derive(Clone, Default)]
 struct Pins {
     clock: Clock,
@@ -91,7 +91,7 @@ fn rig<'q>(queues: &'q mut [Queue<8>; 2], runs: [&[Run]; 2]) -> Rig<'q> {
 }
 
 impl Rig<'_> {
-    /// Serves interrupts until `end`; each comes late by what `late` says at its time.
+    /// Serves interrupts until `end`; each is delayed by `late` at its time.
     fn run_until(&mut self, end: u64, late: impl Fn(u64) -> u64) {
         while self.clock.wake.get() <= end {
             let wake = self.clock.wake.get().max(self.clock.time.get());
@@ -114,8 +114,8 @@ fn a_step_does_not_wait_for_the_pulse_of_another_axis() {
     assert_eq!(rig.engine.late(), 0);
 }
 
-/// An interrupt that is late ends a pulse late: a driver sees STEP low for a pulse's time all the
-/// same, and every step is made.
+/// An interrupt that is late ends a pulse late: a driver still sees STEP low for the length of a
+/// pulse, and every step is made.
 #[test]
 fn step_is_low_for_a_pulse_also_where_its_end_is_late() {
     for late in [1, 19, 20, 30, 100, 3_000] {
@@ -135,7 +135,7 @@ fn step_is_low_for_a_pulse_also_where_its_end_is_late() {
     }
 }
 
-/// A kill while STEP is high: it falls at its time.
+/// A kill while STEP is high: STEP falls at its time.
 #[test]
 fn a_pulse_ends_after_a_kill() {
     let mut queues = [const { Queue::new() }; 2];
@@ -159,7 +159,7 @@ fn an_entry_that_is_taken_is_news() {
             news.push(rig.clock.time.get());
         }
     }
-    // Two steps of the first entry, three of the next, and the last one, which is an entry of its
+    // Two steps of the first entry, three of the next, and the last step, which is an entry of its
     // own and the end.
     assert_eq!(news, [2_000, 4_800, 5_700]);
 }

@@ -1,4 +1,4 @@
-//! A chip whose way into the step interrupt is long, at its minimum interval.
+//! A chip that takes long to enter the step interrupt, at its minimum interval.
 
 use std::cell::{Cell, RefCell};
 
@@ -10,7 +10,7 @@ use stepwright::{Engine, Rate, Run, Timing};
 /// Ticks from a deadline to its edge.
 const WAY: u32 = 140;
 
-/// The present, when the interrupt comes, and the edges.
+/// The present time, the time of the next interrupt, and the edges.
 #[derive(Default)]
 struct Chip {
     now: Cell<u32>,
@@ -18,7 +18,7 @@ struct Chip {
     edges: RefCell<Vec<u32>>,
 }
 
-/// A timer that says `REACTION` of its way.
+/// A timer that declares `REACTION` of the time.
 struct Timer<'c, const REACTION: u32>(&'c Chip);
 
 impl<const REACTION: u32> StepTimer for Timer<'_, REACTION> {
@@ -45,7 +45,7 @@ impl Drive for Pins<'_> {
     fn direction(&mut self, _: u8, _: bool) {}
 }
 
-/// 1,000 steps with this interval: how many were late, and all edges.
+/// 1,000 steps with this interval: the number of late steps, and all edges.
 fn play<const REACTION: u32>(interval: u32, least: u32) -> (u32, Vec<u32>) {
     let (chip, mut queue) = (Chip::default(), Queue::<8>::new());
     let (mut producer, consumer) = queue.split();
@@ -58,7 +58,7 @@ fn play<const REACTION: u32>(interval: u32, least: u32) -> (u32, Vec<u32>) {
     let mut engine = Engine::new(timer, Pins(&chip), [consumer], timing, Rate::of::<16_000_000>());
     engine.start(1);
     while !engine.report(0).idle {
-        // What is ahead takes its way; what has passed is served in the same visit.
+        // An interrupt ahead takes its time; what has passed is served in the same visit.
         chip.now.set(chip.wake.get().wrapping_add(WAY));
         engine.on_compare();
     }
@@ -72,12 +72,12 @@ fn the_way_into_the_interrupt_is_no_part_of_the_minimum_interval() {
     assert_eq!(late, 0);
     assert!(edges.windows(2).all(|pair| pair[1] - pair[0] >= 1_000));
     assert_eq!(edges[999] - edges[0], 999_000);
-    // Unsaid, each step is put off by it, and the last are late.
+    // If it is not declared, each step is delayed by it, and the last ones are late.
     let (late, edges) = play::<0>(1_000, 1_000);
     assert!(late > 500 && edges[999] - edges[0] > 1_100_000, "{late}");
 }
 
-/// Two pulses stay apart, however long the way is said to be.
+/// Two pulses stay apart, however long the declared time is.
 #[test]
 fn a_pulse_and_a_pause_stay() {
     let timing = Timing { pulse: 32, setup: 16, hold: 16, min_interval: 64 };

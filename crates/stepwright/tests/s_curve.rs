@@ -1,9 +1,8 @@
-//! The S-curve against the ideal of `stepwright-oracle`, and against the
-//! time-optimal one of the crate `rsruckig`.
+//! The S-curve against the ideal of `stepwright-oracle`, and against the time-optimal curve of the
+//! crate `rsruckig`.
 //!
-//! The oracle knows ramps by their two speeds and looks for the peak speed by
-//! bisection; the core looks for the moment at which to begin to stop. They share
-//! nothing but the values as held.
+//! The oracle describes ramps by their two speeds and finds the peak speed by bisection; the core
+//! finds the moment at which to begin to stop. They share only the stored values.
 
 use proptest::prelude::*;
 use rsruckig::prelude::*;
@@ -64,7 +63,7 @@ impl Ideal {
     }
 }
 
-/// How far `got` may be off: a tick, or 2⁻⁴⁰ of the time.
+/// Checks that `got` is off by at most a tick, or 2⁻⁴⁰ of the time.
 fn check(what: &str, n: u32, got: f64, ideal: f64) -> Result<(), TestCaseError> {
     let allowed = (ideal / 2f64.powi(40)).max(1.0);
     let off = (got - ideal).abs();
@@ -136,12 +135,12 @@ fn every_pulse(curve: Curve, ideal: &Ideal, micro: u32) -> Result<(), TestCaseEr
     Ok(())
 }
 
-/// The time that `rsruckig` needs, in seconds, from rest to rest; without a jerk
-/// the trapezoid's.
+/// The time that `rsruckig` needs from rest to rest, in seconds; without a jerk limit that of the
+/// trapezoid.
 fn optimum(top: f64, accel: f64, decel: f64, jerk: Option<f64>, length: f64) -> f64 {
     let mut otg = Ruckig::<1, ThrowErrorHandler>::new(None, 0.01);
     let mut input = InputParameter::<1>::new(None);
-    // Its tolerances are absolute: in a unit of length in which the speed is 1.
+    // Its tolerances are absolute: use a unit of length in which the speed is 1.
     input.max_velocity[0] = 1.0;
     input.max_acceleration[0] = accel / top;
     input.min_acceleration = Some(daov_stack![-decel / top; 1]);
@@ -152,8 +151,8 @@ fn optimum(top: f64, accel: f64, decel: f64, jerk: Option<f64>, length: f64) -> 
     trajectory.get_duration()
 }
 
-/// A bend whose gain no speed of 64 bits can tell: its ramps were of any length, and the
-/// pulse between them 55 ticks late.
+/// A bend whose gain a 64-bit speed can't represent: its ramps had any length, and the pulse
+/// between them was 55 ticks late.
 #[test]
 fn a_bend_too_gentle_to_tell() {
     let (start, top) = (409_133_349, 412_269_665);
@@ -186,7 +185,7 @@ proptest! {
             for run in Tracer::at(curve, Fit::EXACT, n).take(4) {
                 m += u32::from(run.count());
                 t += run.duration();
-                // The difference of two large times is worth less than each.
+                // The difference of two large times is less exact than each.
                 let lost = begin / 2f64.powi(48);
                 let off = ((t >> 16) as f64 - (ideal.time(m) - begin)).abs() - lost;
                 check("run from n", m, off.max(0.0), 0.0)?;
@@ -194,7 +193,7 @@ proptest! {
         }
     }
 
-    /// Fast, and bent so gently over so few steps that a speed can hardly tell.
+    /// Fast, and bent so gently over so few steps that a speed hardly changes.
     #[test]
     fn what_gains_next_to_nothing_keeps_the_ideal(
         hz in 1_000_000u32..200_000_000,
@@ -213,7 +212,7 @@ proptest! {
     fn limits_are_kept_between_pulses(order in order(3, 2_000)) {
         let Ok(curve) = order.law().curve(order.pulses) else { return Ok(()) };
         prop_assert!(curve.peak() <= order.top);
-        // An interval is a mean: no faster than the top speed, but for rounding.
+        // An interval is a mean: no faster than the top speed, except for rounding.
         let least = (u64::from(order.hz) * 1000 / u64::from(order.top)) as u32;
         for delay in order.law().delays(order.pulses).unwrap().skip(1) {
             prop_assert!(delay + 1 >= least);
@@ -258,7 +257,7 @@ proptest! {
         prop_assert!((got - best).abs() <= best * 0.005, "{got} s, optimum {best} s");
     }
 
-    /// At the largest jerk it is the trapezoid: A/J and D/J longer.
+    /// At the largest jerk the curve is the trapezoid: A/J and D/J longer.
     #[test]
     fn a_large_jerk_is_the_trapezoid(order in order(0, 3_000)) {
         let order = Order { jerk: Jerk::MAX.millisteps(), ..order };
@@ -320,9 +319,9 @@ fn phases_come_in_their_order() {
         names(law(1000, 40_000, 48_000), 2001),
         [JerkUp, JerkDown, Cruise, JerkUp, JerkDown]
     );
-    // Neither.
+    // Neither of both.
     assert_eq!(names(law(100_000, 100_000, 48_000), 201), [JerkUp, JerkDown, JerkUp, JerkDown]);
-    // From the top speed: nothing but a cruise.
+    // Starting at the top speed: only a cruise.
     let level = SCurve::new(
         Rate::MHZ,
         Speed::from_steps(2000).unwrap(),
@@ -343,8 +342,8 @@ fn few_pulses() {
     let delays = |pulses| law.delays(pulses).unwrap().collect::<Vec<_>>();
     assert_eq!(delays(0), []);
     assert_eq!(delays(1), [0]);
-    // One step: four times a change of the acceleration of T/4 each, in which
-    // s = J·T³/32 (of a jerk that is constant, and turns at T/4 and 3T/4).
+    // One step: four changes of the acceleration of T/4 each, in which s = J·T³/32 (for a constant
+    // jerk that changes its sign at T/4 and 3T/4).
     assert_eq!(delays(2), [0, ((32.0f64 / 48_000.0).cbrt() * 1e6).round() as u32]);
     assert_eq!(law.delays(777).unwrap().len(), 777);
     assert_eq!(law.curve(2).unwrap().time_of(9), law.curve(2).unwrap().time_of(1));
@@ -362,7 +361,7 @@ fn what_a_timer_cannot_hold_is_refused() {
     assert!(slow.curve(1 << 31).is_ok());
 }
 
-/// The whole of 2³¹ − 1 steps in one walk: errors must not add up.
+/// All 2³¹ − 1 steps in one walk: errors must not add up.
 #[test]
 fn the_longest_travel_ends_on_time() {
     let order = Order {

@@ -1,11 +1,10 @@
-//! Changing one's mind on the S-curve, in random sequences, against a simulation
-//! in `f64` that goes from event to event.
+//! Changes on the S-curve, in random sequences, against a simulation in `f64` that goes from event
+//! to event.
 //!
-//! The simulation asks, at every event, what a driver would do: more or less
-//! acceleration, or as it is? It keeps its own speed, acceleration and time from
-//! the first change to the last; nothing of the core's goes into it. That its
-//! curve obeys the limits is asserted, and that it is the time-optimal one
-//! `rsruckig` says.
+//! At every event the simulation decides like a driver: more or less acceleration, or no change. It
+//! keeps its own speed, acceleration and time from the first change to the last and uses nothing of
+//! the core. The test asserts that its curve obeys the limits; `rsruckig` confirms that it is
+//! time-optimal.
 
 use proptest::prelude::*;
 use rsruckig::prelude::*;
@@ -44,10 +43,10 @@ impl Point {
     }
 }
 
-/// Phases: where each begins, and its jerk; the last one is where all ends.
+/// Phases: where each begins, and its jerk; the last one is the end.
 type Course = Vec<(Point, f64)>;
 
-/// What is aimed at.
+/// The aim of a part.
 #[derive(Clone, Copy, PartialEq)]
 enum Aim {
     Top,
@@ -55,14 +54,14 @@ enum Aim {
 }
 
 impl Limits {
-    /// What a stop may creep at: a power of two that is the cube root of the jerk
-    /// or up to four times that; and what the accelerations reach in half a step.
+    /// The speed at which a stop may creep: a power of two that is the cube root of the jerk or up
+    /// to four times that; and the speed that the accelerations reach in half a step.
     fn crawl(&self) -> f64 {
         let bits = (self.jerk.log2().floor() as i32 + 3).div_euclid(3);
         2f64.powi(bits).min(self.up.min(self.down).sqrt())
     }
 
-    /// The speed that will be there when the acceleration is gone.
+    /// The speed when the acceleration has gone to 0.
     fn bound(&self, p: Point) -> f64 {
         p.v + p.a * p.a.abs() / (2.0 * self.jerk)
     }
@@ -72,8 +71,8 @@ impl Limits {
         let j = self.jerk;
         for _ in 0..40 {
             let bound = self.bound(p);
-            // Backwards on the way to the top: first to rest, with an acceleration
-            // that either side of it may have.
+            // Backward on the way to the top speed: first to rest, with an acceleration that is
+            // allowed on both sides of it.
             let back = aim == Aim::Top && (p.v < 0.0 || bound < -1e-12 * self.top);
             let gentle = self.up.min(self.down);
             let (to, up) = match aim {
@@ -85,7 +84,7 @@ impl Limits {
             let sign = if gap < 0.0 { -1.0 } else { 1.0 };
             let most = if gap < 0.0 { self.down } else { up };
             let (a, gap) = (p.a * sign, gap.abs());
-            // What to do, and for how long at most.
+            // The jerk, and its longest time.
             let (jerk, mut time) = if gap <= 1e-13 * self.top.max(p.v.abs()) {
                 if p.a == 0.0 {
                     break;
@@ -98,14 +97,14 @@ impl Limits {
             } else if a < 0.0 {
                 (sign * j, -a / j)
             } else {
-                // Until half of the gap is gained, or the limit is reached: the
-                // bound rises by a²/J.
+                // Until half of the gap is gained, or the limit is reached: the bound rises by
+                // a²/J.
                 let peak = (a * a + gap * j).sqrt().min(most);
                 (sign * j, (peak - a) / j)
             };
             let mut rest = false;
             if back {
-                // Rest comes in between?
+                // Check whether rest comes in between.
                 if let Some(at) = rise(p, jerk).filter(|&at| at < time) {
                     (time, rest) = (at, true);
                 }
@@ -136,10 +135,10 @@ impl Limits {
         p
     }
 
-    /// To rest, `way` steps on.
+    /// To rest, `way` steps further.
     fn course(&self, from: Point, way: f64) -> Course {
         let stopping = self.go(from, Aim::Rest, f64::MAX, &mut Vec::new()).s;
-        // A stop that leads there but for rounding is not to be driven on.
+        // If a stop leads there except for rounding, do not drive on.
         let exact = (stopping - way).abs() <= 1e-9;
         let sign = if stopping > way && !exact { -1.0 } else { 1.0 };
         let (from, way) = (from.flipped(sign), way * sign);
@@ -172,14 +171,14 @@ impl Limits {
         course.into_iter().map(|(p, j)| (p.flipped(sign), j * sign)).collect()
     }
 
-    /// No limit is exceeded, but by what was beyond it and comes back.
+    /// No limit is exceeded, except by values that were beyond it and come back.
     fn check(&self, course: &Course) -> Result<(), TestCaseError> {
         for (&(p, j), &(q, _)) in course.iter().zip(&course[1..]) {
             for x in [0.001, 0.25, 0.5, 0.75, 0.999] {
                 let p = p.after(j, x * (q.t - p.t));
                 let slows = p.a * p.v < 0.0;
                 let most = if slows { self.down } else { self.up };
-                // A time in f64 may hold a bend that is shorter than its last place no better.
+                // A time in f64 can't represent a bend that is shorter than its last place.
                 let place = 2.0 * f64::EPSILON * q.t.abs();
                 if p.a.abs() > most * (1.0 + 1e-6) + self.jerk * place {
                     prop_assert!(j * p.a < 0.0, "{p:?} {j} {self:?}");
@@ -195,7 +194,7 @@ impl Limits {
     }
 }
 
-/// When the speed rises through 0, if it does while the jerk is `j`.
+/// The time at which the speed rises through 0, if it does so while the jerk is `j`.
 fn rise(p: Point, j: f64) -> Option<f64> {
     if p.v == 0.0 && p.a > 0.0 {
         return None;
@@ -218,7 +217,7 @@ fn at(course: &Course, t: f64) -> Point {
     p.after(j, t - p.t)
 }
 
-/// An order as the core takes it.
+/// An order in the core's representation.
 #[derive(Clone, Copy, Debug)]
 struct Order {
     top: u32,
@@ -245,22 +244,22 @@ impl Order {
     }
 }
 
-/// What is wanted next.
+/// The next change.
 #[derive(Clone, Copy, Debug)]
 enum Wish {
-    /// So far from here.
+    /// This far from here.
     Go(i32),
-    /// To where it stood first.
+    /// To where the motion first stood.
     Home,
     Stop,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Change {
-    /// Other limits, if not the same as before.
+    /// Other limits, if they change.
     order: Option<Order>,
     wish: Wish,
-    /// How far it gets, as a part of what lies ahead.
+    /// How far the motion gets, as a part of the rest.
     after: f64,
 }
 
@@ -292,19 +291,19 @@ fn change() -> impl Strategy<Value = Change> {
         .prop_map(|(order, wish, after)| Change { order, wish, after })
 }
 
-/// Changes in a sequence.
+/// The number of changes in a sequence.
 const CHANGES: usize = 25;
 
-/// Walks a sequence; every pulse is held to the simulation, from the first on.
+/// Walks a sequence; every pulse is compared with the simulation, from the first on.
 fn walk(hz: u32, first: Order, changes: &[Change]) -> Result<(), TestCaseError> {
     let rate = Rate::from_hz(hz).unwrap();
     let tick = 1.0 / f64::from(hz);
     let mut order = first;
     let (mut state, mut home) = (State::REST, 0i64);
     let mut tracer: Option<Tracer> = None;
-    // Of the simulation: speed, acceleration; and its time at the last change.
+    // Speed and acceleration of the simulation, and its time at the last change.
     let (mut ours, mut base) = (Point::default(), 0.0);
-    // What has been played, in ticks and 2⁻¹⁶ ticks.
+    // The time played, in ticks and 2⁻¹⁶ ticks.
     let mut played = 0u64;
     for change in changes {
         order = change.order.unwrap_or(order);
@@ -332,7 +331,7 @@ fn walk(hz: u32, first: Order, changes: &[Change]) -> Result<(), TestCaseError> 
         let course = limits.course(from, end as f64);
         limits.check(&course)?;
 
-        // No target is passed that can be stopped at.
+        // No target is passed if the motion can stop at it.
         let sign = if end < 0 { -1.0 } else { 1.0 };
         let ahead = limits.bound(from) * sign >= 0.0 && from.v * sign >= 0.0;
         let reachable = ahead && stopping * sign <= end as f64 * sign - 1e-6;
@@ -340,7 +339,7 @@ fn walk(hz: u32, first: Order, changes: &[Change]) -> Result<(), TestCaseError> 
             prop_assert_eq!(curve.pulses() as u64, end.unsigned_abs() + 1);
         }
 
-        // Some of it, or all.
+        // A part of it, or all.
         let most = if change.after == 1.0 { 3_000 } else { 400 };
         let goal = (change.after * f64::from((curve.pulses() - 1).min(most))).round() as u32;
         let mut walker = match tracer.take() {
@@ -370,8 +369,8 @@ fn walk(hz: u32, first: Order, changes: &[Change]) -> Result<(), TestCaseError> 
                 })?;
                 if n + k == walker.pulse() && n + k >= goal {
                     met = moment(&course, place as f64, t, passed);
-                    // At the very point where it turns, a rounding in the last place
-                    // is a different time: the next pulse is a better one to change at.
+                    // At the very point where the curve turns, a rounding in the last place makes a
+                    // different time: the next pulse is a better one for a change.
                     sure = passed.is_some() && met.v.abs() > 1e-3;
                 }
             }
@@ -386,7 +385,7 @@ fn walk(hz: u32, first: Order, changes: &[Change]) -> Result<(), TestCaseError> 
             } else if !sure {
                 return Ok(());
             } else {
-                // It turns back to the target within a step of it: no pulse more.
+                // It turns back to the target within a step of it: no further pulse.
                 for x in 0..100 {
                     let t = met.t + (total - met.t) * f64::from(x) / 100.0;
                     let far = (at(&course, t).s - place as f64).abs();
@@ -408,8 +407,8 @@ fn walk(hz: u32, first: Order, changes: &[Change]) -> Result<(), TestCaseError> 
     Ok(())
 }
 
-/// The curve is at `place` within a tick of `t`: times before and behind, if it
-/// passes there.
+/// Checks that the curve is at `place` within a tick of `t`. Returns the times before and after, if
+/// it passes there.
 fn meets(
     course: &Course,
     place: f64,
@@ -423,7 +422,7 @@ fn meets(
         let (low, high) = (t - width, t + width);
         return Ok(Some(if after > before { (low, high) } else { (high, low) }));
     }
-    // Where it turns, or comes to rest, a place is there without being passed.
+    // Where the curve turns or comes to rest, it may reach a place without passing it.
     let slack = 1e-9 * (1.0 + place.abs() * 1e-3);
     let least = before.abs().min(after.abs()).min(off(t).abs());
     prop_assert!(least <= slack, "{place} at {t}: {before} {} {after}", off(t));
@@ -440,9 +439,9 @@ fn moment(course: &Course, place: f64, t: f64, passed: Option<(f64, f64)>) -> Po
     at(course, high)
 }
 
-/// A soft stop that led to a step but for 10⁻¹⁵ of one once drove for that much: what was
-/// left of the acceleration at its end was nothing under its jerk, and four ticks early
-/// under one 3,000 times as gentle.
+/// A soft stop that ended on a step except for 10⁻¹⁵ of it once drove for that distance: the
+/// remaining acceleration was negligible under its own jerk, and four ticks under a jerk 3,000
+/// times as gentle.
 #[test]
 fn a_gentle_motion_after_a_stop() {
     let first = Order { top: 3_230_405, accel: 1_305_406, decel: 1_305_406, jerk: 2_779_057_444 };
@@ -458,8 +457,8 @@ fn a_gentle_motion_after_a_stop() {
     walk(16_000_000, first, &story).unwrap();
 }
 
-/// A braking that led to rest on a step, but for rounding: the speed that was left there was
-/// forward, the motion backward. The next change began at rest, not at 119 steps/s.
+/// A braking that came to rest on a step except for rounding: the speed left there was forward, the
+/// motion backward. The next change began at rest, not at 119 steps/s.
 #[test]
 fn a_rest_on_a_step_that_is_driven_through() {
     let first = Order { top: 4999, accel: 100_000, decel: 100_000, jerk: 999_999 };
@@ -497,8 +496,8 @@ proptest! {
         walk(hz, first, &changes)?;
     }
 
-    /// With one acceleration both ways: as fast as the time-optimal motion from
-    /// where it is.
+    /// With the same acceleration in both directions: as fast as the time-optimal motion from the
+    /// same state.
     #[test]
     fn no_time_is_lost_by_a_change(
         top in spread(100.0, 20_000.0),
@@ -526,7 +525,7 @@ proptest! {
 
         let mut otg = Ruckig::<1, ThrowErrorHandler>::new(None, 0.01);
         let mut input = InputParameter::<1>::new(None);
-        // Its tolerances are absolute: in a unit of length in which the speed is 1.
+        // Its tolerances are absolute: use a unit of length in which the speed is 1.
         let unit = limits.top;
         input.max_velocity[0] = 1.0;
         input.max_acceleration[0] = limits.up / unit;
@@ -542,8 +541,8 @@ proptest! {
             return Ok(()); // it comes back to its last step, without a pulse
         }
         let got = curve.time_of(last) as f64 / 1e6;
-        // From beyond a limit it first comes back under it, even where another
-        // way is shorter: there it may be the slower of the two.
+        // From beyond a limit the core first comes back under it, even where another way is
+        // shorter: then it may be the slower of the two.
         let slower = got - best;
         let off = if faster < 1.0 { slower } else { slower.abs() };
         prop_assert!(

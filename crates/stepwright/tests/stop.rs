@@ -1,10 +1,10 @@
-//! Random travels, random changes on the way, and then a soft stop: from wherever a motor
-//! is, it ends within the braking distance of the deceleration in force, and no interval
-//! differs from the one before by more than the limits allow.
+//! Random travels, random changes, and then a soft stop: at any time a motor ends within the
+//! braking distance of the deceleration in force, and no interval differs from the previous one by
+//! more than the limits allow.
 //!
-//! Judged by the entries alone, with f64 and the physics of a constant acceleration.
+//! Checked by the entries alone, with f64 and the physics of constant acceleration.
 //!
-//! `STEPWRIGHT_CASES` sets the number of stories in each test.
+//! `STEPWRIGHT_CASES` sets the number of sequences in each test.
 
 use std::cell::Cell;
 
@@ -22,10 +22,10 @@ use stepwright::{
 
 const STORIES: u32 = 3_000;
 
-/// Fillings that are looked at after a stop; longer stops are judged by their beginning.
+/// Fillings that are checked after a stop; longer stops are checked at their beginning.
 const LOOKED_AT: usize = 2_000;
 
-/// An engine that plays nothing, and says what it is told to say.
+/// An engine that plays nothing and returns preset values.
 struct Player {
     idle: bool,
 }
@@ -53,7 +53,7 @@ impl Control for Player {
     fn clear_late(&mut self) {}
 }
 
-/// Limits in steps/s, steps/s² and steps/s³; no jerk is an infinite one.
+/// Limits in steps/s, steps/s² and steps/s³; without a jerk limit the jerk is infinite.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
     start: f64,
@@ -69,7 +69,7 @@ impl Limits {
         let (start, top) = (v(order.start), v(order.top));
         let slope = |ramp: Ramp| match ramp {
             Ramp::Accel(a) => a.millisteps() as f64 / 1e3,
-            // To 10⁻⁶ of v² a step, as the law has it: in whole numbers, for a half rounds up.
+            // To 10⁻⁶ of v² per step, like the law: in whole numbers, because a half rounds up.
             Ramp::Steps(n) => {
                 let w = |v: Speed| u64::from(v.millisteps()).pow(2);
                 let (gain, n) = (w(order.top).saturating_sub(w(order.start)), u64::from(n));
@@ -96,31 +96,31 @@ impl Limits {
 /// An interval between two pulses of a leg.
 #[derive(Clone, Copy, Debug)]
 struct Interval {
-    /// Seconds, and how far off they may be.
+    /// Seconds, and their largest error.
     time: f64,
     off: f64,
-    /// How many limits had been in force by then.
+    /// The number of limits that had been in force by then.
     phase: usize,
 }
 
-/// All that was handed out, by legs.
+/// All steps handed out, by legs.
 #[derive(Debug)]
 struct Judge {
     hz: f64,
     /// The limits in force, in their order.
     phases: Vec<Limits>,
     leg: Vec<Interval>,
-    /// What has been waited since the last pulse of the leg, in 2⁻¹⁶ ticks.
+    /// The time waited since the last pulse of the leg, in 2⁻¹⁶ ticks.
     open: Option<u64>,
     /// The first phase of the leg.
     first: usize,
-    /// Pulses since the travel began, forward less backward.
+    /// Pulses since the travel began, forward minus backward.
     made: i64,
-    /// All pulses that were handed out, and how many were planned before each change.
+    /// All pulses handed out, and the number of planned ones before each change.
     pulses: u64,
     planned: Vec<u64>,
-    /// Pulses that were planned before the stop, and are still to be handed out; the
-    /// interval before the last of them; and pulses since.
+    /// Pulses that were planned before the stop and are still to be handed out; the interval before
+    /// the last of them; and pulses since.
     ahead: Option<u64>,
     last: Option<Interval>,
     beyond: u64,
@@ -129,14 +129,14 @@ struct Judge {
 impl Judge {
     /// The highest acceleration that the limits allow from one interval of the leg to another.
     fn steepest(&self, from: &Interval, to: &Interval) -> f64 {
-        // A bend that was begun under other limits goes on.
+        // A bend that was begun under other limits continues.
         let from = if self.phases[to.phase].jerk.is_finite() { self.first } else { from.phase };
-        // An interval may have been planned before the limits that the leg began with came.
+        // An interval may have been planned before the limits of the beginning of the leg came.
         let phases = &self.phases[from.min(to.phase)..=to.phase];
         phases.iter().map(|limits| limits.a.max(limits.d)).fold(0.0, f64::max)
     }
 
-    /// Seconds that a time is off: rounding to a tick, and in a curve 2⁻²⁸ of its ramp.
+    /// The error of a time in seconds: rounding to a tick, and in a curve 2⁻²⁸ of its ramp.
     fn doubt(&self) -> f64 {
         let phases = &self.phases[self.first..];
         let most = |of: fn(&Limits) -> f64| phases.iter().map(of).fold(0.0, f64::max);
@@ -177,7 +177,7 @@ impl Judge {
         }
     }
 
-    /// The mean speeds of two intervals in a row differ by what the acceleration makes of
+    /// Checks that the mean speeds of two consecutive intervals differ by the acceleration times
     /// the time between their middles.
     fn look_back(&self) {
         let [.., before, last] = self.leg.as_slice() else { return };
@@ -192,7 +192,7 @@ impl Judge {
         );
     }
 
-    /// The speed is at most this at the last pulse before the stop.
+    /// The highest possible speed at the last pulse before the stop.
     fn fastest(&self) -> f64 {
         let Some(last) = &self.last else { return self.phases[self.first].start };
         let phases = &self.phases[self.first..];
@@ -202,7 +202,7 @@ impl Judge {
     }
 
     fn ends(&mut self) {
-        // What follows the last step is no interval.
+        // The wait after the last step is no interval.
         (self.open, self.first) = (None, self.phases.len() - 1);
         self.leg.clear();
     }
@@ -234,7 +234,7 @@ fn spread(low: u64, high: u64) -> impl Strategy<Value = u64> {
 
 fn speed(low: u64) -> impl Strategy<Value = Speed> {
     let millis = prop_oneof![
-        // What a line can say, and what it can't.
+        // Values that a line can carry, and others.
         3 => spread(low.div_ceil(1_000), 60_000).prop_map(|v| v * 1_000),
         1 => spread(low.max(1), 60_000_000),
     ];
@@ -275,7 +275,7 @@ fn story(jerk: impl Strategy<Value = Option<Jerk>>) -> impl Strategy<Value = Sto
         1 => Just(Speed::ZERO).boxed(),
         2 => spread(1_000, 2_000_000).prop_map(|v| Speed::from_millisteps(v as u32).unwrap()).boxed(),
     ];
-    // Now and then the top speed is the start speed: such an order has no ramp.
+    // Sometimes the top speed is the start speed: such an order has no ramp.
     let top = prop_oneof![3 => speed(1).prop_map(Some), 1 => Just(None)];
     let whim = (0u8..30, 0u8..4, change()).prop_map(|(fillings, pieces, change)| Whim {
         fillings,
@@ -292,7 +292,7 @@ fn story(jerk: impl Strategy<Value = Option<Jerk>>) -> impl Strategy<Value = Sto
     )
 }
 
-/// What became of a story.
+/// The result of a sequence.
 #[derive(Default)]
 struct Told {
     taken: usize,
@@ -300,8 +300,8 @@ struct Told {
     stopped: usize,
 }
 
-/// Pulses that are planned and have not been handed out. The last of them waits for what
-/// follows it; where a travel is too long to tell, it is the only one.
+/// Pulses that are planned and have not been handed out. The last of them waits for the entry that
+/// follows it; where a travel is too long to count, it is the only one.
 fn planned(motors: &Motors, judge: &Judge) -> u64 {
     motors.planned(Axis::X).map_or(1, |planned| i64::from(planned).abs_diff(judge.made))
 }
@@ -340,7 +340,7 @@ fn tell(story: &Story) -> Told {
         last: None,
         beyond: 0,
     };
-    // Fills the queue, and takes what is in it.
+    // Fills the queue and takes its entries.
     let mut fill = |motors: &mut Motors, judge: &mut Judge, pieces| {
         for _ in 0..pieces {
             if !motors.plan() {
@@ -379,7 +379,7 @@ fn tell(story: &Story) -> Told {
             Ok(()) => {
                 told.taken += 1;
                 judge.phases.push(limits);
-                // A run that has been taken is queued yet, as it was.
+                // A run that has been taken is still queued unchanged.
                 judge.planned.push(judge.pulses + planned(&motors, &judge));
             }
             Err(_) => told.no_stop += 1,
@@ -393,18 +393,18 @@ fn tell(story: &Story) -> Told {
     }
     told.stopped = 1;
     motors.stop(Axis::X);
-    // A run that has been taken is queued yet: from its end on it brakes.
+    // A run that has been taken is still queued: braking begins at its end.
     (judge.ahead, judge.last) = (Some(planned(&motors, &judge)), judge.leg.last().copied());
     let known = motors.planned(Axis::X).is_some();
     while judge.ahead != Some(0) {
         fill(&mut motors, &mut judge, 1);
         if !motors.is_moving(Axis::X) {
-            // Of a travel too long to tell, the last pulse may have been handed out already.
+            // In a travel too long to count, the last pulse may have been handed out already.
             assert!(judge.ahead == Some(0) || !known, "{judge:?}");
             return told;
         }
     }
-    // A fall that was begun under a jerk goes on as it was.
+    // A fall that was begun under a jerk limit continues unchanged.
     let limits = *judge.phases.last().unwrap();
     let slowest = match story.order.jerk {
         Some(_) => judge.phases[judge.first..].iter().map(|l| l.d).fold(limits.d, f64::min),
@@ -416,7 +416,7 @@ fn tell(story: &Story) -> Told {
     if let Some(last) = &judge.last
         && limits.jerk.is_finite()
     {
-        // The acceleration goes first.
+        // The acceleration is removed first.
         let a = judge.steepest(last, last);
         v += a * a / 2.0 / limits.jerk;
         way = v * a / limits.jerk;

@@ -25,7 +25,7 @@ fn steps_of(entries: &[Entry]) -> (Vec<i64>, i64) {
     let mut events = entries.iter().flat_map(|entry| entry.play()).peekable();
     while let Some((pins, wait)) = events.next() {
         assert!(pins == 0 || pins == WIRING.step, "{pins}");
-        // A prompt player need not wait for what doesn't follow.
+        // A prompt player need not wait for a next entry if there is none.
         let last = events.peek().is_none();
         assert!((u32::from(!last)..NEAR << 16).contains(&wait), "{wait}");
         if pins != 0 {
@@ -124,7 +124,7 @@ proptest! {
         }
     }
 
-    /// Whatever its length, a wait is kept to its last bit, which the next one gets.
+    /// A wait of any length is exact to its last bit, which is carried to the next one.
     #[test]
     fn one_step_after_another_however_long(
         waits in prop::collection::vec((any::<u32>(), 0u32..32, any::<u16>()), 1..20)
@@ -142,7 +142,7 @@ proptest! {
         }
     }
 
-    /// A prompt player's entries are the runs, to the last bit.
+    /// The entries of a prompt player equal the runs, to the last bit.
     #[test]
     fn a_prompt_player_gets_the_runs(
         runs in prop::collection::vec(
@@ -166,7 +166,7 @@ proptest! {
         }
     }
 
-    /// Any run's last deadline is its own, however badly it fits into groups.
+    /// The last deadline of any run is exact, however badly the run fits into groups.
     #[test]
     fn the_end_of_a_run_is_exact(
         count in 2u16..3000, mean in 200u32..16_000, add in -3000i32..3000,
@@ -181,7 +181,7 @@ proptest! {
         for k in 0..4 {
             let at = usize::from(count) * k;
             let off = (made[at] - want[at]).abs();
-            // Up to FEW steps of the run before are joined with it.
+            // Up to FEW steps of the previous run are joined with it.
             prop_assert!(off <= i64::from(count + FEW) * 129, "run {k}: {off}");
         }
     }
@@ -212,8 +212,8 @@ fn groups_grow_and_the_first_has_pins_of_its_own() {
     assert_eq!(groups, [(32, 2, 1000), (4, 2, 900), (4, 2, 800)]);
 }
 
-/// A turn that leaves an interrupt no time is put off, and the wait after it is
-/// shorter by as much.
+/// A turn that leaves an interrupt no time is delayed, and the wait after it is shorter by the same
+/// amount.
 #[test]
 fn a_short_hold_is_longer_and_the_first_step_comes_at_its_time() {
     let (mut writer, mut entries) = (Writer::new(WIRING), Vec::new());
@@ -243,8 +243,8 @@ fn a_step_at_speed_is_joined_with_its_neighbours() {
     }
 }
 
-/// Time that joining takes or leaves is made up for in the same steps: nothing adds up until
-/// a slow step has to pay for all of it.
+/// The time that joining adds or removes is compensated in the same steps: nothing accumulates
+/// until a slow step has to compensate for all of it.
 #[test]
 fn many_joined_steps_owe_nothing() {
     for (corner, level) in
@@ -265,7 +265,7 @@ fn many_joined_steps_owe_nothing() {
     }
 }
 
-/// Steps that are alike are what one event after another is, but for the last of a group and the
+/// Steps that are alike equal the events one after another, except for the last of a group and the
 /// last two groups.
 #[test]
 fn steps_that_are_alike_come_one_after_another() {
@@ -305,11 +305,11 @@ fn steps_that_are_alike_come_one_after_another() {
             }
         }
     }
-    // Of ramps 1 and 47 steps, and 46 behind the one that turns; of groups of 300 all but two.
+    // Of ramps 1 and 47 steps, and 46 after the one that turns; of groups of 300 all but two.
     assert_eq!(passed, 1 + 47 + 46 + 298 * (60 + 5 + 55));
 }
 
-/// Waits that are left out are as many as fit, whether they are divided or multiplied.
+/// As many waits are left out as fit, whether the count is found by a division or a product.
 #[test]
 fn waits_of_one_length_are_left_out() {
     let hop = 1u64 << 46;

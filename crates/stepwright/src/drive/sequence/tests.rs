@@ -1,4 +1,4 @@
-//! The documents' tables, and what any table must be: a field that turns.
+//! The documents' tables, and the property of every table: its field turns.
 
 extern crate std;
 use super::*;
@@ -33,7 +33,7 @@ fn l6219_field(levels: u8) -> Field {
     (one * current(2), two * current(4))
 }
 
-/// A table, what its lines do, the degrees of its step.
+/// A table, the field of its lines, and the degrees of its step.
 type Row = (Sequence, fn(u8) -> Field, f64);
 
 const ALL: [Row; 10] = [
@@ -64,7 +64,7 @@ fn the_documents_tables() {
     assert_eq!(phases, [0b00, 0b01, 0b11, 0b10]);
 }
 
-/// Forward turns the field by a step, the same way whichever the table.
+/// Forward turns the field by a step, in the same direction for every table.
 #[test]
 fn every_table_turns_the_field_by_its_step() {
     for (number, (sequence, field, degrees)) in ALL.into_iter().enumerate() {
@@ -93,7 +93,7 @@ fn finer_tables_contain_the_coarser_ones_in_step() {
             assert_eq!(coarse.levels(phase), fine.levels(phase * every));
         }
     }
-    // The full step's angle is the half step's, at another current.
+    // The full step's angle is that of the half step, at another current.
     for phase in 0..4 {
         assert_eq!(L6219_FULL.levels(phase) & 3, L6219_HALF.levels(phase * 2) & 3);
     }

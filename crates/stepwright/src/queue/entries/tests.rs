@@ -9,7 +9,7 @@ use std::vec::Vec;
 const WIRING: Wiring = Wiring::new(4, 32);
 
 std::thread_local! {
-    /// What the other side does before the next read of a shared byte.
+    /// The action of the other side before the next read of a shared byte.
     static MEANWHILE: RefCell<Option<Box<dyn FnMut()>>> = const { RefCell::new(None) };
 }
 
@@ -50,7 +50,7 @@ fn a_last_run_is_taken_whenever_it_comes() {
                 read += 1;
             })));
             let mut waits = Vec::new();
-            // Two reads at least for each: by then both have happened.
+            // At least two reads for each: by then both have happened.
             for _ in 0..=READS / 2 {
                 match consumer.take() {
                     Next::Entry(entry) => waits.push(wait(entry)),
@@ -59,7 +59,7 @@ fn a_last_run_is_taken_whenever_it_comes() {
                 }
             }
             MEANWHILE.take();
-            // What is before the step, and the step.
+            // The wait before the step, and the step.
             let both = [2000, 0];
             assert_eq!(waits, both, "pushed before read {push}, closed before {close}");
             assert_eq!(consumer.take(), Next::End);
@@ -80,7 +80,7 @@ fn a_player_may_tell_that_all_is_played() {
     assert_eq!(producer.len(), pushed);
     consumer.set_played();
     assert_eq!(producer.len(), pushed - 1);
-    // What was taken ahead is not played.
+    // An entry taken ahead is not played.
     consumer.look_ahead();
     consumer.set_played();
     assert_eq!(producer.len(), pushed - 1);
@@ -103,7 +103,7 @@ fn full_empty_and_wrapped() {
             assert!(before.is_none_or(|before| before < ticks));
             before = Some(ticks);
         }
-        // The queue is closed, and the last step not handed out yet.
+        // The queue is closed, and the last step has not been handed out yet.
         assert_eq!(consumer.take(), Next::End);
     }
 }
@@ -121,7 +121,7 @@ fn an_open_queue_is_late_not_ended() {
     assert!(producer.is_empty());
 }
 
-/// The entry that is played counts, one that is taken ahead too.
+/// The entry being played counts, and one taken ahead too.
 #[test]
 fn what_is_played_to_its_end_is_counted_out() {
     let mut queue = Queue::<8>::new();
@@ -193,7 +193,7 @@ fn a_travel_is_hold_turn_steps_and_the_last_one() {
     let all = events(&queue);
     assert_eq!(&all[..4], [(0, 2500), (32, 4000), (4, 1000), (4, 1000)]);
     assert_eq!((all.len(), all[4].0), (5, 4));
-    // To the same side: nothing turns.
+    // To the same side: DIR does not toggle.
     producer.set_open(true);
     producer.push(Run::turn(2500, false)).unwrap();
     producer.push(Run::steady(4000, 1)).unwrap();
@@ -213,14 +213,14 @@ fn what_is_stopped_makes_no_last_step_and_keeps_its_side() {
     producer.set_open(false);
     assert!(producer.is_empty());
     assert_eq!(events(&queue), []);
-    // It had not turned yet.
+    // It has not turned yet.
     producer.set_open(true);
     producer.push(Run::turn(2500, false)).unwrap();
     producer.push(Run::steady(4000, 1)).unwrap();
     assert_eq!(events(&queue), [(0, 2500), (32, 4000)]);
 }
 
-/// Its steps become entries as there is room for them.
+/// A run's steps become entries when there is room for them.
 #[test]
 fn a_run_of_long_intervals_is_step_by_step() {
     let queue = Queue::<8>::new();

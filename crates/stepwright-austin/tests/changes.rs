@@ -1,23 +1,21 @@
-//! Changing one's mind under Austin's law, in random sequences, against its
-//! formulas in `f64`.
+//! Changes under Austin's law, in random sequences, against its formulas in `f64`.
 //!
-//! The model has signed accelerations and with them signed n, as Eq 13 and 18 have
-//! them, and takes its own decisions; nothing of the core's goes into it. That it
-//! obeys the limits (by Eq 3), overshoots nothing that it could stop at, and keeps
-//! v² = v₀² + 2as within the stated error, is asserted of it.
+//! The model has signed accelerations and therefore signed n, as in Eq 13 and 18, and makes its own
+//! decisions; it uses nothing of the core. The test asserts that it obeys the limits (by Eq 3),
+//! overshoots nothing at which it could stop, and keeps v² = v₀² + 2as within the stated error.
 
 use proptest::prelude::*;
 use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::Motion;
 
-/// v²/2 = (n + ½)·a of Eq 18, in 2⁻⁴⁰ · 10⁻⁶ (steps/s)²: whether a step more is needed
-/// to brake is a question of equality, so sums have to be exact.
+/// v²/2 = (n + ½)·a of Eq 18, in 2⁻⁴⁰ · 10⁻⁶ (steps/s)²: whether another step is needed to brake
+/// depends on equality, so sums have to be exact.
 type Energy = i128;
 
-/// Of one (step/s)².
+/// The value of one (step/s)².
 const UNIT: f64 = 1e6 * (1u64 << 40) as f64;
 
-/// In ticks and thousandths.
+/// The model, in ticks and thousandths.
 #[derive(Clone, Copy, Debug)]
 struct Model {
     hz: f64,
@@ -33,11 +31,11 @@ struct Model {
     /// 0 at rest.
     energy: Energy,
     c: f64,
-    /// By how much f²/c² is leant to a side, for the sums that end on whole steps.
+    /// By how much f²/c² is shifted to one side, for sums that end on whole steps.
     lean: f64,
 }
 
-/// What a step adds.
+/// The energy that a step adds.
 fn slope(a: u64) -> Energy {
     (Energy::from(a) * 1000) << 40
 }
@@ -67,12 +65,12 @@ impl Model {
         }
     }
 
-    /// The most that may be `left` steps before the end: n = −left.
+    /// The most energy that is allowed `left` steps before the end: n = −left.
     fn room(&self, left: i64) -> Energy {
         slope(self.d) / 2 * (2 * Energy::from(left) + 1)
     }
 
-    /// Whole steps to rest: the least that leaves room.
+    /// Whole steps to rest: the least number that leaves room.
     fn braking(&self, energy: Energy) -> i64 {
         let n = (energy - slope(self.d) / 2).max(0) / slope(self.d);
         let n = i64::try_from(n).unwrap();
@@ -90,7 +88,7 @@ impl Model {
         };
     }
 
-    /// Eq 13's errors near n = 1 don't accumulate.
+    /// Prevents the errors of Eq 13 near n = 1 from accumulating.
     fn correct(&mut self, ahead: i64) {
         let seen = self.seen();
         let [gained, lost] = [(seen, self.energy), (self.energy, seen)]
@@ -165,7 +163,7 @@ impl Model {
 
 #[derive(Clone, Copy, Debug)]
 enum Wish {
-    /// So far from here, or from where it began.
+    /// This far from here, or from where the motion began.
     Go(i32),
     Target(i32),
     /// In thousandths.
@@ -175,7 +173,7 @@ enum Wish {
     Stop,
 }
 
-/// Pulses, then a change.
+/// A number of pulses, then a change.
 #[derive(Clone, Copy, Debug)]
 struct Change {
     after: u32,
@@ -234,18 +232,18 @@ fn change() -> impl Strategy<Value = Change> {
     (after, wish).prop_map(|(after, wish)| Change { after, wish })
 }
 
-/// Both, side by side.
+/// The motion and its model, side by side.
 struct Pair {
     motion: Motion,
     model: Model,
-    /// How far the pulses lie apart, in ticks.
+    /// The difference between their pulses, in ticks.
     off: f64,
-    /// A target that can be stopped at, from the present speed.
+    /// A target at which the motion can stop, from its present speed.
     reach: Option<i64>,
 }
 
 impl Pair {
-    /// A change of both, in which they agree.
+    /// Makes a change in both, in which they agree.
     fn change(&mut self, wish: Wish) -> Result<(), TestCaseError> {
         let (motion, model) = (&mut self.motion, &mut self.model);
         let (before, seen) = (motion.speed(), model.seen());
@@ -298,7 +296,7 @@ impl Pair {
         Ok(())
     }
 
-    /// One delay; false at the end.
+    /// Makes one delay; false at the end.
     fn step(&mut self) -> Result<bool, TestCaseError> {
         let old = self.model;
         let (got, want) = (self.motion.next(), self.model.next());
@@ -319,7 +317,7 @@ impl Pair {
         Ok(true)
     }
 
-    /// Speed, and acceleration by Eq 3.
+    /// Checks speed, and acceleration by Eq 3.
     fn limits(&self, old: &Model) -> Result<(), TestCaseError> {
         let (hz, new) = (old.hz, &self.model);
         let [a, d] = [old.a, old.d].map(|a| a as f64 / 1e3);
@@ -342,10 +340,10 @@ impl Pair {
     }
 }
 
-/// What Eq 3 may show of a limit: a ramp's first step is 4.4 % fast (Eq 15), and a
-/// gentle fall may follow at once.
+/// The excess over a limit by Eq 3: a ramp's first step is 4.4 % fast (Eq 15), and a gentle fall
+/// may follow at once.
 const FAST: f64 = 1.095;
-/// The speed against v² = v₀² + 2as: Eq 15 and Table 1's n = 1.
+/// The error of the speed against v² = v₀² + 2as: Eq 15 and Table 1's n = 1.
 const OFF: f64 = 0.064;
 
 fn walk(order: Order, changes: &[Change], lean: f64) -> Result<(), TestCaseError> {
@@ -382,7 +380,7 @@ fn walk(order: Order, changes: &[Change], lean: f64) -> Result<(), TestCaseError
         }
         pair.change(change.wish)?;
     }
-    // To the end, or what can be waited for.
+    // To the end, or as far as a test can wait.
     let mut steps = 0;
     while steps < 30_000 && pair.step()? {
         steps += 1;
@@ -400,7 +398,7 @@ fn cases() -> u32 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases()))]
 
-    /// 4,000 stories of 25: 100,000 changes in CI.
+    /// 4,000 sequences of 25: 100,000 changes in CI.
     #[test]
     fn every_delay_after_every_change(
         order in order(),

@@ -1,5 +1,4 @@
-//! Faults that well-known implementations of Austin's law have, each as a test
-//! that would show it here.
+//! Faults of well-known implementations of Austin's law, each with a test that would show it here.
 
 use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::{
@@ -36,7 +35,7 @@ fn laws(rate: Rate, top: Speed, a: Accel, d: Accel, pulses: u32) -> Vec<(&'stati
     ]
 }
 
-/// A listing that goes on subtracting after c_min was passed runs away.
+/// A listing that continues to subtract after c_min was passed accelerates without end.
 #[test]
 fn c_min_within_two_ramp_steps() {
     assert_eq!(fixed(6, 3_000, 2_500), [3_000, 2_500, 2_500, 2_500, 2_500]);
@@ -68,8 +67,8 @@ fn deceleration_is_signed() {
     }
 }
 
-/// Where the ramps meet the sign of the divisor turns: the delay after the
-/// middle is not shorter than the one before.
+/// Where the ramps meet, the sign of the divisor changes: the delay after the middle is not shorter
+/// than the one before.
 #[test]
 fn the_sign_at_the_midpoint() {
     for pulses in 3..200 {
@@ -79,15 +78,14 @@ fn the_sign_at_the_midpoint() {
         assert!(delays[least..].is_sorted(), "{pulses}: {delays:?}");
         for (name, delays) in laws(Rate::MHZ, speed(9_000), accel(400), accel(400), pulses) {
             let least = delays.iter().position(|c| Some(c) == delays.iter().min()).unwrap();
-            // Whole ticks carry a part: one more or less is no change of speed.
+            // Whole ticks carry a fraction: one more or less is no change of speed.
             assert!(delays[..=least].windows(2).all(|p| p[0] + 1 >= p[1]), "{name}: {delays:?}");
             assert!(delays[least..].windows(2).all(|p| p[1] + 1 >= p[0]), "{name}: {delays:?}");
         }
     }
 }
 
-/// 4n + 1 leaves 16 bits at n = 8192; the ramp goes on as the formula has it,
-/// up and down.
+/// 4n + 1 exceeds 16 bits at n = 8192; the ramp continues by the formula, up and down.
 #[test]
 fn ramps_beyond_8191_steps() {
     let (c0, pulses) = (1_000_000, 60_001);
@@ -96,8 +94,8 @@ fn ramps_beyond_8191_steps() {
     for n in 1..=29_000u32 {
         c -= 2.0 * c / (4.0 * f64::from(n) + 1.0);
         let off = (f64::from(delays[n as usize]) - c).abs();
-        // Truncating costs up to 2⁻⁸ a step, a third of a tick in a hundred steps
-        // on average; beyond 8191 nothing more.
+        // Truncation costs up to 2⁻⁸ a step, a third of a tick in a hundred steps on average;
+        // beyond 8191 nothing more.
         let cost = f64::from(n.min(8_191)) / 300.0;
         assert!(off <= 0.5 + cost, "{n}: {} {c}", delays[n as usize]);
     }
@@ -108,7 +106,7 @@ fn ramps_beyond_8191_steps() {
     assert!(delays.contains(&20));
 }
 
-/// A motion can be stopped on the way, and ends as many steps on as it needs.
+/// A motion can be stopped at any time, and ends after the steps that it needs.
 #[test]
 fn stop_during_a_move() {
     for after in [2, 3, 100, 5_000, 12_000] {
@@ -129,7 +127,7 @@ fn stop_during_a_move() {
             assert!((0.99..1.5).contains(&ratio), "{after}: {ratio}");
         }
     }
-    // And change its acceleration, level off, or go on.
+    // It can also change its acceleration, level off, or continue.
     let mut ramp = Ramp::new(Rate::MHZ, accel(400), C0::Reduced).unwrap();
     let fast = ramp.by_ref().nth(500).unwrap();
     ramp.set(Slope::Down(accel(4_000)));
@@ -147,8 +145,7 @@ fn a_long_first_delay() {
     assert_eq!(delays[1], 15_296_134); // 0.676 · 16e6 · √2
 }
 
-/// n = 0 would divide by 1 and leave −c behind: at the start, and in the delay
-/// after the last pulse.
+/// n = 0 would divide by 1 and leave −c: at the start, and in the delay after the last pulse.
 #[test]
 fn n_is_never_0() {
     for pulses in 0..9 {
@@ -164,9 +161,8 @@ fn n_is_never_0() {
     }
 }
 
-/// A travel that begins at its top speed and brakes more gently than it would
-/// have started: its first slower delay comes from this one, not from one of a
-/// travel before.
+/// A travel that begins at its top speed and brakes more gently than it would have accelerated: its
+/// first slower delay is computed from this travel, not from an earlier one.
 #[test]
 fn starting_at_top_speed_then_braking() {
     let law = Austin::new(Rate::MHZ, speed(400), accel(1_000_000)).with_decel(accel(4_000));
@@ -178,8 +174,8 @@ fn starting_at_top_speed_then_braking() {
     }
 }
 
-/// What a division leaves over on the way up does not leak into the way down,
-/// nor into the next travel.
+/// The remainder of a division on the way up leaks neither into the way down nor into the next
+/// travel.
 #[test]
 fn no_remainder_from_ramp_to_ramp() {
     let once = fixed(5_000, 50_000, 300);
@@ -191,8 +187,8 @@ fn no_remainder_from_ramp_to_ramp() {
     }
 }
 
-/// Top speed reached in less than one step: not one delay is shorter than c_min
-/// (one implementation runs about four times too fast).
+/// The top speed is reached in less than one step: no delay is shorter than c_min (one
+/// implementation runs about four times too fast).
 #[test]
 fn top_speed_in_less_than_one_step() {
     for top in [1, 10, 100, 1_000] {
@@ -226,8 +222,8 @@ fn steps_times_deceleration() {
     }
 }
 
-/// The law in the interrupt and the published form are the same arithmetic but
-/// for the remainder: they meet within what that is worth.
+/// The law in the interrupt and the published form are the same arithmetic except for the
+/// remainder: they differ by no more than that.
 #[test]
 fn the_law_in_the_interrupt() {
     for (pulses, c0, c_min) in [(3, 50_000, 2_500), (10, 50_000, 2_500), (2_000, 50_000, 1_000)] {

@@ -1,8 +1,7 @@
 //! Austin's laws against its formulas in f64, and its printed numbers.
 //!
-//! The oracle works on whole lists of real delays: a ramp from rest, another
-//! one back, and Eq 16 to 25 for where they end. It shares nothing with the core
-//! but the values as held.
+//! The oracle works on whole lists of real delays: a ramp from rest, another one in reverse, and Eq
+//! 16 to 25 for their ends. It shares only the stored values with the core.
 
 use proptest::prelude::*;
 use stepwright::profile::Unfit;
@@ -11,7 +10,7 @@ use stepwright_austin::{
     Austin, C0, Divisor, Fixed, LinearFactor, Piecewise, PowerTerm, Ramp, Slope,
 };
 
-/// Values as held, as real numbers: steps and seconds.
+/// The stored values as real numbers: steps and seconds.
 #[derive(Clone, Copy, Debug)]
 struct Order {
     hz: u32,
@@ -35,7 +34,7 @@ impl Order {
         (a(self.accel), a(self.decel))
     }
 
-    /// The acceleration that the first step still can be braked from.
+    /// The acceleration from which the first step can still be braked.
     fn fitted(mut self) -> Order {
         let most = u128::from(2 * u64::from(self.pulses.max(1)) - 1) * u128::from(self.decel);
         self.accel = u128::from(self.accel).min(most) as u64;
@@ -52,7 +51,7 @@ impl Order {
         (self.f() / self.v()).max(1.0)
     }
 
-    /// c₀ as emitted and as the formula goes on from (Eq 7, 15).
+    /// c₀ as emitted, and the value from which the formula continues (Eq 7, 15).
     fn c0(&self, accel: u64) -> (f64, f64) {
         let exact = self.f() * (2e3 / accel as f64).sqrt();
         match self.c0 {
@@ -62,13 +61,13 @@ impl Order {
         }
     }
 
-    /// The acceleration that the ramp has in truth.
+    /// The actual acceleration of the ramp.
     fn real_accel(&self, accel: u64) -> f64 {
         let part = if self.c0 == C0::Exact { 0.676 * 0.676 } else { 1.0 };
         accel as f64 / 1e3 * part
     }
 
-    /// Puts a travel together: N steps of `up`, a hold, and J steps down.
+    /// Builds a travel: N steps of `up`, a hold, and J steps down.
     fn travel(&self, up: &[f64], down: &[f64]) -> Vec<f64> {
         let delays = self.pulses.saturating_sub(1) as usize;
         let mut all = vec![self.c0(self.accel).0];
@@ -92,7 +91,7 @@ fn general(order: Order, divisor: Divisor) -> Vec<f64> {
     if two {
         up[0] = order.f() * (2e3 / order.accel as f64).sqrt() * std::f64::consts::PI.sqrt() / 2.0;
     }
-    // Eq 18, rounded, in integers: the nearest is not a matter of f64's rounding.
+    // Eq 18, rounded, in integers, so that the rounding of f64 does not matter.
     let j = |n: usize| {
         let (n, a, d) = (n as u128, u128::from(order.accel), u128::from(order.decel));
         if two { ((4 * n + 1) * a + d) / (4 * d) } else { ((2 * n + 1) * a) / (2 * d) }
@@ -117,9 +116,8 @@ fn general(order: Order, divisor: Divisor) -> Vec<f64> {
     all
 }
 
-/// A curve as (delay, divisor that led to it) from rest, endless. `lean` is 1, or
-/// a last place beside it: where two delays are as good as equal, either answer
-/// is right.
+/// A curve as (delay, divisor that led to it) from rest, endless. `lean` is 1, or differs from it
+/// in the last place: if two delays are practically equal, either answer is right.
 fn shadowed(
     order: Order,
     enough: f64,
@@ -260,7 +258,7 @@ fn linear(order: Order, knee: f64) -> Vec<f64> {
     all.iter().map(|c| c.max(order.c_min())).collect()
 }
 
-/// Each delay within a tick of its formula, and each pulse within one of its time.
+/// Each delay is within a tick of its formula, and each pulse within a tick of its time.
 fn check(got: Result<Vec<u32>, Unfit>, want: &[f64], pulses: u32) -> Result<(), TestCaseError> {
     let Ok(got) = got else { return Ok(()) };
     prop_assert_eq!(got.len(), pulses as usize);
@@ -358,7 +356,7 @@ proptest! {
         check(got, &linear(order, f64::from(knee) / 1e3), order.pulses)?;
     }
 
-    /// Eq 13 with any changes on the way (Eq 18).
+    /// Eq 13 with any changes during the travel (Eq 18).
     #[test]
     fn changes_of_acceleration(
         hz in 100_000u32..20_000_000,
@@ -404,7 +402,7 @@ proptest! {
         check(Ok(got), &want, pulses)?;
     }
 
-    /// The listing, in f64 and without its rounding: what truncating costs.
+    /// The listing in f64 without its rounding: the error of truncation.
     #[test]
     fn fixed_point(pulses in 0u32..5_000, c0 in 2_000u32..200_000, c_min in 200u32..10_000) {
         let got: Vec<_> = Fixed::new(pulses, c0, c_min).collect();
@@ -472,7 +470,7 @@ fn figures_2_to_4() {
     }
 }
 
-/// Figure 6, p = 2: k = 0.02; and every power reaches what Eq 20 reaches.
+/// Figure 6, p = 2: k = 0.02; and every power reaches the speed of Eq 20.
 #[test]
 fn figure_6() {
     let (v, a) = (400.0, 400.0);
@@ -493,7 +491,7 @@ fn figure_6() {
     }
 }
 
-/// The approach is Eq 20's to the end: 0.99995 of the top speed after 4,000 steps with p = 4.
+/// The approach follows Eq 20 to the end: 0.99995 of the top speed after 4,000 steps with p = 4.
 #[test]
 fn the_power_term_approaches_its_top_speed_as_equation_20_does() {
     let (v, a) = (400.0f64, 400.0f64);
@@ -515,8 +513,8 @@ fn the_power_term_approaches_its_top_speed_as_equation_20_does() {
     }
 }
 
-/// A speed that the way down never has ends the ramp, and is not searched for in all the
-/// steps that are left: with 2³¹ of them this test would take minutes.
+/// A speed that the way down never has ends the ramp, and is not searched for in all the remaining
+/// steps: with 2³¹ of them this test would take minutes.
 #[test]
 fn a_speed_beyond_the_way_down_ends_the_power_terms_ramp() {
     let accel = |n| Accel::from_steps(n).unwrap();
@@ -541,11 +539,11 @@ fn figure_8() {
     };
     assert_eq!(corners(700), (0, 432, 484));
     assert_eq!(corners(500), (0, 333, 333));
-    // c_min is 3141.6; the estimate of Eq 24 falls 0.2 % short of the speed.
+    // c_min is 3141.6; the estimate of Eq 24 is 0.2 % below the top speed.
     let delays: Vec<_> = law.delays(700).unwrap().collect();
     assert!((3_141..3_149).contains(&delays[450]), "{}", delays[450]);
     assert!(delays[433..484].iter().all(|d| d.abs_diff(delays[450]) <= 1));
-    // With and without a section at top speed, no jump in acceleration at it.
+    // With and without a section at top speed, the acceleration has no jump there.
     let delays: Vec<_> = law.delays(500).unwrap().collect();
     let speed = |i: usize| 1e6 / f64::from(delays[i]);
     assert!((speed(333) - speed(334)).abs() < 0.2);

@@ -1,4 +1,5 @@
-//! The laws over the line: what is written is read, and the constants make the law's delays.
+//! The laws over the line: written rows parse to the same row, and the constants make the law's
+//! delays.
 
 use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::line::{LONGEST, Line, Refused, can};
@@ -8,7 +9,7 @@ use stepwright_austin::{
 
 use stepwright_protocol::{Fault, read_row};
 
-/// A row with its mark, read.
+/// Parses a row with its mark.
 fn read(text: &str) -> Result<Line, Fault<Refused>> {
     read_row(text.strip_prefix(':').unwrap().as_bytes(), Line::read)
 }
@@ -17,7 +18,7 @@ fn accel(steps: u32) -> Accel {
     Accel::from_steps(steps).unwrap()
 }
 
-/// A recipe of each law, and the delays that the law makes by itself.
+/// A recipe of each law, and the delays of the law itself.
 fn recipes(top: u32, up: u32, down: u32, pulses: u32) -> Vec<(Recipe, Vec<u32>)> {
     let (top, up, down) = (Speed::from_steps(top).unwrap(), accel(up), accel(down));
     let general = Austin::new(Rate::MHZ, top, up).with_decel(down);
@@ -121,7 +122,7 @@ fn refusals_are_read() {
     assert_eq!(can("sum,austin,power").collect::<Vec<_>>(), [LawName::Austin, LawName::Power]);
 }
 
-/// Numbers that no travel has are refused, so that no step of theirs can go wrong.
+/// Constants that fit no travel are refused, so that none of their steps can go wrong.
 #[test]
 fn unsound_recipes_are_told_apart() {
     let (_, recipes): ((), Vec<Recipe>) =
@@ -170,8 +171,8 @@ fn unsound_recipes_are_told_apart() {
     }
 }
 
-/// Eq 13 and 18 in f64: a ramp whose acceleration changes on its way up, its top speed and its
-/// way down of J = (n + ½)·a/d, rounded, steps.
+/// Eq 13 and 18 in f64: a ramp whose acceleration changes on the way up, its top speed, and its way
+/// down of J = (n + ½)·a/d steps, rounded.
 fn by_formula(top: f64, up: f64, down: f64, pulses: u32, changes: &[(u32, f64)]) -> Vec<f64> {
     let least = 1e6 / top;
     let (mut c, mut n, mut a) = (0.676 * 1e6 * (2.0 / up).sqrt(), 0.0, up);
@@ -200,14 +201,14 @@ fn by_formula(top: f64, up: f64, down: f64, pulses: u32, changes: &[(u32, f64)])
     all
 }
 
-/// Top speed, acceleration, deceleration, pulses, and the changes: after how many pulses to which
+/// Top speed, acceleration, deceleration, pulses, and the changes: the number of pulses and the new
 /// acceleration.
 type Case<'a> = (f64, f64, f64, u32, &'a [(u32, f64)]);
 
 #[test]
 fn a_ramp_that_changes_is_eq_18() {
     let cases: &[Case] = &[
-        // Numbers with which no J lies on a whole step.
+        // Numbers for which no J is a whole step.
         (500.0, 200.0, 401.0, 1_000, &[(100, 503.0)]),
         (2_000.0, 1_000.0, 1_009.0, 3_000, &[(2, 4_001.0), (50, 307.0), (700, 2_503.0)]),
         (2_000.0, 500.0, 2_003.0, 300, &[(100, 101.0), (150, 5_003.0)]),

@@ -1,5 +1,5 @@
-//! A motion under Austin's law: its numbers, and the faults that well-known
-//! implementations have where a motion changes, each as a test that would show it.
+//! A motion under Austin's law: its numbers, and the faults that well-known implementations have
+//! where a motion changes, each with a test that would show it.
 
 use stepwright::profile::Unfit;
 use stepwright::{Accel, Rate, Speed};
@@ -23,7 +23,7 @@ fn take(motion: &mut Motion, pulses: usize) -> Vec<u32> {
     motion.by_ref().take(pulses).collect()
 }
 
-/// No delay is shorter than the one before, but for the part of a tick.
+/// Whether no delay is shorter than the one before, except for the fraction of a tick.
 fn slows(delays: &[u32]) -> bool {
     delays.windows(2).all(|pair| pair[1] + 1 >= pair[0])
 }
@@ -36,7 +36,7 @@ fn table_2() {
     let rate = Rate::from_hz(100_000_000).unwrap();
     let mut motion = Motion::new(rate, Speed::MAX, a(10.0)).unwrap();
     motion.retarget(100_000);
-    // c0 is that of 10 rad/s², where the article gives no number but c198.
+    // c0 is that of 10 rad/s², where the article gives only c198.
     let up: Vec<_> = motion.by_ref().take(201).collect();
     let scale = 2813.067 / f64::from(up[199]);
     let close = |got: u32, want: f64| {
@@ -54,8 +54,7 @@ fn table_2() {
     close(motion.next().unwrap(), 2834.568);
 }
 
-/// Nobody changes his mind: Figures 2 to 4, the general form on the way up, and the
-/// same back.
+/// Without changes: Figures 2 to 4, the general form on the way up, and the same on the way down.
 #[test]
 fn without_a_change() {
     let delays: Vec<_> = motion(400, 400, 1_000).collect();
@@ -68,8 +67,8 @@ fn without_a_change() {
     }
 }
 
-/// The end is exact whatever is left over: a motion of m pulses has m − 1 delays after
-/// the first, and the last is the first of a ramp.
+/// The end is exact whatever the remainder: a motion of m pulses has m − 1 delays after the first,
+/// and the last is the first of a ramp.
 #[test]
 fn short_motions() {
     for target in (-60..=60).filter(|n| *n != 0) {
@@ -104,7 +103,7 @@ fn refused_changes_change_nothing() {
     assert!(motion.eq(other)); // nor do those that say what is so already
 }
 
-/// Fault: runs away where c_min comes within two steps of the ramp.
+/// Fault: endless acceleration where c_min comes within two steps of the ramp.
 #[test]
 fn c_min_within_two_ramp_steps() {
     for after in 1..6 {
@@ -130,7 +129,7 @@ fn c_min_above_c0() {
     assert!(motion.all(|c| (199_999..=200_001).contains(&c)));
 }
 
-/// Faults: an unsigned divisor that never brakes; no stop on the way.
+/// Faults: an unsigned divisor that never brakes; no stop during the motion.
 #[test]
 fn a_stop_brakes_anywhere() {
     for after in [2, 3, 4, 10, 100, 2_000, 12_000] {
@@ -143,7 +142,7 @@ fn a_stop_brakes_anywhere() {
         assert!(slows(&down), "{after}: {down:?}");
         assert!(down.len() <= up.len() / 2 + 1, "{after}: {}", down.len());
         assert_eq!((motion.position(), motion.next()), (place, None));
-        // And every step on the way asked again.
+        // The stop is repeated at every step.
         let mut again = self::motion(2_000, 400, 1_000_000);
         again.set_decel(accel(800)).unwrap();
         take(&mut again, after);
@@ -156,8 +155,8 @@ fn a_stop_brakes_anywhere() {
     }
 }
 
-/// Fault: no retarget on the way. Further: the fall becomes a rise again; nearer and
-/// behind: to rest beyond it, and back, a step at a time.
+/// Fault: no retarget during the motion. A further target: the fall becomes a rise again; a nearer
+/// one, or one behind: to rest beyond it, and back, one step at a time.
 #[test]
 fn a_target_may_move() {
     let mut motion = motion(1_000, 1_000, 1_000);
@@ -176,7 +175,7 @@ fn a_target_may_move() {
     while motion.next().is_some() {
         most = most.max(motion.position());
     }
-    // 300 steps' speed, at the same rate: 299 and a half, to a whole step.
+    // The speed of 300 steps, at the same rate: 299 and a half, rounded to a whole step.
     assert_eq!((most, motion.position()), (1_500 + 299, -50));
 }
 
@@ -221,8 +220,8 @@ fn a_long_first_delay() {
     assert_eq!(motion.by_ref().collect::<Vec<_>>(), [15_296_134]);
 }
 
-/// Faults: n = 0 leaves garbage behind the last step; the next travel's first delay is
-/// the last one's; the remainder goes with it.
+/// Faults: n = 0 leaves garbage after the last step; the next travel begins with the last delay of
+/// this one; the remainder is kept.
 #[test]
 fn from_travel_to_travel() {
     let mut motion = motion(3_000, 3_000, 2_000);
@@ -250,8 +249,8 @@ fn from_the_top_speed() {
     assert_eq!(down.len(), 20); // 400² / 2·4000
 }
 
-/// Fault: a top speed that is reached in less than a step is passed four times over. And
-/// from a crawl, of which Eq 18 makes n < 0, a ramp is as steep as from rest.
+/// Fault: a top speed that is reached in less than a step is exceeded four times over. From a
+/// crawl, where Eq 18 makes n < 0, a ramp is as steep as from rest.
 #[test]
 fn from_a_crawl() {
     for top in [1, 10, 100, 1_000] {
@@ -271,7 +270,7 @@ fn from_a_crawl() {
     assert!((950_000..1_050_000).contains(&time), "{time}");
 }
 
-/// Fault: steps times deceleration is more than 32 bits.
+/// Fault: steps times deceleration exceeds 32 bits.
 #[test]
 fn steps_times_deceleration() {
     let rate = Rate::from_hz(16_000_000).unwrap();
@@ -289,8 +288,7 @@ fn steps_times_deceleration() {
     }
 }
 
-/// Any values that can be said, in any order: no panic, no delay of 0 within a travel, no
-/// step too many.
+/// Any values in any order: no panic, no delay of 0 within a travel, no step too many.
 #[test]
 fn extremes() {
     let speeds = [1, 20_000, 1_000_000_000].map(|v| Speed::from_millisteps(v).unwrap());

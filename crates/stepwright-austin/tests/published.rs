@@ -1,4 +1,5 @@
-//! The program that the article prints, delay for delay, against its states written down again.
+//! The program that the article prints, delay for delay, against another implementation of its
+//! states.
 
 use proptest::prelude::*;
 use stepwright_austin::Fixed;

@@ -1,4 +1,4 @@
-//! Braking at a switch: how far, how fast, and that every step is counted.
+//! Braking at a switch: its distance, its speed, and that every step is counted.
 
 use crate::rig::{HZ, Rig};
 use stepwright::run::Run;
@@ -25,7 +25,7 @@ fn whirl(delay: u32) -> Program<'static> {
     Program::Whirl { forward: true, delay }
 }
 
-/// The way from 10,000 steps/s is v²/2a, and the speed falls by a, by the edges.
+/// The braking distance from 10,000 steps/s is v²/2a, and the speed falls by a, as the edges show.
 #[test]
 fn a_motor_brakes_by_its_deceleration() {
     for (clock, others) in BOTH.into_iter().flat_map(|clock| [(clock, 3_000), (clock, 0)]) {
@@ -42,16 +42,16 @@ fn a_motor_brakes_by_its_deceleration() {
         assert!(rig.cycle.is_running() && rig.cycle.status(0) == Status::Running);
         rig.run_out();
         let made = rig.steps_of(0);
-        // The step that was under way, and v²/2a: 10^8 / (2·10^5).
+        // The step in progress, and v²/2a: 10^8 / (2·10^5).
         assert!((500..=502).contains(&(made - before)), "{clock:?}: {}", made - before);
         assert_eq!(rig.position(0), made * 3);
         assert_eq!((rig.cycle.faults(0), rig.cycle.error()), (Faults::HARD_END_MAX, None));
         assert_eq!((rig.steps_of(1), rig.cycle.faults(1)), (others.into(), Faults::NONE));
         if others != 0 {
-            // Its pulses meet those of the other one: edges wait for them.
+            // Its pulses meet those of the other motor: edges wait for them.
             continue;
         }
-        // Mean speeds between edges, and how fast they fall.
+        // Mean speeds between edges, and their decrease.
         let times: Vec<f64> = rig.rises(0).iter().map(|t| *t as f64 / f64::from(HZ)).collect();
         let tick = if clock == Clock::Deadlines { 1.0 / f64::from(HZ) } else { 20e-6 };
         for three in times[before as usize..].windows(3) {
@@ -61,13 +61,13 @@ fn a_motor_brakes_by_its_deceleration() {
             assert!(fall <= 100_000.0 * 1.05 + slack, "{fall} at {} {clock:?}", three[0]);
             assert!(fall >= -slack, "{fall} at {} {clock:?}", three[0]);
         }
-        // v = a·t: 0.1 s to rest, the last step left out.
+        // v = a·t: 0.1 s to rest, without the last step.
         let took = times.last().unwrap() - times[before as usize];
         assert!((0.095..=0.1005).contains(&took), "{clock:?}: {took}");
     }
 }
 
-/// Each by its own deceleration, and then the cycle is cancelled; who is slow, or
+/// Each motor brakes at its own deceleration, then the cycle is cancelled; a motor that is slow, or
 /// waits, stops at once.
 #[test]
 fn all_motors_brake_and_the_cycle_is_cancelled() {
@@ -101,8 +101,8 @@ fn all_motors_brake_and_the_cycle_is_cancelled() {
     }
 }
 
-/// Nothing is left to brake: at rest before a closed switch, at the end of the
-/// program, where that turns or waits.
+/// Nothing is left to brake: at rest before a closed switch, at the end of the program, where the
+/// program turns or waits.
 #[test]
 fn a_program_that_ends_is_not_led_on() {
     let step = |count| Leg::Steps { count, delay: 100 };
@@ -130,7 +130,7 @@ fn a_program_that_ends_is_not_led_on() {
     }
 }
 
-/// The delays of a callback that are longer already are kept.
+/// Delays of a callback that are already longer are kept.
 #[test]
 fn a_program_that_slows_down_by_itself_does_so() {
     for clock in BOTH {
@@ -144,7 +144,7 @@ fn a_program_that_slows_down_by_itself_does_so() {
         rig.until(20_150);
         rig.close(0, 1);
         rig.run_out();
-        // Its own v² falls by more than 2a a step up to 737 µs, 16 steps on; from there
+        // Its own v² falls by more than 2a a step up to 737 µs, 16 steps further; from there
         // 1.84·10^6 / 2·10^5 are 9 steps.
         let made = rig.steps_of(0);
         assert!((223..=229).contains(&made), "{clock:?}: {made}");
@@ -165,11 +165,11 @@ fn who_is_to_brake_needs_a_deceleration() {
     assert_eq!((rig.steps_of(0), rig.steps_of(1)), (0, 0));
 }
 
-/// A planned run whose intervals grow is left as even steps are: what was handed out of it and
-/// not made is counted, so its way is as long.
+/// A planned run whose intervals grow is braked like even steps: the part that was handed out and
+/// not made is counted, so the distance is the same.
 #[test]
 fn a_planned_run_brakes_like_even_steps() {
-    // Some 10,000 steps/s: the interval grows by a tenth of a tick a step.
+    // Some 10,000 steps/s: the interval grows by a tenth of a tick per step.
     let run = Run::new((u64::from(HZ) / 10_000) << 16, 6_554, 2_000);
     let mut rig = rig([M], Clock::Deadlines, AtHardEnd::BrakeMotor);
     let leg: &'static [Leg] = Box::leak(Box::new([Leg::Run { run, forward: true }]));

@@ -1,4 +1,4 @@
-//! The two calibrations: what a program's steps make of the position and of the maximum.
+//! The two calibrations: the effect of a program's steps on the position and on the maximum.
 
 use crate::rig::Rig;
 use stepwright_cycle::{Calibration, Clock, Faults, Leg, Motor, Program};
@@ -33,7 +33,7 @@ fn the_two_calibrations() {
         assert_eq!(rig.cycle.motor(0).unwrap().max, Some(34_500));
         rig.run_out();
         assert_eq!((rig.position(0), rig.cycle.motor(0).unwrap().max), (72_000, Some(72_000)));
-        // And now it is one.
+        // Now the maximum is a bound.
         rig.cycle.prepare(0, steps(1), Calibration::None).unwrap();
         rig.start();
         rig.run_out();

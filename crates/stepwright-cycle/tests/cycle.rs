@@ -1,4 +1,4 @@
-//! stepper_h's numbers: on its fixed tick tick for tick, and by deadlines.
+//! stepper_h's numbers: on its fixed tick exactly, tick for tick, and by deadlines.
 
 use crate::rig::{self, PULSE, Rig, What};
 use stepwright_cycle::{
@@ -52,7 +52,7 @@ fn a_leftover_is_carried() {
     let falls: Vec<u64> =
         rig.edges(0).iter().filter(|e| e.1 == What::Fall).map(|e| e.0 / TICK).collect();
     assert_eq!(falls, [5, 11, 16, 22, 27]);
-    // By deadlines every step is where it was asked for.
+    // By deadlines every step is at its requested time.
     let mut rig = one(M, Clock::Deadlines, steps(5, 1_105));
     rig.run_out();
     assert_eq!(rig.rises(0), [1, 2, 3, 4, 5].map(|n| n * 1_105 * US));
@@ -134,8 +134,8 @@ fn a_series_with_turns() {
         rig.run_out();
         let turns: Vec<_> =
             rig.edges(0).into_iter().filter(|e| matches!(e.1, What::Dir(_))).collect();
-        // The direction is set one whole delay before the first step; by deadlines in the middle
-        // of it, at most 2 ms after the step before.
+        // The direction is set one whole delay before the first step; by deadlines in the middle of
+        // the delay, at most 2 ms after the previous step.
         let after = if clock == FIXED { [0, 0] } else { [1 << 15, 5 * TICK] };
         assert_eq!(
             turns,
@@ -165,7 +165,7 @@ fn a_bound_stops_before_any_pulse() {
     assert_eq!(rig.cycle.faults(0), Faults::SOFT_END_MIN);
     assert_eq!(rig.cycle.error(), Some(CycleError::MotorError { motor: 0 }));
     assert_eq!((rig.position(0), rig.rises(0).len()), (0, 0));
-    // By deadlines when the step would be due.
+    // By deadlines the check comes when the step would be due.
     let mut rig = one(M.between(0, 300_000_000), Clock::Deadlines, steps(-300, 0));
     rig.until(999);
     assert!(rig.cycle.is_running());
@@ -174,8 +174,8 @@ fn a_bound_stops_before_any_pulse() {
     assert_eq!((rig.position(0), rig.rises(0).len()), (0, 0));
 }
 
-/// The fixed tick needs three of it in the smallest delay, and no remainder;
-/// deadlines need neither.
+/// The fixed tick needs a smallest delay of at least three ticks, without remainder; deadlines need
+/// neither.
 #[test]
 fn what_a_clock_needs() {
     let refusal = |clock, smallest| {
@@ -223,7 +223,7 @@ fn motors_share_what_a_board_can_do() {
     for motor in 0..3 {
         rig.cycle.prepare(motor, steps(10, 20), PLAIN).unwrap();
     }
-    // 133 of 320 ticks each: three are more than all.
+    // 133 of 320 ticks each: three motors need more than all the time.
     assert_eq!(rig.cycle.start(), Err(Refusal::TooFast { motor: 2, needs: 50 }));
     rig.cycle.prepare(2, steps(10, 50), PLAIN).unwrap();
     rig.start();
@@ -268,7 +268,8 @@ fn ends_by_strategy() {
             rig.run_out();
             assert_eq!(rig.cycle.faults(0), Faults::SOFT_END_MAX);
             assert_eq!((rig.position(0), rig.steps_of(0)), (75_000, 10));
-            // By deadlines the eleventh step of the other is due with the bound.
+            // By deadlines the eleventh step of the other motor is due at the same time as the
+            // bound.
             let due = i64::from(clock == Clock::Deadlines && soft_end == AtSoftEnd::Cancel);
             assert_eq!(rig.steps_of(1), others + due, "{clock:?}");
         }
@@ -286,12 +287,12 @@ fn a_switch_is_latched_and_left() {
         assert_eq!(rig.cycle.faults(0), Faults::HARD_END_MIN);
         assert_eq!(rig.cycle.trigger(0, End::Min), Some(-75_000));
         assert_eq!((rig.position(0), rig.cycle.trigger(0, End::Max)), (-75_000, None));
-        // It can't go on …
+        // It can't continue in this direction …
         rig.cycle.prepare(0, steps(-1, 0), PLAIN).unwrap();
         rig.start();
         rig.run_out();
         assert_eq!((rig.cycle.faults(0), rig.position(0)), (Faults::HARD_END_MIN, -75_000));
-        // … but away.
+        // … but it can move away.
         rig.cycle.prepare(0, steps(4, 0), PLAIN).unwrap();
         rig.start();
         rig.run_out();
@@ -300,7 +301,7 @@ fn a_switch_is_latched_and_left() {
     }
 }
 
-/// The ticks of the steps of a program, and their sum.
+/// The ticks of the steps of a program, and the sum of its steps.
 fn times_of(clock: Clock, program: Program) -> (Vec<u64>, i64) {
     let mut rig = one(Motor::new(1, 600), clock, program);
     rig.until(100_000);
@@ -339,7 +340,7 @@ fn every_way_of_preparing() {
     }
 }
 
-/// Delays up to 71 minutes, and a pause that outlasts the counter.
+/// Delays up to 71 minutes, and a pause longer than the counter.
 #[test]
 fn long_delays_and_long_pauses() {
     for clock in BOTH {
@@ -429,7 +430,7 @@ fn a_motor_is_described_anew_and_stays_where_it_is() {
         assert_eq!(rig.cycle.set_motor(1, other), Err(Refusal::NoMotor));
         rig.cycle.set_motor(0, other).unwrap();
         assert_eq!((rig.position(0), rig.cycle.motor(0)), (22_500, Some(other)));
-        // Its pin turns at once, so that the set-up time is long over at the first step.
+        // Its pin changes at once, so that the set-up time has passed long before the first step.
         assert_eq!(rig.log.borrow().last().unwrap().2, What::Dir(false));
         rig.cycle.set_motor(0, other).unwrap();
         rig.cycle.prepare(0, steps(5, 0), Calibration::BoundsMax).unwrap();
@@ -440,18 +441,18 @@ fn a_motor_is_described_anew_and_stays_where_it_is() {
         rig.run_out();
         assert_eq!(rig.position(0), 23_000, "{clock:?}");
         assert_eq!(rig.rises(0)[1] - rig.rises(0)[0], 600 * US, "{clock:?}");
-        // What was prepared is still a calibration.
+        // The prepared program is still a calibration.
         assert_eq!(rig.cycle.motor(0).unwrap().max, Some(23_000), "{clock:?}");
         assert!(rig.edges(0).iter().all(|edge| !matches!(edge.1, What::Dir(_))));
     }
 }
 
 thread_local! {
-    /// The time, for a callback, which has to be `Send`.
+    /// The time for a callback, which has to be `Send`.
     static TIME: std::cell::OnceCell<rig::Time> = const { std::cell::OnceCell::new() };
 }
 
-/// A callback that takes longer than a step: no first step is late by it.
+/// A callback that takes longer than a step: it makes no first step late.
 #[test]
 fn what_the_start_takes_counts_for_nobody() {
     let mut rig = Rig::new([Motor::new(1, 100); 2], Clock::Deadlines);
@@ -484,12 +485,12 @@ fn a_handler_that_takes_too_long() {
             rig.cycle.prepare(0, steps(20, 0), PLAIN).unwrap();
             rig.start();
             rig.until(4_500);
-            // Somebody holds interrupts off past the fifth step.
+            // Interrupts are held off past the fifth step.
             rig.time.now.set(rig.begun + 5_700 * US);
             rig.cycle.on_compare();
             rig.run_out();
             assert_eq!(rig.cycle.error(), error, "{clock:?}");
-            // On the fixed tick it is the pass before the step that is missed.
+            // On the fixed tick the missed pass is the one before the step.
             let missed = i64::from(clock == FIXED && timing == AtTiming::Cancel) * 7_500;
             assert_eq!(rig.position(0), position - missed, "{clock:?}");
             assert_eq!(rig.steps_of(0) * 7_500, position - missed);
@@ -497,21 +498,21 @@ fn a_handler_that_takes_too_long() {
     }
 }
 
-/// Late steps and the handler's longest time are those of a cycle, not of all since the reset.
+/// Late steps and the handler's longest time are those of one cycle, not of all since the reset.
 #[test]
 fn a_cycle_is_not_blamed_for_the_one_before() {
     use stepwright_cycle::AtTiming;
     let mut rig = Rig::new([M], Clock::Deadlines);
     let ignore = Strategies { timing: AtTiming::Ignore, ..Strategies::default() };
     for (held, late) in [(true, 1), (false, 0)] {
-        // What is late once more would cancel the second.
+        // Another late step would cancel the second cycle.
         rig.cycle.set_strategies(if held { ignore } else { Strategies::default() });
         rig.cycle.prepare(0, steps(20, 0), PLAIN).unwrap();
         rig.start();
         assert_eq!((rig.cycle.late(), rig.cycle.longest()), (0, 0));
         rig.until(4_500);
         if held {
-            // Somebody holds interrupts off past the fifth step.
+            // Interrupts are held off past the fifth step.
             rig.time.now.set(rig.begun + 5_700 * US);
             rig.cycle.on_compare();
         }
@@ -520,7 +521,7 @@ fn a_cycle_is_not_blamed_for_the_one_before() {
     }
 }
 
-/// A callback may take long; how long is known.
+/// A callback may take long; the time is reported.
 #[test]
 fn the_longest_time_is_known() {
     use std::sync::Mutex;
@@ -537,13 +538,13 @@ fn the_longest_time_is_known() {
     rig.cycle.prepare(0, Program::Dynamic { count: 3, next: &mut next }, PLAIN).unwrap();
     rig.start();
     rig.run_out();
-    // A pulse of 32 ticks is waited for.
+    // The handler waits for a pulse of 32 ticks.
     assert_eq!(rig.cycle.longest(), 2);
     assert_eq!((EXTRA.load(Relaxed), *LAST.lock().unwrap()), (3, 2));
 }
 
-/// A step that had to wait for another motor's pulse is late by that; what comes
-/// after it is not, whether that is a step, a wait or a turn.
+/// A step that had to wait for another motor's pulse is late by that time; the next event is not,
+/// whether it is a step, a wait or a turn.
 #[test]
 fn a_step_that_waits_for_a_pulse_costs_the_next_ones_nothing() {
     let motor = Motor::new(1, 100);

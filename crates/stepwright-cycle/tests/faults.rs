@@ -1,5 +1,4 @@
-//! The known faults of stepper_h's public implementation, which must not be
-//! here: each a test.
+//! The known faults of stepper_h's public implementation, each with a test that would show it here.
 
 use crate::rig::{PULSE, Rig, What};
 use stepwright_cycle::{
@@ -150,7 +149,7 @@ fn a_bound_may_be_reached_and_waited_on() {
         rig.cycle.prepare(0, Program::Series(&LEGS), PLAIN).unwrap();
         rig.start();
         rig.until(7_000);
-        // A switch there is no trouble either, while it waits and leaves.
+        // A switch has no effect there either, while the motor waits and leaves.
         rig.close(0, 1);
         rig.cycle.look();
         assert_eq!((rig.position(0), rig.cycle.is_running()), (10, true));
@@ -186,13 +185,13 @@ fn a_cancel_costs_nobody_a_step_that_is_due() {
     rig.cycle.prepare(2, steps(100, 600), PLAIN).unwrap();
     rig.start();
     rig.run_out();
-    // Tick 53: motor 0 has made 13 steps of 4 ticks; motor 2 has 17 of 3, and
-    // rises for the next at this very tick.
+    // Tick 53: motor 0 has made 13 steps of 4 ticks; motor 2 has made 17 of 3, and its STEP rises
+    // for the next one at this very tick.
     let ended = rig.log.borrow().iter().map(|e| e.0).max().unwrap() / 3_200;
     assert_eq!(ended, 53);
     assert_eq!([0, 1, 2].map(|axis| rig.steps_of(axis)), [13, 10, 18]);
     assert_eq!(rig.position(2), 18);
-    // By a switch as well.
+    // With a switch as well.
     let mut rig = Rig::new([M; 3], Clock::Deadlines);
     for motor in 0..3 {
         rig.cycle.prepare(motor, steps(100, 700), PLAIN).unwrap();
@@ -224,7 +223,7 @@ fn a_stop_moves_nobody_elses_edges() {
         for (whole, edges) in whole.iter().zip(&edges) {
             assert_eq!(whole.len(), edges.len());
             let off = whole.iter().zip(edges).map(|(a, b)| a.0.abs_diff(b.0)).max().unwrap();
-            // By deadlines an edge may wait for the end of another's pulse.
+            // By deadlines an edge may wait for the end of another motor's pulse.
             assert!(off <= if clock == FIXED { 0 } else { PULSE }, "{clock:?}: {off}");
         }
     }
@@ -270,7 +269,7 @@ fn a_refused_start_says_so_and_leaves_everything() {
     rig.run_to(1_000_000);
     assert!(rig.log.borrow().is_empty(), "a refused cycle moved a pin");
     assert_eq!(rig.cycle.status(0), Status::Idle);
-    // While one runs another can't start, and this one goes on.
+    // While a cycle runs, another can't start, and this one continues.
     let mut rig = Rig::new([M], Clock::Deadlines);
     rig.cycle.prepare(0, steps(3, 0), PLAIN).unwrap();
     rig.start();
@@ -316,7 +315,7 @@ fn there_are_as_many_motors_as_there_are() {
     assert_eq!([0, 1, 2, 3, 4, 5, 6, 7].map(|axis| rig.steps_of(axis)), [3; 8]);
 }
 
-/// Two starts one after another: nobody inherits a fault or a program.
+/// Two cycles one after another: the second inherits no fault and no program.
 #[test]
 fn a_cycle_forgets_the_one_before() {
     for clock in BOTH {

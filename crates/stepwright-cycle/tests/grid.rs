@@ -1,5 +1,5 @@
-//! The fixed tick in one pass a step against that of three, what a pause leaves of its grid, and
-//! where positions end.
+//! The fixed tick in one pass per step against that in three, the grid after a pause, and the ends
+//! of the range of positions.
 
 use crate::rig::{PULSE, Rig, What};
 use proptest::prelude::*;
@@ -7,8 +7,8 @@ use stepwright_cycle::{
     AtHardEnd, AtSoftEnd, Calibration, Clock, Faults, Leg, Motor, Program, Refusal, Strategies,
 };
 
-/// Two motors by these legs on a clock, each within bounds: where each STEP rises and where each
-/// DIR turns, how it ended and when.
+/// The result of playing these legs on two motors with a clock, each within bounds: the rises of
+/// STEP, the changes of DIR, the faults and positions, and the end.
 type Played = (Vec<(u64, u8, i64)>, Vec<(u64, u8, bool)>, [(Faults, i64); 2], u64);
 
 fn played(clock: Clock, legs: &[Vec<Leg>; 2], brake: Option<u64>) -> Played {
@@ -57,15 +57,16 @@ fn leg() -> impl Strategy<Value = Leg> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// One pass a step makes the steps of three: each at its tick, to the bounds, through waits
-    /// and turns, while they brake; and ends with them. DIR comes by its hold time later, or by a pulse.
+    /// One pass per step makes the steps of three passes: each at its tick, to the bounds, through
+    /// waits and turns, and while braking; and ends with them. DIR changes later by its hold time
+    /// or by a pulse.
     #[test]
     fn one_pass_steps_as_three(
         legs in prop::array::uniform2(prop::collection::vec(leg(), 0..8)),
         period in prop::sample::select(vec![100u32, 140, 175, 50, 7]),
         brake in prop::option::of(0u64..60_000),
     ) {
-        // In one pass the next step is under way a tick earlier, when STEP rises.
+        // In one pass the next step is in progress a tick earlier, when STEP rises.
         let freely = played(Clock::Tick { period }, &legs, None).0;
         let rises = |at: u64| freely.iter().any(|step| step.0 / 16 / u64::from(period) == at);
         let brake = brake.map(|us| us / u64::from(period));
@@ -80,14 +81,14 @@ proptest! {
             prop_assert!(dir.0 - turn.0 <= 16 + PULSE);
         }
         prop_assert_eq!(known, ends);
-        // A closed switch is seen where STEP would rise, not where the bounds are looked at.
+        // A closed switch is seen when STEP would rise, not when the bounds are checked.
         let later = if brake.is_some() { 16 * u64::from(period) } else { 0 };
         prop_assert!(at.abs_diff(over) <= 16 + PULSE + later, "{} {}", at, over);
     }
 }
 
-/// However long a pause is, and the tick: every edge is on the grid of the start again, as late
-/// as the pause and less than a tick more.
+/// For any length of a pause, and of the tick: every edge is on the grid of the start again,
+/// delayed by the pause and less than a tick.
 #[test]
 fn a_pause_on_the_fixed_tick_resumes_on_the_grid() {
     let ticks = [(200, 1_000u64), (5_000, 15_000), (70_000, 210_000)];
@@ -107,7 +108,7 @@ fn a_pause_on_the_fixed_tick_resumes_on_the_grid() {
             rig.cycle.resume().unwrap();
             assert!(!rig.cycle.is_paused() && rig.cycle.is_running());
             if pause % tick != 0 && tick - pause % tick > 2_000 {
-                // It waits for the grid: another pause meanwhile goes on with this one.
+                // The motors wait for the grid: another pause before that continues this one.
                 rig.until(at + pause + 1);
                 rig.cycle.pause().unwrap();
                 rig.until(at + pause + 900);
@@ -116,7 +117,7 @@ fn a_pause_on_the_fixed_tick_resumes_on_the_grid() {
             }
             rig.run_out();
             let shift = pause.div_ceil(tick) * tick;
-            // A pulse that the pause ends, or of one pass, falls early.
+            // A pulse that the pause ends, or a pulse of one pass, falls early.
             let edge = if passes == 1 { What::Rise } else { What::Fall };
             let before = if passes == 1 { tick } else { 0 };
             let falls: Vec<u64> = (rig.edges(0).iter())
@@ -133,7 +134,7 @@ fn a_pause_on_the_fixed_tick_resumes_on_the_grid() {
     }
 }
 
-/// A position never lies: where 64 bits end is an end, bound or no bound.
+/// A position is never wrong: the end of the 64 bits is an end, with or without a bound.
 #[test]
 fn positions_end_where_their_numbers_do() {
     for clock in [Clock::Tick { period: 200 }, Clock::Deadlines] {

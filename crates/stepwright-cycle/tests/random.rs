@@ -1,5 +1,5 @@
-//! Random cycles: whatever ends, pauses, cancels and callbacks do, the edges
-//! add up to the reported position, and nobody moves another's.
+//! Random cycles: for any ends, pauses, cancels and callbacks, the edges add up to the reported
+//! position, and no motor moves the edges of another.
 
 use crate::rig::{PULSE, Rig, What};
 use proptest::prelude::*;
@@ -8,7 +8,7 @@ use stepwright_cycle::{
     Program, Strategies,
 };
 
-/// A program that owns what it is made of.
+/// A program that owns its data.
 #[derive(Clone, Debug)]
 enum Plan {
     Nothing,
@@ -16,7 +16,7 @@ enum Plan {
     Whirl(bool, u32),
     List(Vec<u32>, u32, bool),
     Series(Vec<Leg>),
-    /// A callback: count, seed; without end if none.
+    /// A callback: count, seed; no count means without end.
     Dynamic(Option<i32>, u32),
 }
 
@@ -82,7 +82,7 @@ fn strategies() -> impl Strategy<Value = Strategies> {
     })
 }
 
-/// What happens from outside.
+/// An external event.
 #[derive(Clone, Copy, Debug)]
 enum Act {
     Pause,
@@ -107,7 +107,7 @@ fn act() -> impl Strategy<Value = Act> {
 struct Round {
     plans: [(Plan, u8); 3],
     strategies: Strategies,
-    /// µs from the act before, and what it is.
+    /// µs since the previous event, and the event.
     acts: Vec<(u32, Act)>,
 }
 
@@ -129,7 +129,7 @@ fn calibration(kind: u8) -> Calibration {
     }
 }
 
-/// A callback of its own for each dynamic plan.
+/// A callback for each dynamic plan.
 fn callback(seed: u32) -> impl FnMut(u32) -> u32 + Send {
     move |step| match seed.rotate_left(step) % 23 {
         0 => 100,
@@ -147,7 +147,7 @@ fn clock() -> impl Strategy<Value = Clock> {
     ]
 }
 
-/// A plan for the cycle, if it is one.
+/// The program of a plan, if it has one.
 fn program<'a>(plan: &'a Plan, next: NextDelay<'a>) -> Option<Program<'a>> {
     Some(match plan {
         Plan::Nothing => return None,
@@ -162,7 +162,7 @@ fn program<'a>(plan: &'a Plan, next: NextDelay<'a>) -> Option<Program<'a>> {
     })
 }
 
-/// The same with delays so close to one another that pulses meet.
+/// The plan with delays so close to one another that pulses meet.
 fn close(plan: Plan) -> Plan {
     let near = |delay: u32| if delay < 600 { delay } else { 600 + delay % 5 };
     let leg = |leg| match leg {
@@ -181,7 +181,7 @@ fn close(plan: Plan) -> Plan {
     }
 }
 
-/// What ends a motor.
+/// The reason for the end of a motor's program.
 #[derive(Clone, Copy, Debug)]
 enum Stop {
     Bound(i64),
@@ -199,7 +199,7 @@ fn stop() -> impl Strategy<Value = Stop> {
     ]
 }
 
-/// Plays the rounds; afterwards each motor's edges and positions agree.
+/// Plays the rounds; afterwards the edges and positions of each motor agree.
 fn play(motors: [Motor; 3], clock: Clock, rounds: &[Round]) {
     let mut calls: Vec<_> = rounds
         .iter()
@@ -293,8 +293,8 @@ proptest! {
         play(motors, clock, &rounds);
     }
 
-    /// Beside a motor that stops somewhere, or beside one that goes on: the same
-    /// edges, whatever the others do, and whatever ends it.
+    /// Beside a motor that stops, and beside one that continues: the same edges, whatever the
+    /// others do, and whatever ends them.
     #[test]
     fn nobody_moves_anothers_edges(
         clock in clock(),
@@ -325,7 +325,7 @@ proptest! {
                     Some(Stop::Switch(true)) => AtHardEnd::BrakeMotor,
                     _ => AtHardEnd::StopMotor,
                 },
-                // The others' small delays would stop them too, alike.
+                // The others' small delays would stop them too, in both cases.
                 small_delay: AtSmallDelay::StopMotor,
                 ..Strategies::default()
             });
@@ -356,8 +356,8 @@ proptest! {
             prop_assert_eq!(whole.len(), stopped.len());
             for (a, b) in whole.iter().zip(stopped) {
                 prop_assert_eq!(a.1, b.1);
-                // But where a pulse lasts a tick, an edge may wait for the end of another's
-                // pulse. So does a pause, and what it lacks then stays.
+                // Except where a pulse lasts a tick: then an edge may wait for the end of another
+                // motor's pulse. So does a pause, and its difference remains.
                 let pauses = acts.iter().filter(|(_, act)| matches!(act, Act::Pause)).count();
                 let wide = matches!(clock, Clock::Tick { .. });
                 let waits = if wide { 0 } else { 1 + pauses as u64 };

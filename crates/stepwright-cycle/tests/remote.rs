@@ -1,4 +1,4 @@
-//! Cycles ordered over the line, on the virtual board: the edges are those of the same cycle
+//! Cycles ordered over the line, on the virtual board: the edges equal those of the same cycle
 //! prepared by a program, and every wrong line is refused with what is allowed.
 
 use std::cell::Cell;
@@ -15,7 +15,7 @@ use stepwright_protocol::{BoardProgram, Fault, Incoming, ProgramSlave, Text, crc
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
 
 const HZ: u64 = 16_000_000;
-/// From look to look of the board's main loop, in ticks.
+/// Ticks from one poll of the board's main loop to the next.
 const LOOK: u64 = 1_600;
 
 type Host<'a> = CycleBoard<'a, Vec<Edge>, 3>;
@@ -30,7 +30,7 @@ fn virtual_board<'a>(motors: [Motor; 3], stands: [Stand; 3], clock: Clock) -> Ho
     CycleBoard::new(motors, stands, clock, Rate::from_hz(HZ as u32).unwrap(), Vec::new())
 }
 
-/// Sends a line as it is, and says what is answered.
+/// Sends a line unchanged, and returns the answer.
 fn say_to<'a, H: CycleHold<'a, 3>>(
     remote: &mut Remote<'a, H, 3>,
     slave: &mut ProgramSlave<CycleFault>,
@@ -51,12 +51,12 @@ impl<'a> Chip<'a> {
         Chip(Remote::new(board, legs), ProgramSlave::new())
     }
 
-    /// Sends a line as it is, and says what is answered.
+    /// Sends a line unchanged, and returns the answer.
     fn text(&mut self, line: &str) -> String {
         say_to(&mut self.0, &mut self.1, line)
     }
 
-    /// Likewise with a checksum, which the answer must have too.
+    /// Sends a line with a checksum, which the answer must have too.
     fn ask(&mut self, line: CycleLine) -> String {
         let line = line.to_string();
         let summed = |line: &str| {
@@ -84,7 +84,7 @@ impl<'a> Chip<'a> {
         CycleReport::read(answer.as_bytes()).unwrap_or_else(|| panic!("{answer}"))
     }
 
-    /// Lets time pass, in µs, while the main loop looks about.
+    /// Lets time pass, in µs, while the main loop polls.
     fn run(&mut self, us: u64) {
         let end = self.0.hold().now() + us * HZ / 1_000_000;
         while self.0.hold().now() < end {
@@ -94,7 +94,7 @@ impl<'a> Chip<'a> {
         }
     }
 
-    /// Until the cycle is over, at most a simulated minute.
+    /// Runs until the cycle is over, at most a simulated minute.
     fn rest(&mut self) -> CycleReport {
         for _ in 0..600 {
             self.run(100_000);
@@ -204,7 +204,7 @@ fn a_pause_on_the_way_comes_at_its_time() {
     assert_eq!(report.motors[0].position, 30 * 7_500);
     let report = chip.rest();
     assert_eq!(report.motors[0].position, 100 * 7_500);
-    // Within a look.
+    // Within one poll.
     let near = |at: Option<u64>, us: u64| (us * 16..us * 16 + LOOK + 2).contains(&at.unwrap());
     assert!(near(report.acts[0], 30_500) && near(report.acts[1], 80_700), "{report:?}");
     assert!(report.acts[2].is_none() && near(Some(report.time), 150_200), "{report:?}");
@@ -295,7 +295,7 @@ fn ends_and_faults_are_reported_with_their_times() {
     let near = |at: Option<u64>, ms: u64| (ms * 16_000..(ms + 1) * 16_000).contains(&at.unwrap());
     assert!(near(x.fault_at, 20) && near(y.fault_at, 11), "{report:?}");
     assert!(report.error.is_none());
-    // The next cycle has none, and starts from there; a motor without a part keeps its own.
+    // The next cycle has none, and starts from there; a motor that takes no part keeps its own.
     chip.say(CycleLine::New);
     let program = LineProgram::Steps { count: 10, delay: 0 };
     chip.say(CycleLine::Prepare(0, Calibration::None, program));
@@ -327,7 +327,7 @@ fn a_motor_is_homed_and_its_way_calibrated() {
     chip.say(CycleLine::Motor(1, X));
     chip.say(CycleLine::Home(3, Homing::new(1, End::Min, 10, 5)));
     assert_eq!(chip.rest().home, 3);
-    // Given up.
+    // The homing is given up.
     chip.say(CycleLine::Home(4, Homing::new(1, End::Min, 100_000, 5)));
     chip.run(10_000);
     chip.say(CycleLine::Now(LineAct::Finish));
@@ -349,18 +349,18 @@ fn what_is_wrong_is_refused_and_nothing_moves() {
     assert_eq!(chip.fault(CycleLine::Start(1)), refused(Refusal::Nothing));
     let pins = MotorPins { codes: [1, 2, 3, 99, MotorPins::NO_PIN] };
     assert_eq!(chip.fault(CycleLine::Wire(0, pins)), Fault::Own(CycleFault::Pin { number: 5 }));
-    // A line that was spoiled, one that is too long, one without a checksum.
+    // A corrupted line, one that is too long, one without a checksum.
     assert_eq!(
         chip.text(":S0,0,10,1000*00"),
         format!("E sum*{:02X}", b"E sum".iter().fold(0, |sum, byte| crc(sum, *byte)))
     );
     assert_eq!(chip.text(&"1".repeat(100)), "E line");
-    // A row without a checksum is none of a master that uses them.
+    // A row without a checksum does not come from a master that uses them.
     assert_eq!(chip.text(":S0,0,10,1000"), "E sum");
     assert_eq!(chip.text("F"), "R");
     assert_eq!(chip.text(":S0,0,10,1000"), "Y");
     assert_eq!(chip.text(":S0,3,10,1000"), "E range 2,0,2");
-    // While a cycle runs there are other lines.
+    // While a cycle runs, other lines are refused.
     chip.say(CycleLine::Start(1));
     chip.say(CycleLine::Start(1));
     let running = Fault::Busy;
@@ -379,7 +379,7 @@ fn what_is_wrong_is_refused_and_nothing_moves() {
     }
     let report = chip.rest();
     assert_eq!(report.motors[0].position, 75_000);
-    // The same number again is the same cycle: it is over.
+    // The same number again is the same cycle, which is over.
     chip.say(CycleLine::Start(1));
     chip.run(20_000);
     assert_eq!(chip.look().motors[0].position, 75_000);
@@ -388,7 +388,7 @@ fn what_is_wrong_is_refused_and_nothing_moves() {
     assert_eq!(chip.text("?"), about);
 }
 
-/// A board on which each question of the main loop takes 3 µs, while which the motors go on.
+/// A board on which each call of the main loop takes 3 µs, during which the motors continue.
 struct Slow<'a>(Host<'a>);
 
 impl<'a> CycleHold<'a, 3> for Slow<'a> {
@@ -419,7 +419,7 @@ fn asked<'a>(chip: &mut Remote<'a, Slow<'a>, 3>, line: CycleLine) -> String {
     say_to(chip, &mut ProgramSlave::new(), &line.to_string())
 }
 
-/// Wherever the main loop is when a switch ends the cycle.
+/// A switch may end the cycle at any point of the main loop.
 #[test]
 fn a_fault_in_any_moment_is_reported() {
     for phase in 0..60 {

@@ -1,5 +1,5 @@
 //! The ideals against other formulas in 160 bits: times by differences of speeds, ramps by their
-//! three pieces, every place found by halving.
+//! three pieces, every place found by bisection.
 
 use dashu_float::{FBig, round::mode::HalfEven};
 use proptest::prelude::*;
@@ -11,7 +11,7 @@ fn real(n: u64) -> Real {
     Real::from(n).with_precision(160).value()
 }
 
-/// A time of the oracle, exactly: its high part, and what is left of it.
+/// A time of the oracle, exactly: its high part, and the rest.
 fn exact(time: Double) -> Real {
     let high = time.to_f64();
     let low = (time - Double::from_f64(high)).to_f64();
@@ -19,7 +19,7 @@ fn exact(time: Double) -> Real {
     high + low
 }
 
-/// Whether two times are as near as 2 to this power of them.
+/// Whether the relative difference of two times is at most 2 to minus this power.
 fn near(time: Double, right: &Real, power: u64) -> bool {
     let off = exact(time) - right;
     let off = if off < Real::ZERO { -off } else { off };
@@ -88,7 +88,7 @@ impl Pieces {
         &self.bend + &self.bend + &self.straight
     }
 
-    /// The way after a time, piece by piece.
+    /// The distance after a time, piece by piece.
     fn way(&self, mut t: Real) -> Real {
         let (mut x, mut v, mut a) = (real(0), self.from.clone(), real(0));
         let signs = [self.jerk.clone(), real(0), -self.jerk.clone()];
@@ -108,7 +108,7 @@ impl Pieces {
     }
 }
 
-/// Where `below` ends between two numbers, by 200 halvings.
+/// Where `below` ends between two numbers, by 200 bisections.
 fn halve(mut low: Real, mut high: Real, below: impl Fn(&Real) -> bool) -> Real {
     for _ in 0..200 {
         let middle = (&low + &high) / real(2);
@@ -190,8 +190,8 @@ proptest! {
     }
 }
 
-/// Fast, and bent so gently over so few steps that the speed can't tell the gain: as long as a
-/// level at the start speed, but for the gain that `JT²/4` is with a travel of T.
+/// Fast, and bent so gently over so few steps that the gain of speed is less than its last bit: as
+/// long as a level at the start speed, except for the gain, which is `JT²/4` in a travel of T.
 #[test]
 fn a_gain_of_less_than_a_bit() {
     let limits = JerkLimits { start: 1e6, top: 1.1e6, accel: 0.1, decel: 0.1, jerk: 0.1 };
@@ -216,7 +216,7 @@ fn unequal_ends() {
     assert!((short.peak() - f64::sqrt(4500.0)).abs() < 1e-12);
 }
 
-/// An endless travel has times all the way, but no end.
+/// An endless travel has times everywhere, but no end.
 #[test]
 fn an_endless_travel() {
     let ideal = IdealTrapezoid::new((0.0, 0.0), 10.0, (2.0, 2.0), f64::INFINITY);

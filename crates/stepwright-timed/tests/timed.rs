@@ -66,7 +66,7 @@ fn fixed_speeds_of_the_manual() {
     let delays: Vec<_> = Timed::new(UNO, Model::Ideal, &order).unwrap().collect();
     assert_eq!(delays.len(), 20_000);
     assert!(delays.iter().all(|delay| *delay == 64_000));
-    // Without SPEED_VARIABLE the modification means nothing.
+    // Without SPEED_VARIABLE the modification is ignored.
     let order = SetSpeed { modification: 9, update_ms: 1, mod_counts: 9, ..order };
     let (mut driver, mut here) = driver();
     assert_eq!(driver.set_speed(&mut here, &order, 0), Code::FINE);
@@ -110,7 +110,7 @@ fn what_is_refused_changes_the_status_alone() {
     let fault = Status::FAULT.and(Status::FAULT_CALLED).and(Status::TIMER_DIV_ERROR);
     let fault = fault.and(Status::TIMER_DIV_CALLED).and(Status::SPIN_FIXED);
     assert_eq!(driver.status(&mut here), fault);
-    // The next order begins afresh.
+    // The next order starts with a new status.
     assert_eq!(driver.set_speed(&mut here, &moving, 5), Code::FINE);
     assert_eq!(driver.status(&mut here), Status::SPIN_FIXED);
     assert!(Timed::new(UNO, Model::Ideal, &SetSpeed::fixed(ON, 1)).is_err());
@@ -182,7 +182,7 @@ fn an_update_beyond_the_range_faults_and_keeps_the_speed() {
             let dump = driver.dump(&mut here, 0);
             assert!((640..=0x3FF_FFFF).contains(&dump.top));
             assert_eq!(last, UNO.fit(dump.top).unwrap().interval());
-            // Only the caller's own check calls.
+            // Only the caller's own check calls back.
             assert_eq!(calls, u32::from(clocked == Control::OFF));
             assert_eq!(told.has(Status::FAULT_CALLED), clocked == Control::OFF);
         }
@@ -208,7 +208,7 @@ fn the_end_is_called_once_and_never_from_the_interrupt() {
     }
 }
 
-/// Milliseconds end between two steps: none at the end or behind it.
+/// Milliseconds end between two steps: no step at the end or after it.
 #[test]
 fn an_end_in_milliseconds() {
     let order =
@@ -243,7 +243,7 @@ fn the_latched_model() {
     assert_eq!(delays(Model::Latched), [60_000, 60_000, 480_000, 80_000, 80_000]);
 }
 
-/// A clock of which a millisecond is no whole number: updates do not drift.
+/// A clock with a fractional number of clocks per millisecond: updates do not drift.
 #[test]
 fn updates_do_not_drift_on_an_odd_clock() {
     let hardware = Hardware::capture16(62_500);
@@ -268,7 +268,7 @@ fn updates_do_not_drift_on_an_odd_clock() {
     assert!((2_062_500..2_062_500 + 1_100).contains(&time), "{time}");
 }
 
-/// A counter that the engine's tests turn by hand.
+/// A counter that the test moves.
 struct Counter {
     now: u32,
     wake: u32,
@@ -296,7 +296,7 @@ impl Port for Pins {
     }
 }
 
-/// Timed speed as a mode of the engine: the same times, on coils.
+/// Timed speed played by the engine: the same times, on coils.
 #[test]
 fn the_engine_plays_it() {
     let order = SetSpeed {
@@ -338,8 +338,8 @@ fn the_engine_plays_it() {
     assert_eq!(engine.late(), 0);
 }
 
-/// A drive rests, or holds, as one wants it: with the current off an interval after the last
-/// step, or on until it is stopped.
+/// A drive rests or holds, as chosen: the current is off an interval after the last step, or on
+/// until it is stopped.
 #[test]
 fn a_drive_rests_or_holds() {
     let order = SetSpeed { limit: 3, ..SetSpeed::fixed(ON, 32_000) };
@@ -369,7 +369,7 @@ fn a_drive_rests_or_holds() {
     }
 }
 
-/// The article's rules once more, naively, with time in whole clocks and u128.
+/// A second, naive implementation of the article's rules, with time in whole clocks and u128.
 fn oracle(order: &SetSpeed, latched: bool, steps: usize) -> Vec<u128> {
     let has = |bit| order.control.has(bit);
     let fit = |top: u128| {
@@ -442,8 +442,8 @@ proptest! {
         prop_assert_eq!(times, oracle(&order, latched, 300));
     }
 
-    /// What fast PWM does with the numbers that the interrupt gives it: the counter takes the
-    /// buffer over when it comes round, and the prescaler changes at once.
+    /// A timer in fast PWM with the numbers that the interrupt gives it: the counter takes the
+    /// buffer over at the end of the period, and the prescaler changes at once.
     #[test]
     fn a_buffered_register_plays_the_latched_model(
         top in 640u32..0x3FF_FFFF, shift in 0u32..20, modification: u32,
@@ -474,7 +474,7 @@ proptest! {
         prop_assert_eq!(steps, 300);
     }
 
-    /// Nothing panics, and what is accepted keeps to the timer's range.
+    /// Nothing panics, and every accepted order stays in the timer's range.
     #[test]
     fn any_order_is_answered(
         control: u8, top: u32, limit in 0u32..500, modification: u32, update_ms: u16,

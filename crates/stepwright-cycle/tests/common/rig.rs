@@ -1,4 +1,4 @@
-//! A cycle on a timer that the test moves: every edge is written down.
+//! A cycle on a timer that the test moves: every edge is recorded.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -9,7 +9,7 @@ use stepwright::timer::StepTimer;
 use stepwright::{Board, Cost, Rate, Timing};
 use stepwright_cycle::{Clock, Cycle, MachineIo, Motor, Switches};
 
-/// What happened on a pin.
+/// An event on a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
     Rise,
@@ -33,7 +33,7 @@ impl StepTimer for Time {
         self.now.get() as u16
     }
     fn wake_at(&mut self, at: u16) {
-        // What has passed comes at the next tick.
+        // A time that has passed comes at the next tick.
         let ahead = (at.wrapping_sub(self.now.get() as u16) as i16).max(1);
         self.wake.set(self.now.get() + ahead as u64);
     }
@@ -43,7 +43,7 @@ impl StepTimer for Time {
     }
 }
 
-/// Time, axis, what.
+/// Time, axis, event.
 pub type Log = Rc<RefCell<Vec<(u64, u8, What)>>>;
 
 pub struct Pins {
@@ -95,7 +95,7 @@ pub struct Rig<'a, const N: usize> {
     pub log: Log,
     pub closed: Rc<Cell<Switches>>,
     pub cycle: Cycle<'a, Time, Pins, World, N>,
-    /// When the last `start` was.
+    /// The time of the last `start`.
     pub begun: u64,
 }
 
@@ -138,7 +138,7 @@ impl<const N: usize> Rig<'_, N> {
         self.time.now.set(end.max(self.time.now.get()));
     }
 
-    /// Until `us` µs after the start; what is due then has happened.
+    /// Runs until `us` µs after the start, including the events that are due then.
     pub fn until(&mut self, us: u64) {
         self.run_to(self.begun + us * u64::from(HZ) / 1_000_000);
     }
@@ -149,7 +149,7 @@ impl<const N: usize> Rig<'_, N> {
         }
     }
 
-    /// Close or open the switches.
+    /// Closes or opens the switches.
     pub fn close(&self, min: Axes, max: Axes) {
         self.closed.set(Switches { min, max });
     }
@@ -172,8 +172,8 @@ impl<const N: usize> Rig<'_, N> {
         self.edges(axis).iter().filter(|e| e.1 == What::Rise).map(|e| e.0).collect()
     }
 
-    /// What the edges alone say of an axis: steps forward less steps backward
-    /// since the rig was made, for a motor that is not inverted.
+    /// The steps of an axis by its edges alone: forward minus backward since the rig was made, for
+    /// a motor that is not inverted.
     pub fn steps_of(&self, axis: u8) -> i64 {
         let (mut forward, mut steps, mut high) = (true, 0, false);
         for &(time, _, what) in self.log.borrow().iter().filter(|e| e.1 == axis) {

@@ -64,8 +64,8 @@ pub struct Fixed {
 }
 
 impl Fixed {
-    /// `pulses` pulses, with `c0` ticks before the second; no delay is less than `c_min` (at least
-    /// 1) ticks.
+    /// `pulses` pulses, with `c0` ticks before the second; no delay is less than `c_min` ticks
+    /// (at least 1).
     pub fn new(pulses: u32, c0: Ticks, c_min: Ticks) -> Fixed {
         let shortest = Q32::from(c_min.max(1)) << 32;
         let listing = Listing { count: (Q32::from(c0) << 32).max(shortest), shortest, n: 0 };

@@ -49,8 +49,8 @@ pub fn zeros(x: u64) -> u8 {
 
 /// √w: the speed of a speed², in 2⁻³³ · 0.001 steps/s.
 ///
-/// The integer root gives the upper half, one Newton step the lower: with w = s² + r the root is s
-/// + r/2s, and the omitted r²/8s³ is below half a unit of the last place.
+/// The integer root gives the upper half, one Newton step the lower: with w = s² + r the root is
+/// s + r/2s, and the omitted r²/8s³ is below half a unit of the last place.
 pub fn root(w: u64) -> u64 {
     root_fine(w, 0)
 }

@@ -34,12 +34,12 @@ const PIECES: u8 = 4;
 ///
 /// | to | call |
 /// | --- | --- |
-/// | set what an axis is allowed | [`set_limits`](Steppers::set_limits) |
+/// | set the limits of an axis | [`set_limits`](Steppers::set_limits) |
 /// | move to a position, by a distance, along a line | [`move_to`](Steppers::move_to), [`move_by`](Steppers::move_by), [`move_line_to`](Steppers::move_line_to) |
 /// | turn until stopped | [`run`](Steppers::run) |
-/// | change a move on the way | [`retarget`](Steppers::retarget), [`set_top_speed`](Steppers::set_top_speed), [`set_acceleration`](Steppers::set_acceleration), [`set_deceleration`](Steppers::set_deceleration) |
+/// | change a move in progress | [`retarget`](Steppers::retarget), [`set_top_speed`](Steppers::set_top_speed), [`set_acceleration`](Steppers::set_acceleration), [`set_deceleration`](Steppers::set_deceleration) |
 /// | stop along the ramp, or at once | [`stop`](Steppers::stop), [`kill`](Steppers::kill) |
-/// | know where an axis is, and what is left | [`position`](Steppers::position), [`distance_to_go`](Steppers::distance_to_go), [`is_moving`](Steppers::is_moving) |
+/// | read the position, and the distance left | [`position`](Steppers::position), [`distance_to_go`](Steppers::distance_to_go), [`is_moving`](Steppers::is_moving) |
 ///
 /// Positions are in steps, as the driver counts them; speeds in steps/s.
 ///

@@ -11,7 +11,6 @@
 //! steps/s² (a ramp that would be flatter ends sooner). The rest, and its error, is that of the
 //! [trapezoid](super::trapezoid). (The document says in one place that the *period* decreases at a
 //! constant rate; elsewhere it says constant acceleration, which this law implements.)
-//! acceleration, which it says elsewhere, is what it is held to.)
 
 use super::path::{Bounds, Path, slope_of};
 use super::{Delays, Unfit};

@@ -374,11 +374,11 @@ impl<'a> ProgramRunner<'a> {
     /// Reads the program until there is something to do. `None` if a delay is too small for its
     /// strategy.
     fn read(&mut self) -> Option<Stage> {
+        let smallest = self.motor.smallest_delay.max(1);
         loop {
             match self.reader.next() {
-                Next::Steps { count: 0, .. } | Next::Wait(0) => {}
+                Next::Steps { count: 0, .. } | Next::Wait { count: 0, .. } => {}
                 Next::Steps { count, delay, forward } => {
-                    let smallest = self.motor.smallest_delay.max(1);
                     (self.left, self.free, self.forward) = (count, 0, forward);
                     self.delay = if delay == 0 { smallest } else { delay };
                     if self.delay < smallest {
@@ -414,9 +414,9 @@ impl<'a> ProgramRunner<'a> {
                 #[cfg(feature = "runs")]
                 Next::Run { run, forward } => return Some(self.read_run(run, forward)),
                 // A motor that waits stands: nothing is left to brake.
-                Next::Wait(_) if self.is_braking() => return Some(Stage::Over),
-                Next::Wait(us) => {
-                    self.pending = us;
+                Next::Wait { .. } if self.is_braking() => return Some(Stage::Over),
+                Next::Wait { count, delay } => {
+                    self.pending = product(count, if delay == 0 { smallest } else { delay });
                     self.rolling.set(false);
                     return Some(Stage::Wait);
                 }

@@ -207,7 +207,7 @@ impl Leg {
     fn next(self) -> Next {
         match self {
             Leg::Steps { count, delay } => steps(count, delay),
-            Leg::Wait { count, delay } => Next::Wait(u64::from(count) * u64::from(delay)),
+            Leg::Wait { count, delay } => Next::Wait { count, delay },
             #[cfg(feature = "runs")]
             Leg::Run { run, forward } => Next::Run { run, forward },
         }
@@ -231,8 +231,8 @@ pub(crate) fn after(run: Run, steps: u16) -> u64 {
 pub(crate) enum Next {
     /// This many steps with one delay as given, forward or backward.
     Steps { count: u32, delay: u32, forward: bool },
-    /// This many µs without a step.
-    Wait(u64),
+    /// No step for this many delays as they are given.
+    Wait { count: u32, delay: u32 },
     /// A single step with its own delay, or a wait.
     Pace(Pace),
     /// Steps whose intervals grow; a run without steps is a wait.

@@ -123,8 +123,11 @@ fn nothing_of_an_aborted_series_is_left() {
 /// "Delay 0 in a later series is an error."
 #[test]
 fn a_delay_of_0_is_the_smallest_everywhere() {
-    const LEGS: [Leg; 2] =
-        [Leg::Steps { count: 1, delay: 1_000 }, Leg::Steps { count: 2, delay: 0 }];
+    const LEGS: [Leg; 3] = [
+        Leg::Steps { count: 1, delay: 1_000 },
+        Leg::Wait { count: 4, delay: 0 },
+        Leg::Steps { count: 2, delay: 0 },
+    ];
     for clock in BOTH {
         let mut rig = Rig::new([M], clock);
         rig.cycle.prepare(0, Program::Series(&LEGS), PLAIN).unwrap();
@@ -132,7 +135,8 @@ fn a_delay_of_0_is_the_smallest_everywhere() {
         rig.run_out();
         assert_eq!((rig.cycle.faults(0), rig.steps_of(0)), (Faults::NONE, 3));
         let rises = rig.rises(0);
-        assert_eq!(rises[2] - rises[1], 600 * 16);
+        let apart = [rises[1] - rises[0], rises[2] - rises[1]];
+        assert_eq!(apart, [5 * 600 * 16, 600 * 16], "{clock:?}");
     }
 }
 

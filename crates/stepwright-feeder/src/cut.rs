@@ -14,14 +14,14 @@
 
 use stepwright_stream::credit::Credit;
 use stepwright_stream::frame::{CUT, Kind};
-use stepwright_stream::send::QUEUED;
 
 use crate::axis::AxisFeed;
 use crate::clock::opening;
 use crate::{FeedState, LEAD, Mark, SPAN, StreamFeeder, fine};
 
-/// A cut is sent this long before the board opens the frame that it names, in µs: enough for a line with a
-/// delay of 1 ms and 3 ms of bytes before the wire. The margin grows after a cut that came too late.
+/// A cut is sent this long before the board opens the frame that it names, in µs, after the bytes that wait
+/// before the wire: enough for the cut and the frame after it on a line with a delay of 1 ms. The margin grows
+/// after a cut that came too late.
 pub(crate) const MARGIN: u64 = 8_000;
 /// The largest margin, in µs.
 const MOST: u64 = 60_000;
@@ -30,7 +30,7 @@ const MORE: u64 = 4_000;
 const LESS: u64 = 1_000;
 /// The number of short frames after a cut.
 const SHORT: u8 = 4;
-/// The way of a frame from the computer to the board, in µs, with [`QUEUED`] of bytes before the wire.
+/// The way of a cut and the frame after it from the computer to the board, in µs.
 const WAY: u64 = 7_000;
 
 /// The place from which on other steps can come.
@@ -108,7 +108,7 @@ impl StreamFeeder {
             over: self.over,
             ended: self.ended,
         };
-        let soonest = here + self.clock.ticks(self.margin + self.behind(now));
+        let soonest = here + self.clock.ticks(self.margin + self.sender.waiting(now));
         let keep = (self.gone..)
             .zip(&self.marks)
             .find(|(_, mark)| opening(mark.start) >= soonest)
@@ -139,11 +139,6 @@ impl StreamFeeder {
     /// Whether the board has not taken the last cut yet.
     pub fn is_cutting(&self) -> bool {
         self.cutting.is_some()
-    }
-
-    /// The µs of bytes that wait before the wire beyond the usual [`QUEUED`].
-    fn behind(&self, now: u64) -> u64 {
-        self.sender.waiting(now).saturating_sub(QUEUED)
     }
 
     /// The soonest time from which on all axes can do something else, if frame `keep` is the first forgotten.
@@ -187,14 +182,14 @@ impl StreamFeeder {
 
     /// Hands a cut that is ready to the sender, with its first records. Returns whether other frames may follow.
     pub(crate) fn offer_cut(&mut self, packed: bool, now: u64) -> bool {
-        let behind = self.clock.ticks(self.behind(now));
+        let waiting = self.clock.ticks(self.sender.waiting(now));
         let Some(cutting) = self.cutting.as_mut().filter(|cutting| !cutting.sent) else {
             return true;
         };
         if self.frames.is_empty() && !packed || !self.sender.has_room() {
             return false;
         }
-        if self.clock.at(now).is_some_and(|here| here + behind > cutting.until) {
+        if self.clock.at(now).is_some_and(|here| here + waiting > cutting.until) {
             self.uncut();
             return false;
         }

@@ -381,3 +381,31 @@ fn a_computer_that_looks_seldom_is_not_missed() {
         kept(&ran);
     }
 }
+
+/// A change while bytes of the one before still wait before the wire: the frames after it come in time, too. At
+/// each of these instants, of 720 that were tried, the board ran short before.
+#[test]
+fn a_change_right_behind_another_is_fed_in_time() {
+    let (smooth, hard) = (20_000.0, f64::INFINITY);
+    for (jerk, apart, n) in [
+        (smooth, 0.010, 4.0),
+        (smooth, 0.010, 54.0),
+        (smooth, 0.015, 30.0),
+        (smooth, 0.015, 36.0),
+        (smooth, 0.050, 31.0),
+        (hard, 0.020, 36.0),
+        (hard, 0.025, 40.0),
+        (hard, 0.050, 32.0),
+    ] {
+        let at = 0.3 + 0.0337 * n;
+        let asks: [Ask; 3] = [
+            (at, |at| Order::Scale(at, 0.7), false),
+            (at + apart, Order::Hold, true),
+            (at + 1.0, Order::Resume, false),
+        ];
+        let ran = run(route(jerk), &asks, MILLIS, Away::default(), far());
+        assert_eq!((ran.state, ran.late), (FeedState::Over, 0), "{jerk} {apart} {at}");
+        assert_eq!(ran.positions, [Some(0); 3]);
+        kept(&ran);
+    }
+}

@@ -48,6 +48,8 @@ pub struct Motor<L, O> {
     law: Option<L>,
     output: Option<O>,
     laps: Laps,
+    /// The law's first delay, until it has passed or is left out.
+    first: u32,
     /// The last interval.
     last: u32,
     /// The event that is due switches the current off.
@@ -57,14 +59,15 @@ pub struct Motor<L, O> {
 impl<L: Iterator<Item = u32>, O: Output> Motor<L, O> {
     /// At rest, without a drive.
     pub const fn new() -> Motor<L, O> {
-        Motor { law: None, output: None, laps: Laps::new(), last: LEAD, resting: false }
+        Motor { law: None, output: None, laps: Laps::new(), first: 0, last: LEAD, resting: false }
     }
 
-    fn begin(&mut self, timer: &mut impl Timer, law: L, forward: bool) {
+    fn begin(&mut self, timer: &mut impl Timer, law: L, first: u32, forward: bool) {
         let Some(output) = &mut self.output else { return };
         output.direction(0, forward);
         output.on();
-        (self.law, self.last, self.resting) = (Some(law), LEAD, false);
+        (self.law, self.first) = (Some(law), first);
+        (self.last, self.resting) = (LEAD, false);
         self.laps.begin(timer, LEAD);
     }
 
@@ -94,7 +97,11 @@ impl<L: Iterator<Item = u32>, O: Output> Motor<L, O> {
         output.begin(1);
         avr_device::asm::delay_cycles(PULSE);
         output.end(1);
-        match self.law.as_mut()?.find(|delay| *delay != 0) {
+        let delay = match core::mem::take(&mut self.first) {
+            0 => self.law.as_mut()?.find(|delay| *delay != 0),
+            first => Some(first),
+        };
+        match delay {
             Some(delay) => self.last = delay.wrapping_mul(TICK),
             // The rotor gets as long to settle.
             None => self.resting = true,
@@ -130,9 +137,10 @@ impl<L: Iterator<Item = u32>, O: Output, T: Timer> AvrEngine<L, O, T> {
         });
     }
 
-    /// Moves it by the delays of a law.
-    pub fn play(&mut self, law: L, forward: bool) {
-        self.0.with(|motor, timer| motor.begin(timer, law, forward));
+    /// Moves it by the delays of a law; by none, not at all.
+    pub fn play(&mut self, mut law: L, forward: bool) {
+        let Some(first) = law.next() else { return };
+        self.0.with(|motor, timer| motor.begin(timer, law, first, forward));
     }
 
     /// Whether it moves.

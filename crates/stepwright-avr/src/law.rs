@@ -18,6 +18,7 @@
 
 use core::hint::black_box;
 
+use core::iter::once;
 use core::mem::MaybeUninit;
 
 use stepwright::queue::Producer;
@@ -123,12 +124,13 @@ impl Trial {
     /// Moves the motor by these delays, in ticks of 1 MHz, between its steps; the other way
     /// round each time. Returns when it rests.
     ///
-    /// A delay of 0 is the one before the first step.
-    pub fn play(&mut self, delays: impl Iterator<Item = u32>) {
+    /// A delay of 0 is the one before the first step. Without a delay nothing moves.
+    pub fn play(&mut self, mut delays: impl Iterator<Item = u32>) {
+        let Some(first) = delays.next() else { return };
         self.feed.set_open(true);
         self.push(Run::turn(LEAD, self.forward));
         self.push(Run::steady(LEAD, 1));
-        for delay in delays.filter(|delay| *delay != 0) {
+        for delay in once(first).chain(delays).filter(|delay| *delay != 0) {
             self.push(Run::steady(delay.wrapping_mul(TICKS), 1));
         }
         self.feed.set_open(false);

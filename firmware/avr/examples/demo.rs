@@ -55,9 +55,10 @@ fn main() -> ! {
     let drives = [step_dir].into_iter().chain(TABLES.into_iter().map(windings));
     for drive in drives.flatten() {
         motor.wire(drive);
-        for forward in [true, false] {
-            let (steps, first, shortest) = DEMO;
-            motor.play(Fixed::new(steps, first, shortest), forward);
+        let (steps, first, shortest) = DEMO;
+        // A law without pulses moves nothing.
+        for (pulses, forward) in [(steps, true), (steps, false), (0, true)] {
+            motor.play(Fixed::new(pulses, first, shortest), forward);
             while motor.is_moving() {}
         }
     }

@@ -124,6 +124,8 @@ pub struct StreamDevice<'q, E, I, const Q: usize, const LEN: usize> {
     slave: ProgramSlave<Streamless>,
     /// A line is complete, and waits for the answer before it.
     waits: bool,
+    /// The beginning of a line has come meanwhile, and is lost.
+    overrun: bool,
     /// The credit that is being sent, and how much of it was.
     credit: [u8; CREDIT],
     sent: u8,
@@ -138,6 +140,7 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice
             line: Incoming::new(),
             slave: ProgramSlave::new(),
             waits: false,
+            overrun: false,
             credit: [0; CREDIT],
             sent: CREDIT as u8,
         }
@@ -150,19 +153,19 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice
 
     fn hear(&mut self, byte: Option<u8>) {
         match self.program.player.hear(byte) {
-            Came::Text(byte) => {
-                // A line that comes before the answer to the last one was given is lost: a host waits
-                // for its answer, and frames are never kept waiting.
-                if self.waits {
-                    self.line.garble();
-                } else {
-                    self.waits = self.line.receive(Some(byte));
+            Came::Text(byte) if !self.waits => self.waits = self.line.receive(Some(byte)),
+            // A line that comes before the answer to the last one was given is lost: a host waits
+            // for its answer, and frames are never kept waiting.
+            Came::Text(b'\r') => self.overrun = false,
+            Came::Text(b'\n') => {}
+            Came::Broken | Came::Garbled if !self.waits => self.line.garble(),
+            Came::Text(_) | Came::Broken | Came::Garbled => self.overrun = true,
+            Came::Called => {
+                self.overrun = false;
+                // A line that waits for its answer is whole.
+                if !self.waits {
+                    let _ = self.line.take();
                 }
-            }
-            Came::Broken | Came::Garbled => self.line.garble(),
-            // A line that waits for its answer is whole.
-            Came::Called if !self.waits => {
-                let _ = self.line.take();
             }
             _ => {}
         }
@@ -213,6 +216,9 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> Foreground
         if self.waits && !self.slave.is_answering() {
             self.waits = false;
             self.slave.obey(&mut self.line, &mut self.program);
+            if core::mem::take(&mut self.overrun) {
+                self.line.garble();
+            }
         }
     }
 

@@ -5,4 +5,5 @@ mod common;
 mod line;
 mod main_loop;
 mod store;
+mod stream;
 mod supervisor;

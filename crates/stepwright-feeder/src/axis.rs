@@ -208,6 +208,9 @@ impl AxisFeed {
         let kept = self.asked.partition_point(|asked| *asked < end);
         // Moments that the records before the mark have played stay.
         let kept = kept.max(self.made + usize::from(self.fitter.waits()));
+        // The end is taken back with any cut.
+        let ends = end != u64::MAX && self.last().what == What::End;
+        let kept = kept.min(self.moments.len() - usize::from(ends)).max(self.made);
         while self.moments.len() > kept {
             self.forward ^= self.last().what == What::Turn;
             self.over &= self.last().what != What::End;

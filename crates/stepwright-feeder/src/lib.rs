@@ -112,8 +112,10 @@ const FIRST: u64 = 150_000;
 const ENOUGH: u64 = 150_000;
 /// Tolerances of a step in ns, each for less than this many µs ahead of the board.
 const SHORT: [(u64, u32); 2] = [(60_000, 25_000), (130_000, 10_000)];
-/// A board without progress for this long is lost, in µs.
+/// A board without progress, or without any answer, for this long is lost, in µs.
 const LOST: u64 = 3_000_000;
+/// The most time between two looks at the line that counts as silence of the board, in µs.
+const LOOK: u64 = 100_000;
 
 /// The state of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -178,6 +180,9 @@ pub struct StreamFeeder {
     /// A cut that the board has not taken yet.
     cutting: Option<Box<Cutting>>,
     pace: Pace,
+    /// When the line was last looked at, and how long the board has been silent, in µs.
+    looked: u64,
+    silent: u64,
     /// Whether the last cut came too late; and how long before a frame is opened a cut is sent, in µs.
     late: bool,
     margin: u64,
@@ -225,6 +230,8 @@ impl StreamFeeder {
             clock: BoardClock::new(terms.hz),
             cutting: None,
             pace: Pace::default(),
+            looked: now,
+            silent: 0,
             late: false,
             margin: cut::MARGIN,
             over: false,
@@ -333,6 +340,9 @@ impl StreamFeeder {
                 Answered::Text(byte) => self.text.push(byte),
             });
         }
+        if !credits.is_empty() {
+            self.silent = 0;
+        }
         for credit in credits {
             self.sender.hear(credit, now);
             self.learn(credit, now);
@@ -356,17 +366,18 @@ impl StreamFeeder {
         }
         self.learn_of_cut(credit, now);
         // The credit is of another run until the board has taken the setup.
-        let open = !self.sender.is_empty() && !credit.is(Credit::OFF);
-        if self.state != FeedState::Running || open {
+        if self.state.is_end() || self.sender.holds(Kind::Setup) {
             return;
         }
-        let started = credit.is(Credit::STARTED);
+        let over = self.has_ended() && credit.is(Credit::STARTED) && !credit.is(Credit::MOVES);
         self.state = match self.state {
-            _ if started && credit.is(Credit::WRONG) => FeedState::Wrong,
-            _ if started && credit.is(Credit::TRIPPED) => FeedState::Tripped,
-            _ if started && credit.is(Credit::OFF) => FeedState::Off,
-            _ if self.ended && started && !credit.is(Credit::MOVES) => FeedState::Over,
-            state => state,
+            _ if !credit.is(Credit::OFF) => match self.state {
+                FeedState::Running if over => FeedState::Over,
+                state => state,
+            },
+            _ if credit.is(Credit::WRONG) => FeedState::Wrong,
+            _ if credit.is(Credit::TRIPPED) => FeedState::Tripped,
+            _ => FeedState::Off,
         };
     }
 
@@ -393,7 +404,10 @@ impl StreamFeeder {
             bytes.append(&mut self.said);
             return bytes;
         }
-        if self.sender.stuck(now) > LOST {
+        // A computer that was away for longer has looked for no answer meanwhile.
+        self.silent += now.saturating_sub(self.looked).min(LOOK);
+        self.looked = now;
+        if self.sender.stuck(now) > LOST || self.silent > LOST {
             self.state = FeedState::Lost;
         }
         let packed = self.pack();

@@ -3,6 +3,7 @@
 mod common;
 
 mod cut;
+mod ends;
 mod feeder;
 mod grbl;
 mod silence;

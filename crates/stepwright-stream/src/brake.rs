@@ -13,7 +13,10 @@
 //! A braking entry has 16 groups, over which the interval grows by 1/16 to 1/8. The growth is the formula's
 //! for the first interval of the entry. The formula's growth rises with c, so the deceleration is never above
 //! a. The braking distance is 12 to 13 % longer than v²/2a, at most a fifth and some steps. From 38,000
-//! steps/s to rest at 40,000 steps/s² takes 56 entries. At long intervals each step is an entry.
+//! steps/s to rest at 40,000 steps/s² takes 56 entries. At long intervals each step is an entry. At high speed a
+//! gentle deceleration makes the interval grow by less than can be said from group to group: then an entry has one
+//! interval, and the next one is longer, by 1/128 at most. An entry has at most 2¹⁵ steps, and the next one is longer
+//! by at least 2⁻⁸ ticks: below 82 steps/s² at 16 MHz and 222,000 steps/s the deceleration is above a by that.
 
 use crate::record::{Record, RecordAct, Trail};
 
@@ -23,6 +26,9 @@ const LONG: u32 = 28_000 << 8;
 const PART: u32 = 0x7E00 << 8;
 /// … and the shortest part that the remainder of a wait is played as.
 const SHORT: u32 = 1_200 << 8;
+
+/// Groups that grow by less than this have one interval, and the next record grows, in 2⁻⁸ ticks.
+const FINE: u32 = 32;
 
 /// The bound of the slowest interval, in ticks. An axis with half of this interval still brakes, and a longer
 /// interval does not fit into one record.
@@ -173,7 +179,7 @@ impl Braking {
             return Braking::NONE;
         }
         let last = shifted(trail.last, trail.halvings);
-        let next = shifted(trail.next(), trail.halvings);
+        let next = if trail.growth < 0 { last } else { shifted(trail.next(), trail.halvings) };
         Braking { last, next, rest: 0 }
     }
 
@@ -210,6 +216,17 @@ impl Braking {
         // 16 groups of 2^(bits − 4) steps, or 2^bits of one.
         let (bits, count) = if bits >= 4 { (bits.wrapping_sub(4), 16) } else { (0, 1 << bits) };
         let growth = grown(cube, shift, bits);
+        if growth < FINE {
+            // Rounded down it would be too little, or nothing.
+            let mut bits = 15u8;
+            while bits > 0 && grown(cube, shift, bits) > c >> 7 {
+                bits = bits.wrapping_sub(1);
+            }
+            let growth = grown(cube, shift, bits).max(1);
+            (self.last, self.next) = (c.wrapping_add(growth >> 1), c.wrapping_add(growth));
+            let act = RecordAct::Steps(1 << bits);
+            return Some(Record { act, interval: self.last, growth: 0 });
+        }
         // A group has the interval of its middle, so that groups of different lengths join without a jump.
         let half = growth >> 1;
         self.next = c.wrapping_add(growth.wrapping_mul(u32::from(count)));

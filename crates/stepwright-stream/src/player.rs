@@ -13,8 +13,8 @@
 //! frame about [`AHEAD`] before that, so that the queues of all axes end at about the same time, and a hold
 //! finds everything later still in the FIFO.
 //!
-//! **When the axes brake.** If an axis that moves has at most one entry waiting while the FIFO is empty and
-//! no end has come (or an axis is at speed at the end); or if no whole frame came for the lease. Each axis
+//! **When the axes brake.** If an axis that moves has at most one entry waiting, or one that rests has none, while the
+//! FIFO is empty and no end has come (or an axis is at speed at the end); or if no whole frame came for the lease. Each axis
 //! then continues from its last entry by its own [`BrakeLaw`] until it rests. The player refuses all frames
 //! until the next setup.
 
@@ -27,7 +27,7 @@ use crate::brake::{BrakeLaw, Braking};
 use crate::credit::Credit;
 use crate::frame::Kind;
 use crate::link::{Came, FrameLink};
-use crate::record::{self, AXES, RecordAct, Trail};
+use crate::record::{self, AXES, NOTHING, RecordAct, Trail};
 
 /// How long before its first record starts a frame is opened, in 2¹⁶ ticks: this, and up to one more.
 pub const AHEAD: i16 = 3;
@@ -236,6 +236,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         if frames >= 0x80 || self.closed && self.flags & Credit::STARTED != 0 {
             return false;
         }
+        // A cut without data may end as a frame of data may.
+        let bare = len <= 1 || len == 2 && bytes[1] == NOTHING;
         let fifo = self.link.fifo();
         let mut keep = u16::from(self.left);
         for _ in 0..frames {
@@ -244,9 +246,12 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             }
             keep = keep.wrapping_add(1).wrapping_add(fifo.peek(keep).into());
         }
+        if !bare && keep.wrapping_add(len.into()) > LEN as u16 {
+            return false;
+        }
         fifo.cut(keep);
         self.ended = false;
-        if len <= 1 {
+        if bare {
             return true;
         }
         // In the FIFO a data frame begins with its length.
@@ -352,7 +357,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     /// has not started does not start any more.
     pub fn stop(&mut self) {
         let filled = self.set_up && self.flags & (Credit::STARTED | Credit::OFF) == 0;
-        if self.closed && !filled {
+        if self.is_off() || self.closed && !filled {
             return;
         }
         self.link.fifo().forget();
@@ -365,6 +370,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         self.link.fifo().forget();
         self.left = 0;
         self.flags |= Credit::OFF;
+        self.owes = true;
         self.closed = true;
         for axis in 0..AXES as u8 {
             if !self.engine.is_idle(axis) {
@@ -458,8 +464,10 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
                 return true;
             }
             let mut low = false;
-            for (lane, feed) in self.lanes.iter().zip(&self.feeds) {
+            for (axis, (lane, feed)) in (0u8..).zip(self.lanes.iter().zip(&self.feeds)) {
                 low |= lane.trail.moves && feed.waiting() <= 1;
+                // The wait of an axis that rests ends, and its next step would be late.
+                low |= feed.is_empty() && !self.engine.is_idle(axis);
             }
             if !low {
                 return false;

@@ -273,6 +273,14 @@ impl FrameSender {
     /// Takes a credit of the board.
     pub fn hear(&mut self, credit: Credit, now: u64) {
         self.pinged = false;
+        // Until the board has taken the setup, it may tell of the run before.
+        let before = credit.flags & (Credit::OFF | Credit::STARTED) != 0;
+        if self.is_next(Kind::Setup) && before {
+            if credit.is(Credit::DEAF) && now.saturating_sub(self.called) > self.times.call {
+                self.go_back(now);
+            }
+            return;
+        }
         let taken = credit.next.wrapping_sub(self.base);
         // A credit older than the last one is ignored.
         if taken > self.high {
@@ -352,7 +360,7 @@ impl FrameSender {
             return None;
         }
         let frame = held.frame(self.base.wrapping_add(self.sent));
-        if self.sent == 0 {
+        if self.sent == 0 && self.high == 0 {
             self.forward = self.forward.max(now);
         }
         self.sent = self.sent.wrapping_add(1);

@@ -127,3 +127,71 @@ fn without_a_step_to_come_it_rests() {
         assert_eq!(Braking::from(&trail).next(law), None);
     }
 }
+
+/// Fast axes with gentle decelerations: the growth of a group is less than can be said. By records, as there are
+/// up to 10⁹ steps.
+#[test]
+fn gentle_decelerations_brake_at_any_speed() {
+    for (speed, accel) in [
+        (200_000.0, 118_000.0),
+        (200_000.0, 60_000.0),
+        (200_000.0, 15_000.0),
+        (200_000.0, 1_000.0),
+        (157_000.0, 7_000.0),
+        (100_000.0, 1_000.0),
+        (50_000.0, 200.0),
+        (120_000.0, 90.0),
+    ] {
+        let law = BrakeLaw::of((accel * 1_000.0) as u64, F as u32).unwrap();
+        let first = F / speed;
+        let trail = Trail { last: (first * 256.0) as u32, growth: 0, halvings: 0, moves: true };
+        let mut braking = Braking::from(&trail);
+        // Of stretches at one interval: the interval in ticks, and steps.
+        let (mut before, mut way, mut steepest, mut jump) = ((first, 1.0), 0.0, 0.0f64, 0.0f64);
+        let mut see = |interval: f64, steps: f64| {
+            let (c, count) = before;
+            if interval != c {
+                let (v, w) = (F / c, F / interval);
+                let time = (count * c + steps * interval) / 2.0 / F;
+                steepest = steepest.max((v - w) / time);
+                if v > 10_000.0 {
+                    jump = jump.max((v - w) / v);
+                }
+                before = (interval, steps);
+            } else {
+                before.1 += steps;
+            }
+            way += steps;
+        };
+        while let Some(record) = braking.next(law) {
+            assert!(record.is_playable(70), "{record:?}");
+            let interval =
+                |n: i64| (i64::from(record.interval) + n * i64::from(record.growth)) as f64 / 256.0;
+            match record.act {
+                RecordAct::Steps(count) => see(interval(0), count.into()),
+                RecordAct::Groups { bits, count } => {
+                    (0..count.into()).for_each(|n| see(interval(n), f64::from(1u32 << bits)));
+                }
+                // Below 570 steps/s each step is a record: its test is above.
+                RecordAct::Step { .. } => break,
+                RecordAct::Wait { .. } => {}
+            }
+        }
+        let whole = speed * speed / 2.0 / accel;
+        assert!(steepest <= accel * 1.005, "{speed}, {accel}: {steepest}");
+        assert!(way < 1.2 * whole && way > 0.98 * whole, "{speed}, {accel}: {way} of {whole}");
+        assert!(jump < 0.02, "{speed}, {accel}: {jump}");
+    }
+}
+
+/// Behind a corner the last group was growing faster: the axis brakes from the speed that it has.
+#[test]
+fn it_brakes_from_the_speed_behind_a_corner() {
+    for growth in [-(5_000 << 8), -(3_001 << 8), -(1_000 << 8)] {
+        let trail = Trail { last: 3_000 << 8, growth, halvings: 0, moves: true };
+        let law = BrakeLaw::of(40_000_000, F as u32).unwrap();
+        let mut braking = Braking::from(&trail);
+        let first = braking.next(law).unwrap();
+        assert!((3_000 << 8..3_200 << 8).contains(&first.interval), "{first:?}");
+    }
+}

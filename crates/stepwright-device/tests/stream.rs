@@ -1,0 +1,117 @@
+//! The text lines of a board that plays streams, beside bytes that come before they are obeyed.
+
+use std::collections::VecDeque;
+
+use stepwright::drive::Axes;
+use stepwright::engine::WIRING;
+use stepwright::queue::Queue;
+use stepwright::{Control, Playing, Report, Timing};
+use stepwright_device::main_loop::{Received, SerialPort, round};
+use stepwright_device::{StreamDevice, StreamIo};
+use stepwright_protocol::flash_text;
+use stepwright_stream::frame::{FILL, FrameBytes, Kind};
+use stepwright_stream::player::StreamPlayer;
+
+/// An engine that notes a kill.
+struct Killed(bool);
+
+impl Control for Killed {
+    fn start(&mut self, _: Axes) {}
+    fn kill(&mut self, _: Axes) {
+        self.0 = true;
+    }
+    fn report(&self, _: u8) -> Report {
+        Report { position: 0, idle: true, forward: true }
+    }
+    fn playing(&mut self, _: u8) -> Playing {
+        Playing::Unknown
+    }
+    fn set_position(&mut self, _: u8, _: i64) {}
+    fn set_timing(&mut self, _: Timing) {}
+    fn late(&self) -> u32 {
+        0
+    }
+    fn clear_late(&mut self) {}
+}
+
+struct Still;
+
+impl StreamIo for Still {
+    fn now(&mut self) -> u16 {
+        0
+    }
+    fn ticked(&mut self) -> bool {
+        false
+    }
+    fn inputs(&mut self) -> u8 {
+        0
+    }
+    fn enable(&mut self) {}
+}
+
+#[derive(Default)]
+struct Wire {
+    to: VecDeque<u8>,
+    said: Vec<u8>,
+}
+
+impl SerialPort for Wire {
+    fn receive(&mut self) -> Option<Received> {
+        self.to.pop_front().map(Received::Byte)
+    }
+    fn has_room(&self) -> bool {
+        true
+    }
+    fn send(&mut self, byte: u8) {
+        self.said.push(byte);
+    }
+}
+
+/// Whether a kill was obeyed, and the answers below 0x80, where these bytes come at once, or one each round.
+fn heard(bytes: &[u8], at_once: bool) -> (bool, String) {
+    let mut queues = [const { Queue::<8>::new() }; 3];
+    let feeds = queues.each_mut().map(|queue| queue.split().0);
+    let player = StreamPlayer::<_, 8, 896>::new(Killed(false), feeds, [WIRING; 3], 72);
+    let mut device = StreamDevice::new(player, Still, flash_text!("test"), 16_000_000);
+    let mut wire = Wire::default();
+    for byte in bytes {
+        wire.to.push_back(*byte);
+        if !at_once {
+            round(&mut device, &mut wire);
+        }
+    }
+    (0..200).for_each(|_| round(&mut device, &mut wire));
+    let text = wire.said.iter().filter(|byte| **byte < 0x80 && **byte >= 0x0D);
+    let text = text.map(|byte| char::from(*byte)).collect();
+    (device.player().engine().0, text)
+}
+
+#[test]
+fn a_kill_is_obeyed_whatever_follows() {
+    let ping = FrameBytes::new(Kind::Ping, 0, &[]);
+    let ping = ping.as_bytes();
+    for at_once in [true, false] {
+        for before in [&[][..], ping] {
+            for behind in [&[][..], b"\n", b"F\r", &[FILL; 4], ping, b"\nK\n", b"F"] {
+                let bytes = [before, b"K\r", behind].concat();
+                let (killed, said) = heard(&bytes, at_once);
+                assert!(killed, "{bytes:?}: {said:?}");
+                assert!(said.contains("Y\r"), "{bytes:?}: {said:?}");
+            }
+        }
+    }
+}
+
+/// A line that comes before the last one was answered is lost, and no half of it is obeyed.
+#[test]
+fn no_half_of_a_line_is_obeyed() {
+    let (_, said) = heard(b"F\rV1", true);
+    assert_eq!(said, "R\r");
+    let ping = FrameBytes::new(Kind::Ping, 0, &[]);
+    // The credit is on its way while F waits; X of the line behind it is lost, and so K is not obeyed.
+    let (killed, _) = heard(&[ping.as_bytes(), b"F\rXK\r"].concat(), false);
+    assert!(!killed);
+    // Behind a lost line all is as ever.
+    let (killed, _) = heard(&[ping.as_bytes(), b"F\rXX\r"].concat(), false);
+    assert!(!killed);
+}

@@ -1,5 +1,6 @@
 // The card of one axis: where it is, and the buttons that move it.
 
+import { by } from "./dom.js";
 import { post } from "./server.js";
 
 const format = new Intl.NumberFormat("en", { maximumFractionDigits: 3, useGrouping: false });
@@ -28,12 +29,11 @@ export class Axis {
     this.moving = false;
     this.homing = false;
     this.holding = null;
-    const template = document.getElementById("axis");
-    this.card = template.content.firstElementChild.cloneNode(true);
+    this.card = by("axis").content.firstElementChild.cloneNode(true);
     this.card.style.setProperty("--own", `var(--axis-${((sheet.axis - 1) % 3) + 1})`);
     this.card.dataset.axis = sheet.axis;
     this.find("h2").textContent = `Axis ${sheet.axis}`;
-    this.card.setAttribute("aria-label", `Axis ${sheet.axis}`);
+    this.card.ariaLabel = `Axis ${sheet.axis}`;
     const label = (selector, text) => this.card.querySelectorAll(selector).forEach((one) => (one.textContent = text));
     label(".unit", sheet.unit);
     [1, 2, 3].forEach((n) => label(`.per${n}`, `${sheet.unit}/s${["", "²", "³"][n - 1]}`));
@@ -150,12 +150,12 @@ export class Axis {
   hold(sign) {
     if (this.holding || this.moving || this.field("ahead").disabled) return;
     this.field(sign > 0 ? "ahead" : "back").classList.add("held");
-    this.holding = { sign, begun: this.run(sign) };
+    this.holding = this.run(sign);
   }
 
   letGo() {
     if (!this.holding) return;
-    const { begun } = this.holding;
+    const begun = this.holding;
     this.holding = null;
     for (const name of ["ahead", "back"]) this.field(name).classList.remove("held");
     // Also behind an order that has no answer yet, which a stop alone would not wait for.
@@ -169,9 +169,10 @@ export class Axis {
       event.preventDefault();
       this.go({ to: Math.round(this.steps("target")) });
     });
-    on("by", () => this.valid("target") && this.go({ by: Math.round(this.steps("target")) }));
-    on("less", () => this.valid("step") && this.go({ by: -Math.round(this.steps("step")) }));
-    on("more", () => this.valid("step") && this.go({ by: Math.round(this.steps("step")) }));
+    const go = (name, sign) => this.valid(name) && this.go({ by: sign * Math.round(this.steps(name)) });
+    on("by", () => go("target", 1));
+    on("less", () => go("step", -1));
+    on("more", () => go("step", 1));
     on("run-back", () => this.run(-1));
     on("run-ahead", () => this.run(1));
     on("stop-axis", () => this.stop());

@@ -1,6 +1,6 @@
 // The calculators: what GET /api/calc lists, with a field for each option.
 
-import { element } from "./dom.js";
+import { element, looked, once } from "./dom.js";
 import { get, post } from "./server.js";
 
 /** What each begins with. */
@@ -21,57 +21,37 @@ const plain = (text) => text.replaceAll(/--([a-z][a-z-]*)( <[A-Z]+>)?/g, (_, nam
 
 /** A field for an option: a box to tick, a list, or text. */
 function field(option) {
-  if (!option.takes_value) {
-    const box = element("input");
-    box.type = "checkbox";
-    return box;
-  }
-  if (option.choices.length) {
-    const list = element("select");
-    list.append(...option.choices.map((one) => new Option(one, one, false, one === option.default)));
-    return list;
-  }
-  const text = element("input");
-  text.type = "text";
-  text.autocomplete = "off";
-  text.placeholder = option.default ?? "";
-  text.required = option.required;
-  return text;
+  if (!option.takes_value) return element("input", [], { type: "checkbox" });
+  if (option.choices.length) return element("select", option.choices.map((one) => new Option(one, one, false, one === option.default)));
+  return element("input", [], { type: "text", autocomplete: "off", placeholder: option.default ?? "", required: option.required });
 }
 
-export class Calculators {
-  constructor(section) {
-    this.section = section;
-    this.asked = 0;
-    const head = element("div", "", "head");
-    const title = element("h2", "Calculators");
-    title.id = "calc-title";
-    this.choice = element("select");
-    this.choice.onchange = () => this.choose();
-    const label = element("label", "Which ");
-    label.append(this.choice);
-    head.append(title, label);
-    this.about = element("p", "", "soft");
-    this.form = element("form", "", "calc");
-    this.form.noValidate = true;
-    this.form.oninput = () => this.compute();
-    this.form.onsubmit = (event) => (event.preventDefault(), this.compute());
-    this.line = element("details", "", "soft");
-    this.line.append(element("summary", "As a command"), element("code"));
-    this.result = element("div", "", "result");
-    this.result.setAttribute("aria-live", "polite");
-    section.append(head, this.about, this.form, this.result, this.line);
-    new ResizeObserver(() => this.begin()).observe(section);
-  }
+const table = (lines) => element("div", element("table", lines, "values"), "wide");
+const row = (tag, cells) => element("tr", cells.map((cell) => element(tag, cell)));
 
-  /** Asks what there is, once, when somebody looks. */
-  async begin() {
-    if (this.sheets || !this.section.clientWidth) return;
-    this.sheets = [];
-    this.sheets = await get("/api/calc");
-    this.choice.append(...this.sheets.map((sheet) => new Option(sheet.name)));
-    this.choice.value = "belt";
-    this.choose();
+export class Calculators {
+  /** `tell(error)` shows what was declined. */
+  constructor(section, tell) {
+    this.asked = 0;
+    this.choice = element("select", [], { onchange: () => this.choose() });
+    const title = element("h2", "Calculators", { id: "calc-title" });
+    const head = element("div", [title, element("label", ["Which ", this.choice])], "head");
+    this.about = element("p", [], "soft");
+    const compute = () => this.compute();
+    const onsubmit = (event) => (event.preventDefault(), compute());
+    this.form = element("form", [], { className: "calc", noValidate: true, oninput: compute, onsubmit });
+    this.line = element("code");
+    const line = element("details", [element("summary", "As a command"), this.line], "soft");
+    this.result = element("div", [], { className: "result", ariaLive: "polite" });
+    section.append(head, this.about, this.form, this.result, line);
+    // Asks what there is when somebody looks.
+    const begin = once(async () => {
+      this.sheets = await get("/api/calc");
+      this.choice.append(...this.sheets.map((sheet) => new Option(sheet.name)));
+      this.choice.value = "belt";
+      this.choose();
+    });
+    looked("#calc", () => begin().catch(tell));
   }
 
   choose() {
@@ -79,14 +59,13 @@ export class Calculators {
     this.about.textContent = sheet.about;
     this.fields = sheet.options.map((option) => ({ option, input: field(option) }));
     this.form.replaceChildren(...this.fields.map(({ option, input }) => {
-      const label = element("label", "", option.takes_value ? "" : "tick");
       const said = element("span", called(option.name));
-      label.append(...(option.takes_value ? [said, input] : [input, said]), element("small", plain(option.help)));
+      const parts = option.takes_value ? [said, input] : [input, said];
       input.name = option.name;
       const example = EXAMPLES[sheet.name]?.[option.name];
       if (example === true) input.checked = true;
       else if (example) input.value = example;
-      return label;
+      return element("label", [...parts, element("small", plain(option.help))], option.takes_value ? "" : "tick");
     }));
     this.compute();
   }
@@ -106,7 +85,7 @@ export class Calculators {
   async compute() {
     const mine = ++this.asked;
     const words = this.words();
-    this.line.querySelector("code").textContent = `stepwright calc ${words.join(" ")}`;
+    this.line.textContent = `stepwright calc ${words.join(" ")}`;
     const missing = this.fields.filter(({ option, input }) => option.required && !input.value.trim());
     if (missing.length) {
       const names = missing.map(({ option }) => called(option.name));
@@ -125,21 +104,8 @@ export class Calculators {
 
   show({ title, facts, columns, rows, notes }) {
     const parts = [element("h3", title)];
-    const table = (name, lines) => {
-      const made = element("table", "", name);
-      made.append(...lines);
-      const box = element("div", "", "wide");
-      box.append(made);
-      return box;
-    };
-    const row = (tag, cells) => {
-      const made = element("tr");
-      made.append(...cells.map((cell) => element(tag, cell)));
-      return made;
-    };
-    if (facts.length) parts.push(table("values", facts.map((one) => row("td", [one.name, `${one.value} ${one.unit}`]))));
-    if (rows.length) parts.push(table("values", [row("th", columns), ...rows.map((cells) => row("td", cells))]));
-    parts.push(...notes.map((note) => element("p", note, "soft")));
-    return parts;
+    if (facts.length) parts.push(table(facts.map((one) => row("td", [one.name, `${one.value} ${one.unit}`]))));
+    if (rows.length) parts.push(table([row("th", columns), ...rows.map((cells) => row("td", cells))]));
+    return [...parts, ...notes.map((note) => element("p", note, "soft"))];
   }
 }

@@ -2,12 +2,20 @@
 
 export const by = (id) => document.getElementById(id);
 
-/** An element with a text and a class. */
-export function element(tag, text, name) {
+/** An element with a text or with parts, and with a class or other properties. */
+export function element(tag, inner = [], more = {}) {
   const made = document.createElement(tag);
-  if (text !== undefined) made.textContent = text;
-  if (name) made.className = name;
-  return made;
+  made.append(...[inner].flat());
+  return Object.assign(made, typeof more === "string" ? { className: more } : more);
+}
+
+/** Loads something once; what has failed is tried again when it is asked for again. */
+export function once(load) {
+  let loaded;
+  return () => (loaded ??= load().catch((error) => {
+    loaded = null;
+    throw error;
+  }));
 }
 
 /** Numbers of so many digits at most. */
@@ -30,9 +38,7 @@ export const choose = (rows, chosen) => [...rows].forEach((row, n) => {
 
 /** Gives a file. */
 export function save(name, bytes, type = "text/plain") {
-  const link = element("a");
-  link.href = URL.createObjectURL(new Blob([bytes], { type }));
-  link.download = name;
+  const link = element("a", [], { href: URL.createObjectURL(new Blob([bytes], { type })), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }

@@ -28,13 +28,6 @@ export class Edges {
     });
   }
 
-  /** The level of a pin at a time; null if it is not known. */
-  levelAt(signal, time) {
-    if (signal.level === null) return null;
-    const changes = firstFrom(signal.times, time + this.tick / 2);
-    return (changes % 2 === 1) !== signal.level;
-  }
-
   /** Rising edges of a pin between two times. */
   rises(signal, from, to) {
     const [first, last] = [from, to].map((time) => firstFrom(signal.times, time));

@@ -10,13 +10,9 @@ export function lineForm(axes, tell) {
   form.hidden = axes.length < 2;
   const fields = axes.map((axis) => {
     const most = axis.shown(FAR);
-    return Object.assign(element("input"), { type: "number", step: "any", min: -most, max: most, placeholder: "stays" });
+    return element("input", [], { type: "number", step: "any", min: -most, max: most, placeholder: "stays" });
   });
-  const labels = fields.map((field, n) => {
-    const label = element("label", `Axis ${axes[n].number}, ${axes[n].unit} `);
-    label.append(field);
-    return label;
-  });
+  const labels = fields.map((field, n) => element("label", [`Axis ${axes[n].number}, ${axes[n].unit} `, field]));
   form.lastElementChild.replaceChildren(...labels, form.querySelector("button"));
   form.onsubmit = (event) => {
     event.preventDefault();

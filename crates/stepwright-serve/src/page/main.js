@@ -34,10 +34,8 @@ const STOPS = by("stop-words").textContent;
 
 /** A notice with a button, which calls `act(notice)`. */
 function noticed(text, word, act) {
-  const notice = element("p");
-  const button = element("button", word);
-  button.onclick = () => act(notice);
-  notice.append(element("span", text), button);
+  const notice = element("p", element("span", text));
+  notice.append(element("button", word, { onclick: () => act(notice) }));
   return notice;
 }
 
@@ -188,8 +186,7 @@ by("span").onchange = (event) => {
 };
 const showPause = () => {
   const on = plots.paused !== null;
-  by("pause").setAttribute("aria-pressed", on);
-  by("pause").textContent = on ? "Go on" : "Pause";
+  Object.assign(by("pause"), { ariaPressed: on, textContent: on ? "Go on" : "Pause" });
 };
 plots.onpause = showPause;
 by("pause").onclick = () => {

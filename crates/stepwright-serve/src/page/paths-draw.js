@@ -1,6 +1,6 @@
 // The way of two motors, or of one over time, with its speed as colour, or the power of its laser.
 
-import { colour, dark, open } from "./colours.js";
+import { colour, dark, open, places } from "./colours.js";
 
 /** Room for the numbers beside and below, and around the way, in px. */
 const SIDE = 58;
@@ -22,21 +22,13 @@ const PALE = 0.28;
 /** It stands for at least this long where a mark says so, in s. */
 const STANDS = 0.05;
 
-/** Colours by their names, until the page changes its own. */
-let known = new Map();
-dark.addEventListener("change", () => (known = new Map()));
-const colourOf = (name) => {
-  if (!known.has(name)) known.set(name, colour(name));
-  return known.get(name);
-};
-
 const parts = (text) => text.match(/[\d.]+/g).slice(0, 3).map(Number);
 
 /** The colour of each part of the most, from 0 to 1; of this much of it over the card. */
 export function ramp(strength = 1) {
-  const card = parts(colourOf("--card"));
+  const card = parts(colour("--card"));
   const over = (stop) => stop.map((value, i) => card[i] + (value - card[i]) * strength);
-  const stops = PACES.map((name) => over(parts(colourOf(name))));
+  const stops = PACES.map((name) => over(parts(colour(name))));
   return (part) => {
     const place = Math.min(Math.max(part, 0), 1) * (stops.length - 1);
     const n = Math.min(Math.floor(place), stops.length - 2);
@@ -50,10 +42,9 @@ export function ticks(from, to, count) {
   const rough = (to - from) / Math.max(1, count);
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].map((n) => n * power).find((one) => one >= rough * 0.999);
-  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const values = [];
   for (let n = Math.ceil(from / step - 1e-9); n * step <= to + step * 1e-9; n++) values.push(n * step);
-  return values.map((value) => [value, value.toFixed(digits).replace("-", "−")]);
+  return values.map((value) => [value, value.toFixed(places(step)).replace("-", "−")]);
 }
 
 export class PathCanvas {
@@ -120,7 +111,7 @@ export class PathCanvas {
     const width = canvas.clientWidth;
     if (!sheet || !width) return;
     const tall = Math.min(Math.max(width * 0.78, 320), Math.max(innerHeight * 0.62, 320));
-    const colours = Object.fromEntries(["ink", "soft", "line", "card", "accent"].map((name) => [name, colourOf(`--${name}`)]));
+    const colours = Object.fromEntries(["ink", "soft", "line", "card", "accent"].map((name) => [name, colour(`--${name}`)]));
     const until = this.head && !this.head.done ? this.head.time : Infinity;
     const lies = [this.count, this.axes, width, tall, devicePixelRatio, dark.matches, this.leg, until === Infinity].join();
     if (lies !== this.lies || until < this.until) {
@@ -191,7 +182,7 @@ export class PathCanvas {
           if (shade !== same) {
             end();
             pen.lineWidth = off ? 1 : wide;
-            pen.strokeStyle = off ? colourOf("--line") : paint(shade / SHADES);
+            pen.strokeStyle = off ? colour("--line") : paint(shade / SHADES);
             pen.beginPath();
             pen.moveTo(...a);
             same = shade;

@@ -1,7 +1,8 @@
 // The Paths view: a file of lines, arcs and other moves, drawn before anything moves.
 
-import { dark } from "./colours.js";
+import { dark, places } from "./colours.js";
 import { by, choose, copy, digits, element, looked, save } from "./dom.js";
+import { Declined } from "./declined.js";
 import { first } from "./edges.js";
 import { PathCanvas, ramp } from "./paths-draw.js";
 import { get, post } from "./server.js";
@@ -229,14 +230,8 @@ export class PathsView {
   facts() {
     const lists = { "paths-facts": [], "paths-corners": [] };
     for (const { name, value, line } of this.sheet.facts ?? []) {
-      const term = element("dt", line ? undefined : name);
-      if (line) {
-        const button = element("button", `Line ${line}: ${name}`);
-        button.type = "button";
-        button.onclick = () => this.mark(line);
-        term.append(button);
-      }
-      lists[line ? "paths-corners" : "paths-facts"].push(term, element("dd", value));
+      const term = line ? element("button", `Line ${line}: ${name}`, { onclick: () => this.mark(line) }) : name;
+      lists[line ? "paths-corners" : "paths-facts"].push(element("dt", term), element("dd", value));
     }
     for (const [id, list] of Object.entries(lists)) by(id).replaceChildren(...list);
     by("paths-corners").parentElement.hidden = !lists["paths-corners"].length;
@@ -259,7 +254,7 @@ export class PathsView {
     said.textContent = RUNS[state](name, `${seconds.toFixed(2)}${state === "done" ? "" : whole} s`);
     said.className = state;
     if (trouble && before?.state !== state) {
-      const error = new Error([trouble.what, trouble.do].filter(Boolean).join(". "));
+      const error = new Declined(trouble);
       // What is not the file's fault leaves it to be run again.
       if (/, line \d+/.test(trouble.what)) this.wrong(error);
       else this.tell(error);
@@ -349,19 +344,17 @@ export class PathsView {
     const { sheet } = this;
     const shown = [...new Set(["paths-x", "paths-y"].map((id) => Number(by(id).value)))].filter((axis) => axis >= 0);
     const pair = (n) => shown.map((axis) => digits(sheet.places[axis][n], 5)).join(", ");
-    by("paths-legs").tHead.rows[0].cells[1].textContent = `To ${shown.map((axis) => sheet.motors[axis]).join(", ")}, ${sheet.unit}`;
-    by("paths-legs").tHead.rows[0].cells[3].textContent = `Peak, ${sheet.unit}/s`;
+    const { cells: heads } = by("paths-legs").rows[0];
+    heads[1].textContent = `To ${shown.map((axis) => sheet.motors[axis]).join(", ")}, ${sheet.unit}`;
+    heads[3].textContent = `Peak, ${sheet.unit}/s`;
     const rows = sheet.rows.map((row, n) => {
-      const made = element("tr");
-      const name = made.insertCell();
       const several = row.kind === "lines";
-      const button = element("button", several ? `Lines ${row.line} to ${row.to_line}` : `${n + 1} ${KINDS[row.kind] ?? row.kind}`);
-      Object.assign(button, { type: "button", title: several ? "" : `line ${row.line} of the file` });
-      button.onclick = () => this.choose(this.row === n ? null : n);
-      name.append(button);
-      const last = sheet.legs[row.legs.at(-1)].last;
-      for (const text of [pair(last), `${digits(row.end - row.begin, 4)} s`, row.peak ? digits(row.peak, 4) : "–"]) made.insertCell().textContent = text;
-      return made;
+      const text = several ? `Lines ${row.line} to ${row.to_line}` : `${n + 1} ${KINDS[row.kind] ?? row.kind}`;
+      const title = several ? "" : `line ${row.line} of the file`;
+      const button = element("button", text, { title, onclick: () => this.choose(this.row === n ? null : n) });
+      const to = pair(sheet.legs[row.legs.at(-1)].last);
+      const cells = [button, to, `${digits(row.end - row.begin, 4)} s`, row.peak ? digits(row.peak, 4) : "–"];
+      return element("tr", cells.map((cell) => element("td", cell)));
     });
     by("paths-legs").tBodies[0].replaceChildren(...rows);
     const count = sheet.rows.length === 1 ? "1 part" : `${sheet.rows.length} parts`;
@@ -403,11 +396,11 @@ export class PathsView {
   head(head) {
     const { sheet } = this;
     this.canvas.at(head);
-    const after = Math.max(0, -Math.floor(Math.log10(Math.min(...sheet.steps)) + 1e-9));
-    const places = sheet.motors.map((name, n) => `${name} ${head.places[n].toFixed(Math.min(after, 3)).replace("-", "−")}`);
+    const after = Math.min(places(Math.min(...sheet.steps)), 3);
+    const where = sheet.motors.map((name, n) => `${name} ${head.places[n].toFixed(after).replace("-", "−")}`);
     const speed = head.speed === undefined ? [] : [`${digits(head.speed, 4)} ${sheet.unit}/s`];
     const power = head.power == null ? [] : [`laser ${(100 * head.power).toFixed(0)} %`];
-    const words = [`${head.time.toFixed(2)} s`, `${places.join(", ")} ${sheet.unit}`, ...speed, ...power];
+    const words = [`${head.time.toFixed(2)} s`, `${where.join(", ")} ${sheet.unit}`, ...speed, ...power];
     by("paths-at").textContent = words.join(" · ");
     by("paths-time").setAttribute("aria-valuetext", words.join(", "));
   }

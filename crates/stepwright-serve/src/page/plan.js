@@ -79,27 +79,20 @@ export class PlanView {
 
   /** A row with a number, and a slider or choices. */
   control(name) {
-    const row = element("label", "", "slider");
-    row.dataset.name = name;
     const choice = CHOICES[name];
-    const [title, unit] = choice ?? SLIDERS[name];
-    row.innerHTML = `<span class="name">${title}</span>`;
+    const [title, unit, low, high, kind, step] = choice ?? SLIDERS[name];
+    const row = element("label", element("span", title, "name"), "slider");
+    row.dataset.name = name;
     if (choice) {
-      const select = element("select");
-      for (const [value, words] of choice[1]) select.append(new Option(words, value));
+      const select = element("select", choice[1].map(([value, words]) => new Option(words, value)));
       row.append(select);
-      this.fields[name] = { row, show: (value) => (select.value = value) };
+      this.fields[name] = { show: (value) => (select.value = value) };
       select.oninput = () => this.set(name, Number(select.value));
       return row;
     }
-    const [, , low, high, kind, step] = SLIDERS[name];
-    const number = element("span", "", "number");
-    number.innerHTML = `<input type="number" step="any" min="${low}" required aria-label="${title}"><i>${unit}</i>`;
-    const exact = number.firstChild;
-    const slide = element("input");
-    Object.assign(slide, { type: "range", min: 0, max: PLACES, step: 1 });
-    slide.setAttribute("aria-label", `${title}, slider`);
-    row.append(number, slide);
+    const exact = element("input", [], { type: "number", step: "any", min: low, required: true, ariaLabel: title });
+    const slide = element("input", [], { type: "range", min: 0, max: PLACES, ariaLabel: `${title}, slider` });
+    row.append(element("span", [exact, element("i", unit)], "number"), slide);
     const part = {
       even: [(v) => (v - low) / (high - low), (p) => low + p * (high - low)],
       square: [(v) => Math.sqrt(v / high), (p) => high * p * p],
@@ -110,11 +103,10 @@ export class PlanView {
       return kind === "whole" || near >= 10 ? Math.round(near) : near;
     };
     this.fields[name] = {
-      row,
       show: (value, from) => {
         if (from !== exact) exact.value = value;
         if (from !== slide) slide.value = Math.round(part[0](Math.min(Math.max(value, low), high)) * PLACES);
-        slide.setAttribute("aria-valuetext", `${value} ${unit}`);
+        slide.ariaValueText = `${value} ${unit}`;
       },
     };
     slide.oninput = () => this.set(name, rounded(part[1](slide.value / PLACES)), slide);
@@ -137,17 +129,16 @@ export class PlanView {
 
   table() {
     const rows = LAWS.map((name, law) => {
-      const row = element("tr");
-      row.style.setProperty("--own", `var(--law-${law})`);
-      row.innerHTML = `<td><span class="pick"><input type="checkbox" aria-label="Show ${ABOUT[name][0]}"><button type="button">${ABOUT[name][0]}</button></span></td>`;
-      const box = row.querySelector("input");
-      box.checked = this.shown.has(law);
+      const [title] = ABOUT[name];
+      const box = element("input", [], { type: "checkbox", ariaLabel: `Show ${title}`, checked: this.shown.has(law) });
       box.oninput = () => {
         if (box.checked) this.shown.add(law);
         else this.shown.delete(law);
         this.plan();
       };
-      row.querySelector("button").onclick = () => this.choose(law);
+      const button = element("button", title, { onclick: () => this.choose(law) });
+      const row = element("tr", element("td", element("span", [box, button], "pick")));
+      row.style.setProperty("--own", `var(--law-${law})`);
       return row;
     });
     by("laws").tBodies[0].append(...rows);

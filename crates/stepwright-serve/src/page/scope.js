@@ -1,6 +1,6 @@
 // The scope: STEP and DIR, or coils, and enable of the last seconds, with two cursors.
 
-import { colour, dark, open } from "./colours.js";
+import { colour, dark, open, places } from "./colours.js";
 import { by, save } from "./dom.js";
 import { Edges, firstFrom } from "./edges.js";
 import { fileOf, get } from "./server.js";
@@ -37,9 +37,7 @@ export class Scope {
     by("scope-in").onclick = () => this.zoom(0.5);
     by("scope-out").onclick = () => this.zoom(2);
     by("scope-fit").onclick = () => this.fit();
-    by("scope-vcd").onclick = () => this.save("vcd");
-    by("scope-csv").onclick = () => this.save("csv");
-    by("scope-mcap").onclick = () => this.save("mcap", "application/octet-stream");
+    for (const as of ["vcd", "csv", "mcap"]) by(`scope-${as}`).onclick = () => this.save(as);
     this.listen();
     new ResizeObserver(() => this.draw()).observe(this.canvas.parentElement);
     dark.addEventListener("change", () => this.draw());
@@ -67,24 +65,19 @@ export class Scope {
     }
   }
 
-  hold() {
-    this.held = true;
-    by("scope-hold").textContent = "Go on";
-    by("scope-hold").setAttribute("aria-pressed", "true");
+  hold(on = true) {
+    this.held = on;
+    Object.assign(by("scope-hold"), { ariaPressed: on, textContent: on ? "Go on" : "Hold" });
   }
 
   live() {
-    this.held = false;
+    this.hold(false);
     this.cursors = [null, null];
-    by("scope-hold").textContent = "Hold";
-    by("scope-hold").setAttribute("aria-pressed", "false");
     this.look();
   }
 
   fit() {
-    if (!this.edges) return;
-    this.window = [0, this.edges.length];
-    this.draw();
+    if (this.edges) this.show(0, this.edges.length);
   }
 
   /** Shows so many times as much, around a time. */
@@ -191,10 +184,10 @@ export class Scope {
   }
 
   /** Gives what is shown as a file. */
-  async save(as, type) {
+  save(as) {
     if (!this.edges) return;
     this.hold();
-    await fileOf(as, this.edges.record).then((bytes) => save(`stepwright.${as}`, bytes, type), this.tell);
+    fileOf(as, this.edges.record).then((bytes) => save(`stepwright.${as}`, bytes, "application/octet-stream"), this.tell);
   }
 
   draw() {
@@ -228,7 +221,6 @@ export class Scope {
     const power = 10 ** Math.floor(Math.log10(rough));
     const step = [1, 2, 5, 10].map((n) => n * power).find((one) => one >= rough);
     const [size, unit] = step >= 1e5 ? [1e6, "s"] : step >= 100 ? [1e3, "ms"] : [1, "µs"];
-    const digits = Math.max(0, -Math.floor(Math.log10(step / size) + 1e-9));
     pen.textBaseline = "middle";
     pen.textAlign = "center";
     for (let n = Math.ceil(from / step); n * step <= to; n++) {
@@ -238,7 +230,7 @@ export class Scope {
       pen.fillStyle = soft;
       // Where a cursor has its name, a time would be under it.
       const free = this.cursors.every((time) => time === null || Math.abs(this.xOf(time) - x) > 30);
-      if (free && x > NAMES + 16 && x < width - 30) pen.fillText(`${((n * step) / size).toFixed(digits)} ${unit}`, x, TOP / 2 - 2);
+      if (free && x > NAMES + 16 && x < width - 30) pen.fillText(`${((n * step) / size).toFixed(places(step / size))} ${unit}`, x, TOP / 2 - 2);
     }
   }
 

@@ -3,17 +3,12 @@
 
 import { element } from "./dom.js";
 
-const made = (tag, more) => Object.assign(element(tag), more);
-
 /** One field: a number, which is sent when it has been typed, or a choice. */
 class One {
   constructor({ min, max, unit, help }, change) {
     this.typed = Boolean(unit);
-    if (this.typed) this.input = made("input", { type: "text", inputMode: "numeric", autocomplete: "off" });
-    else {
-      this.input = made("select", { onchange: change });
-      this.input.append(...["none", "low", "high"].map((word, n) => new Option(word, n)));
-    }
+    if (this.typed) this.input = element("input", [], { type: "text", inputMode: "numeric", autocomplete: "off" });
+    else this.input = element("select", ["none", "low", "high"].map((word, n) => new Option(word, n)), { onchange: change });
     this.parts = [this.input, unit];
     this.range = this.typed ? `${min} to ${max} ${unit}` : "";
     this.help = this.typed ? help : help.replace(": 0 none; 1 ", ": low: ").replace("; 2 ", "; high: ");
@@ -36,13 +31,9 @@ class One {
 class Boxes {
   constructor({ max, help }, change, axes) {
     const names = max === 1 ? ["on"] : Array.from({ length: Math.min(axes, 3) }, (_, n) => `axis ${n + 1}`);
-    this.boxes = names.map(() => made("input", { type: "checkbox", onchange: change }));
+    this.boxes = names.map(() => element("input", [], { type: "checkbox", onchange: change }));
     [this.input] = this.boxes;
-    this.parts = this.boxes.map((box, n) => {
-      const label = element("label", "", "tick");
-      label.append(box, ` ${names[n]}`);
-      return label;
-    });
+    this.parts = this.boxes.map((box, n) => element("label", [box, ` ${names[n]}`], "tick"));
     this.range = "";
     this.help = help.replace("1: ", "on: ").replace(" 0: ", " off: ").replace(/: 1 X, .*/, "");
   }

@@ -8,36 +8,28 @@ import { fieldOf, grouped } from "./settings-fields.js";
 class Row {
   constructor(sheet, axes) {
     this.name = sheet.name;
-    this.row = element("tr");
-    this.row.dataset.name = sheet.name;
     this.field = fieldOf(sheet, () => this.send(), axes);
     this.input = this.field.input;
     this.input.id = `set-${sheet.name}`;
-    const button = (word, name) => Object.assign(element("button", word, name), { type: "button", ariaLabel: `${word} ${sheet.name}` });
-    this.set = button("Set");
+    const button = (word, className) => element("button", word, { className, ariaLabel: `${word} ${sheet.name}` });
+    this.set = button("Set", "");
     this.reset = button("Reset", "quiet");
-    this.error = Object.assign(element("p", "", "no"), { role: "alert", id: `${this.input.id}-error`, hidden: true });
+    this.error = element("p", [], { className: "no", role: "alert", id: `${this.input.id}-error`, hidden: true });
     // Boxes have labels of their own, and this is that of them all.
     const boxes = this.input.type === "checkbox";
-    const label = element(boxes ? "span" : "label", sheet.name, "name");
-    label.id = `${this.input.id}-name`;
-    if (!boxes) label.htmlFor = this.input.id;
+    const label = element(boxes ? "span" : "label", sheet.name, { className: "name", htmlFor: this.input.id });
     this.mark = element("span", "changed", "mark");
-    const name = element("th");
-    name.scope = "row";
-    name.append(label, " ", this.mark);
-    const number = element("td", "", "number");
-    if (boxes) {
-      number.setAttribute("role", "group");
-      number.setAttribute("aria-labelledby", label.id);
-    }
-    number.append(...this.field.parts.map((part) => (typeof part === "string" ? element("span", part) : part)));
-    const range = element("td", this.field.range, "range");
-    const help = element("td", this.field.help, "help");
-    help.append(this.error);
-    const buttons = element("td", "", "buttons");
-    buttons.append(this.set, this.reset);
-    this.row.append(name, number, range, help, buttons);
+    const parts = this.field.parts.map((part) => (typeof part === "string" ? element("span", part) : part));
+    const number = element("td", parts, "number");
+    if (boxes) Object.assign(number, { role: "group", ariaLabel: sheet.name });
+    this.row = element("tr", [
+      element("th", [label, " ", this.mark], { scope: "row" }),
+      number,
+      element("td", this.field.range, "range"),
+      element("td", [this.field.help, this.error], "help"),
+      element("td", [this.set, this.reset], "buttons"),
+    ]);
+    this.row.dataset.name = sheet.name;
     this.set.hidden = !this.field.typed;
     this.input.oninput = () => this.show();
     if (this.field.typed) this.input.addEventListener("keydown", (event) => {
@@ -121,19 +113,13 @@ export class Settings {
   constructor(section) {
     this.rows = [];
     this.able = false;
-    const head = element("div", "", "head");
-    const title = element("h2", "Settings of the board");
-    title.id = "settings-title";
-    this.count = element("p", "", "count");
-    this.all = element("button", "Reset all", "quiet");
-    this.all.type = "button";
-    this.all.onclick = () => this.resetAll();
-    this.all.onblur = () => this.ask(false);
-    head.append(title, this.count, this.all);
+    const title = element("h2", "Settings of the board", { id: "settings-title" });
+    this.count = element("p", [], "count");
+    this.all = element("button", "Reset all", { className: "quiet", onclick: () => this.resetAll(), onblur: () => this.ask(false) });
     const hint = element("p", "A setting holds at once. An Uno, Nano or Mega keeps it without power. None is changed while a motor moves.", "soft");
-    this.table = element("table", "", "settings");
-    this.machine = element("div", "", "machine");
-    section.append(head, hint, this.table, this.machine);
+    this.table = element("table", [], "settings");
+    this.machine = element("div", [], "machine");
+    section.append(element("div", [title, this.count, this.all], "head"), hint, this.table, this.machine);
   }
 
   /** A board as GET /api/board has it. */
@@ -143,13 +129,8 @@ export class Settings {
       this.rows = board.settings.map((sheet) => new Row(sheet, board.axes.length));
       const rowOf = (sheet) => this.rows.find((row) => row.name === sheet.name).row;
       this.table.replaceChildren(...grouped(board.settings).map(([title, sheets]) => {
-        const body = element("tbody");
-        const head = element("th", title, "group");
-        Object.assign(head, { colSpan: 5, scope: "rowgroup" });
-        const row = element("tr");
-        row.append(head);
-        body.append(row, ...sheets.map(rowOf));
-        return body;
+        const head = element("th", title, { className: "group", colSpan: 5, scope: "rowgroup" });
+        return element("tbody", [element("tr", head), ...sheets.map(rowOf)]);
       }));
       this.allow(this.able, true);
     } else {
@@ -198,25 +179,18 @@ export class Settings {
     }
     const title = element("h2", "Machine file");
     if (!machine) {
-      const none = element("p", "None was read: lengths are steps. ", "soft");
-      none.append(element("code", "stepwright init"), " asks what the machine is like, and writes one.");
-      this.machine.replaceChildren(title, none);
+      const none = ["None was read: lengths are steps. ", element("code", "stepwright init"), " asks what the machine is like, and writes one."];
+      this.machine.replaceChildren(title, element("p", none, "soft"));
       return;
     }
-    const from = element("p", "", "soft");
-    from.append(element("code", machine.file), ". It is read when the server starts; what was typed behind the command goes before it.");
-    const table = element("table", "", "values");
-    const head = element("tr");
+    const from = [element("code", machine.file), ". It is read when the server starts; what was typed behind the command goes before it."];
     const axes = [...new Set(machine.values.map((one) => one.axis))].sort((a, b) => (a ?? 0) - (b ?? 0));
     const names = [...new Set(machine.values.map((one) => one.name))];
-    head.append(element("td"), ...axes.map((axis) => element("th", axis === null ? "all" : `Axis ${axis}`)));
+    const head = [element("td"), ...axes.map((axis) => element("th", axis === null ? "all" : `Axis ${axis}`))];
     const rows = names.map((name) => {
-      const row = element("tr");
       const said = (axis) => machine.values.find((one) => one.name === name && one.axis === axis)?.value ?? "";
-      row.append(element("th", name), ...axes.map((axis) => element("td", said(axis))));
-      return row;
+      return element("tr", [element("th", name), ...axes.map((axis) => element("td", said(axis)))]);
     });
-    table.append(head, ...rows);
-    this.machine.replaceChildren(title, from, table);
+    this.machine.replaceChildren(title, element("p", from, "soft"), element("table", [element("tr", head), ...rows], "values"));
   }
 }

@@ -1,17 +1,15 @@
 // The conversation with the board, each line explained.
 
-import { element } from "./dom.js";
+import { by, element } from "./dom.js";
 
 /** Lines that are kept. */
 const KEPT = 400;
 
-const list = document.getElementById("lines");
+const list = by("lines");
 
 function add(time, ...parts) {
   const follows = list.scrollHeight - list.scrollTop - list.clientHeight < 40;
-  const row = element("li");
-  row.append(element("time", time.toFixed(2)), ...parts);
-  list.append(row);
+  list.append(element("li", [element("time", time.toFixed(2)), ...parts]));
   while (list.children.length > KEPT) list.firstChild.remove();
   if (follows) list.scrollTop = list.scrollHeight;
 }
@@ -19,10 +17,9 @@ function add(time, ...parts) {
 /** A line and its answer. */
 export function line(said) {
   const refused = said.answer === null || said.answer.startsWith("E");
-  const means = element("span", said.means.replaceAll("`", ""));
   const answer = said.answer === null ? "" : `${said.answer.slice(0, 40)} `;
-  means.append(" ", element("span", `→ ${answer}${said.answer_means}`, refused ? "no" : "answer"));
-  add(said.time, element("code", said.line || "␍"), means);
+  const told = element("span", `→ ${answer}${said.answer_means}`, refused ? "no" : "answer");
+  add(said.time, element("code", said.line || "␍"), element("span", [said.means.replaceAll("`", ""), " ", told]));
 }
 
 /** Something that people should know. */

@@ -143,6 +143,11 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(())
     }
 
+    /// The board is left: whoever waits for it is told so.
+    pub fn leave(&mut self) {
+        self.give_up_waiting("the board was left");
+    }
+
     /// Another board is kept from now on.
     pub fn keep(&mut self, name: String) {
         self.axes.clear();

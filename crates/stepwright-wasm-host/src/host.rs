@@ -124,6 +124,7 @@ async fn keep(desk: Arc<PageDesk>) {
         match ended {
             Ok(()) => {
                 another = true;
+                keeper.leave();
                 desk.close(Declined::away("no board was met yet"));
             }
             Err(trouble) => desk.close(keeper.lose(&trouble)),
@@ -142,7 +143,11 @@ async fn attend(desk: &Arc<PageDesk>, keeper: &mut Keeper<PageDesk>) -> Result<(
     loop {
         match desk.next(pause.as_secs_f64()).await {
             Wake::Turn(job) => pause = keeper.turn(&mut talk, job).await?,
-            Wake::Leave => return keeper.let_go(&mut talk).await.map(drop),
+            Wake::Leave => {
+                // A board that is gone meanwhile is left all the same.
+                keeper.let_go(&mut talk).await.ok();
+                return Ok(());
+            }
         }
     }
 }
@@ -161,12 +166,15 @@ mod tests {
         host: WasmHost,
         link: VirtualLink<VirtualUno>,
         said: String,
+        /// The bytes of the last turn.
+        bytes: Vec<u8>,
     }
 
     impl Bench {
         fn new() -> Bench {
             let link = VirtualLink::new(VirtualUno::new(), true);
-            let mut bench = Bench { host: WasmHost::default(), link, said: String::new() };
+            let host = WasmHost::default();
+            let mut bench = Bench { host, link, said: String::new(), bytes: Vec::new() };
             bench.turn(Event::Open("the virtual board"));
             bench
         }
@@ -176,15 +184,21 @@ mod tests {
             let (bytes, due) = self.host.turn(now, event);
             self.link.write(&bytes).unwrap();
             self.said += &self.host.take_messages();
+            self.bytes = bytes;
             due
         }
 
         /// Goes on until this is told, for 100 s of the board at most.
         fn until(&mut self, told: &str) {
+            self.while_not(|bench| bench.said.contains(told));
+        }
+
+        /// Goes on until it holds, likewise.
+        fn while_not(&mut self, holds: impl Fn(&Bench) -> bool) {
             let end = self.link.now() + Duration::from_secs(100);
             let mut due = self.turn(Event::Time);
-            while !self.said.contains(told) {
-                assert!(self.link.now() < end, "never {told}: {}", self.said);
+            while !holds(self) {
+                assert!(self.link.now() < end, "never: {}", self.said);
                 let mut bytes = [0; 256];
                 let limit = Duration::from_secs_f64(due.unwrap_or(1.0).max(0.001));
                 let count = self.link.read(&mut bytes, limit).unwrap();
@@ -206,6 +220,25 @@ mod tests {
         assert!(bench.said.contains(r#""position":-400,"target":-400"#));
         bench.turn(Event::Ask("8 jump"));
         bench.until(r#""id":8,"status":404"#);
+    }
+
+    #[test]
+    fn a_board_is_left_even_if_it_is_gone_meanwhile_and_whoever_waits_is_answered() {
+        for gone in [false, true] {
+            let mut bench = Bench::new();
+            bench.until(r#""connected":true"#);
+            bench.turn(Event::Ask("5 move?wait=true\n{\"axis\":1,\"by\":100000}"));
+            bench.until(r#""moving":true"#);
+            bench.turn(Event::Leave);
+            if gone {
+                // As it is told to brake.
+                bench.while_not(|bench| bench.bytes.starts_with(b"Z"));
+                bench.turn(Event::Gone("pulled"));
+            }
+            bench.until(r#"{"type":"closed","lost":false}"#);
+            assert!(!bench.said.contains(r#""lost":true"#), "{}", bench.said);
+            assert!(bench.said.contains(r#""id":5,"status":503"#), "{}", bench.said);
+        }
     }
 
     #[test]

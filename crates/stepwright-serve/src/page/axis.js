@@ -3,14 +3,16 @@
 import { by } from "./dom.js";
 import { post } from "./server.js";
 
-const format = new Intl.NumberFormat("en", { maximumFractionDigits: 3, useGrouping: false });
+/** Three places, or three digits where those say more: a step may be a small part of a unit. */
+const most = { maximumFractionDigits: 3, maximumSignificantDigits: 3, roundingPriority: "morePrecision" };
+const format = new Intl.NumberFormat("en", { ...most, useGrouping: false });
 const words = { ready: "at rest", busy: "moving", uncertain: "position uncertain", lost: "no board" };
 
 /** A speed to begin with, in steps/s, and the time up to it, in s. */
 const SPEED = 1000;
 const RISE = 0.4;
 
-/** What the sliders reach from, in steps/s and steps/s², and how far where no board says it. */
+/** What the sliders reach from and to, in steps/s and steps/s², where no board says it. */
 const SLIDES = { speed: [10, 20_000], accel: [100, 1_000_000] };
 
 /** No axis goes further, in steps. */
@@ -22,7 +24,7 @@ const ASKED = [...Object.keys(HOMING), "within"];
 
 export class Axis {
   /** `sheet` as GET /api/board has it; `tell(error)` shows what was declined. */
-  constructor(sheet, canJerk, most, tell) {
+  constructor(sheet, tell) {
     this.number = sheet.axis;
     this.scale = sheet.steps_per_unit;
     this.tell = tell;
@@ -31,7 +33,6 @@ export class Axis {
     this.holding = null;
     this.card = by("axis").content.firstElementChild.cloneNode(true);
     this.card.style.setProperty("--own", `var(--axis-${((sheet.axis - 1) % 3) + 1})`);
-    this.card.dataset.axis = sheet.axis;
     this.find("h2").textContent = `Axis ${sheet.axis}`;
     this.card.ariaLabel = `Axis ${sheet.axis}`;
     const label = (selector, text) => this.card.querySelectorAll(selector).forEach((one) => (one.textContent = text));
@@ -45,13 +46,19 @@ export class Axis {
     if (sheet.home_within) this.field("within").value = this.shown(sheet.home_within);
     for (const name of ["target", "step", "back-off", "within"]) this.field(name).max = this.shown(FAR);
     this.field("target").min = this.shown(-FAR);
-    this.find(".motion").classList.toggle("straight", !canJerk);
-    const reach = { ...SLIDES, speed: [SLIDES.speed[0], most ?? SLIDES.speed[1]] };
     /** What has changed and is not told yet, by the names of requests. */
     this.changes = new Map();
-    this.slide("speed", "top_speed", reach.speed);
-    this.slide("accel", "accel", reach.accel);
     this.listen();
+  }
+
+  /** What the board can do as it is set now. */
+  describe({ can, max_speed, set }) {
+    const jerk = can.includes("jerk") && set.law !== 0;
+    this.find(".motion").classList.toggle("straight", !jerk);
+    // What is not seen is not sent.
+    if (!jerk) this.field("jerk").value = "";
+    this.slide("speed", "top_speed", max_speed ?? SLIDES.speed[1], set["max-speed"]);
+    this.slide("accel", "accel", SLIDES.accel[1], set["max-accel"]);
   }
 
   find(selector) {
@@ -101,11 +108,18 @@ export class Axis {
 
   /** A slider beside a number: as much further each time. What changes holds at once, also on
    *  the way. */
-  slide(name, as, [low, high]) {
+  slide(name, as, most, allowed = most) {
+    const high = Math.min(most, allowed);
+    const low = Math.min(SLIDES[name][0], high / 10);
     const [field, slider] = [this.field(name), this.field(`${name}-slide`)];
-    const follow = () => (slider.value = (1000 * Math.log(this.steps(name) / low)) / Math.log(high / low));
+    const say = () => (slider.ariaValueText = field.value);
+    const follow = () => {
+      slider.value = (1000 * Math.log(this.steps(name) / low)) / Math.log(high / low);
+      say();
+    };
     slider.oninput = () => {
       field.value = this.shown(Number((low * (high / low) ** (slider.value / 1000)).toPrecision(3)));
+      say();
       this.change(name, as);
     };
     field.onchange = () => (follow(), this.change(name, as));
@@ -209,9 +223,9 @@ export class Axis {
     this.position = state.position;
     const known = state.position !== null;
     this.find(".position").textContent = known ? this.shown(state.position) : "?";
-    const steps = this.unit !== "steps" && known ? ` · ${state.position} steps` : "";
-    const speed = state.moving ? `${this.shown(Math.round(state.speed))} ${this.unit}/s` : "";
-    this.find(".speed").textContent = `${speed}${speed ? steps : steps.replace(" · ", "")}`;
+    const speed = state.moving && `${this.shown(Math.round(state.speed))} ${this.unit}/s`;
+    const steps = this.unit !== "steps" && known && `${state.position} steps`;
+    this.find(".speed").textContent = [speed, steps].filter(Boolean).join(" · ");
     const word = this.find(".state");
     if (word.textContent !== words[state.state]) {
       word.textContent = words[state.state];

@@ -66,54 +66,36 @@ export class Machine {
 
 /** The form of the machine of so many axes; `change()` says that another unit holds, or why not. */
 export function machineForm(machine, count, change) {
-  const form = element("form");
-  form.id = "machine";
-  const unit = element("select");
-  unit.name = "unit";
-  unit.append(...Object.entries(UNITS).map(([name, title]) => new Option(title, name)));
-  unit.value = machine.unit;
-  const label = element("label", "Lengths are shown in ");
-  label.append(unit);
-  const table = element("table");
-  table.className = "values";
-  const head = element("tr");
-  head.append(element("th", "Axis"), ...Object.values(ASKED).map(([title]) => element("th", title)), element("th", "It is"));
+  const unit = element("select", Object.entries(UNITS).map(([name, title]) => new Option(title, name)), { name: "unit", value: machine.unit });
+  const heads = ["Axis", ...Object.values(ASKED).map(([title]) => title), "It is"];
   const rows = Array.from({ length: count }, (_, n) => {
-    const row = element("tr");
-    const built = machine.built(n + 1);
-    const inputs = Object.entries(ASKED).map(([name, [title, min, max]]) => {
-      const input = element("input");
-      Object.assign(input, { type: "number", name: `${name}-${n + 1}`, min, max, step: name === "mm" ? "any" : 1, required: true, value: built[name] });
-      input.setAttribute("aria-label", `Axis ${n + 1}: ${title}`);
-      return input;
-    });
-    const cells = inputs.map((input) => {
-      const cell = element("td");
-      cell.append(input);
-      return cell;
-    });
+    const inputs = Object.entries(ASKED).map(([name, [title, min, max]]) => element("input", [], {
+      type: "number", name: `${name}-${n + 1}`, min, max, step: name === "mm" ? "any" : 1, required: true,
+      value: machine.built(n + 1)[name], ariaLabel: `Axis ${n + 1}: ${title}`,
+    }));
     const is = element("td");
-    row.append(element("th", n + 1), ...cells, is);
-    const read = () => Object.fromEntries(Object.keys(ASKED).map((name, at) => [name, inputs[at].valueAsNumber]));
-    return { row, is, mm: inputs[2], built: read };
+    const row = element("tr", [element("th", n + 1), ...inputs.map((input) => element("td", input)), is]);
+    const built = () => Object.fromEntries(Object.keys(ASKED).map((name, at) => [name, inputs[at].valueAsNumber]));
+    return { row, is, inputs, built };
   });
-  table.append(head, ...rows.map(({ row }) => row));
-  const wide = element("div");
-  wide.className = "wide";
-  wide.append(table);
-  const said = element("p");
-  said.className = "soft";
-  said.setAttribute("role", "status");
+  const table = element("table", [element("tr", heads.map((title) => element("th", title))), ...rows.map(({ row }) => row)], "values");
+  const wide = element("div", table, "wide");
+  const said = element("p", [], { className: "soft", role: "status" });
   const show = () => {
     wide.hidden = unit.value === "steps";
-    for (const { is, mm, built } of rows) {
-      mm.disabled = unit.value !== "mm";
+    rows.forEach(({ is, inputs, built }, n) => {
+      Object.keys(ASKED).forEach((name, at) => {
+        const input = inputs[at];
+        // What the unit does not ask for is not in the way, and what was wrong there is as it was.
+        input.disabled = wide.hidden || (name === "mm" && unit.value !== "mm");
+        if (input.disabled && !right(name, input.valueAsNumber)) input.value = machine.built(n + 1)[name];
+      });
       const steps = perUnit(unit.value, built());
       is.textContent = Number.isFinite(steps) ? `${Number(steps.toPrecision(9))} steps/${unit.value}` : "";
-    }
+    });
   };
-  form.oninput = () => (show(), (said.textContent = ""));
-  form.onsubmit = (event) => {
+  const oninput = () => (show(), (said.textContent = ""));
+  const onsubmit = (event) => {
     event.preventDefault();
     const [before, axes] = [{ unit: machine.unit, axes: machine.axes }, rows.map(({ built }) => built())];
     machine.keep(unit.value, axes);
@@ -121,8 +103,7 @@ export function machineForm(machine, count, change) {
     if (why) machine.keep(before.unit, before.axes);
     said.textContent = why ?? "Kept by this browser.";
   };
-  const save = element("button", "Save");
-  form.append(label, wide, save, said);
   show();
-  return form;
+  const label = element("label", ["Lengths are shown in ", unit]);
+  return element("form", [label, wide, element("button", "Save"), said], { id: "machine", oninput, onsubmit });
 }

@@ -15,7 +15,7 @@ import * as talk from "./talk.js";
 const plots = new Plots();
 const settings = new Settings(by("settings"));
 new Scope(tell);
-new Calculators(by("calc"));
+new Calculators(by("calc"), tell);
 const plan = new PlanView(tell);
 const paths = new PathsView(tell);
 let axes = [];
@@ -24,6 +24,8 @@ let ours = false;
 /** A page that has just come takes control if nobody has it; until then, in ms. */
 let comes = 0;
 const COMES = 3000;
+/** A board that was not described is asked for again after this time, in ms. */
+const AGAIN = 1000;
 let asking = false;
 let chosen = null;
 /** Whether a motor moves. */
@@ -45,7 +47,8 @@ function tell(error) {
   const notices = by("notices");
   if ([...notices.children].some((notice) => notice.firstChild.textContent === text)) return;
   notices.append(noticed(text, "Dismiss", (notice) => notice.remove()));
-  while (notices.children.length > 4) notices.firstChild.remove();
+  // What is to be acknowledged stays.
+  while (notices.children.length > 4) notices.querySelector("p:not(#errors)").remove();
 }
 
 const attempt = (promise) => promise.catch(tell);
@@ -54,18 +57,22 @@ const attempt = (promise) => promise.catch(tell);
 async function describe(count) {
   sheet = count;
   const board = await get("/api/board");
+  if (count !== sheet) return;
+  board.set = Object.fromEntries(board.settings.map(({ name, value }) => [name, value]));
   plan.board(board);
   by("board").textContent = board.name;
   document.title = `${board.name} – Stepwright`;
   settings.describe(board);
   const same = axes.length === board.axes.length &&
     axes.every((axis, i) => axis.scale === board.axes[i].steps_per_unit && axis.unit === board.axes[i].unit);
-  if (same) return;
-  axes = board.axes.map((one) => new Axis(one, board.can.includes("jerk"), board.max_speed, tell));
-  lineForm(axes, tell);
-  by("axes").replaceChildren(...axes.map((axis) => axis.card));
-  choose(axes[0]);
-  plots.describe(board.axes);
+  if (!same) {
+    axes = board.axes.map((one) => new Axis(one, tell));
+    lineForm(axes, tell);
+    by("axes").replaceChildren(...axes.map((axis) => axis.card));
+    choose(axes[0]);
+    plots.describe(board.axes);
+  }
+  axes.forEach((axis) => axis.describe(board));
 }
 
 /** The axis that the arrow keys move. */
@@ -74,8 +81,7 @@ function choose(axis) {
   axes.forEach((one) => one.card.classList.toggle("chosen", one === axis && axes.length > 1));
 }
 by("axes").addEventListener("focusin", (event) => {
-  const number = Number(event.target.closest(".axis")?.dataset.axis);
-  const axis = axes.find((one) => one.number === number);
+  const axis = axes.find((one) => one.card.contains(event.target));
   if (axis) choose(axis);
 });
 
@@ -84,7 +90,7 @@ let errors = "";
 
 function show(state) {
   if (!comes && sheet === -1) comes = performance.now() + COMES;
-  if (state.sheet !== sheet) attempt(describe(state.sheet));
+  if (state.sheet !== sheet) describe(state.sheet).catch((error) => (tell(error), setTimeout(() => (sheet = -1), AGAIN)));
   const had = ours;
   ours = state.control !== null && state.control.hand === hand;
   if (had && !ours && state.control) tell(`${state.control.name} has taken control: you watch now`);
@@ -230,7 +236,7 @@ addEventListener("keydown", (event) => {
     return;
   }
   // What is not seen is not moved.
-  if (document.body.classList.contains("alone")) return;
+  if (!by("axes").clientWidth) return;
   const sign = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
   if (sign && chosen) {
     event.preventDefault();

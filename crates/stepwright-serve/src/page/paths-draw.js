@@ -139,7 +139,7 @@ export class PathCanvas {
       pen.fillStyle = line;
       pen.fillRect(x, 4, 1, frame.bottom - 4);
       pen.fillStyle = soft;
-      if (x > SIDE + 8 && x < width - 12) pen.fillText(text, x, frame.bottom + 11);
+      if (x > SIDE + 8 && x + pen.measureText(text).width / 2 < width) pen.fillText(text, x, frame.bottom + 11);
     }
     pen.textAlign = "right";
     for (const [value, text] of ticks(frame.low[1], frame.high[1], frame.bottom / 56)) {
@@ -147,7 +147,7 @@ export class PathCanvas {
       pen.fillStyle = line;
       pen.fillRect(SIDE, y, width - SIDE, 1);
       pen.fillStyle = soft;
-      if (y > 22) pen.fillText(text, SIDE - 7, y);
+      if (y > 22) pen.fillText(text, SIDE - 7, y, SIDE - 8);
     }
     pen.fillStyle = ink;
     pen.textAlign = "left";

@@ -1,10 +1,11 @@
 // The Paths view: a file of lines, arcs and other moves, drawn before anything moves.
 
 import { dark, places } from "./colours.js";
-import { by, choose, copy, digits, element, looked, save } from "./dom.js";
+import { by, choose, copy, digits, element, looked, once, save } from "./dom.js";
 import { Declined } from "./declined.js";
 import { first } from "./edges.js";
 import { PathCanvas, ramp } from "./paths-draw.js";
+import { quoted } from "./plan-copy.js";
 import { get, post } from "./server.js";
 
 /** What a leg is called. */
@@ -12,13 +13,8 @@ const KINDS = { line: "Line", arc: "Arc", path: "Path", home: "Homing", moves: "
 
 /** A run that goes on, and how one has ended. */
 const RUNS = {
-  running: (name, at) => `${name} is run: ${at}`,
-  held: (name, at) => `${name} is held: ${at}`,
-  braking: (name, at) => `${name} brakes: ${at}`,
-  done: (name, at) => `${name} was run to its end: ${at}`,
-  stopped: (name, at) => `${name} was stopped: ${at}`,
-  killed: (name, at) => `${name} was killed: ${at}`,
-  failed: (name) => `${name} broke off`,
+  running: "is run", held: "is held", braking: "brakes", done: "was run to its end", stopped: "was stopped", killed: "was killed",
+  failed: "broke off",
 };
 
 /** The text is drawn so long after it was changed, in ms. */
@@ -37,7 +33,7 @@ const SHOWN = { nm: [["mm", 1e6], ["µm", 1e3]], µm: [["mm", 1e3]] };
 export function scaled(drawing) {
   const all = drawing.places.flat();
   const largest = all.reduce((most, place) => Math.max(most, Math.abs(place)), 0);
-  const [unit, per] = (SHOWN[drawing.unit] ?? []).find(([, per]) => largest >= per) ?? [drawing.unit, 1];
+  const [unit, per] = (SHOWN[drawing.unit] ?? []).find(([, per]) => !largest || largest >= per) ?? [drawing.unit, 1];
   const { times, legs, seconds } = drawing;
   const sheet = {
     id: drawing.id, kind: drawing.kind, facts: drawing.facts, refused: drawing.refused, unit, per, times, seconds,
@@ -45,11 +41,11 @@ export function scaled(drawing) {
     steps: drawing.motors.map((motor) => motor.step / per),
     places: drawing.places.map((places) => places.map((place) => place / per)),
     speeds: drawing.speeds.map((speed) => speed / per),
-    peak: drawing.peak / per || 1,
+    peak: drawing.peak / per,
     powers: drawing.powers,
   };
   // Told by a colour: a part of the most that there is.
-  sheet.shades = sheet.powers ?? sheet.speeds.map((speed) => speed / sheet.peak);
+  sheet.shades = sheet.powers ?? sheet.speeds.map((speed) => speed / (sheet.peak || 1));
   const moves = ({ first, last }) => sheet.places.some((places) => places.slice(first, last + 1).some((place) => place !== places[first]));
   sheet.legs = legs.map((leg) => ({ ...leg, peak: leg.peak / per, moves: moves(leg) }));
   sheet.stands = [];
@@ -100,19 +96,16 @@ export class PathsView {
   }
 
   /** Opens when it is looked at first. */
-  async open() {
-    this.opened ??= (async () => {
-      const { player, ...table } = await get("/api/path/examples");
-      Object.assign(this, { cycles: player, ...table });
-      if (this.job_endings) by("paths-pick").accept = [".toml", ...this.job_endings, "text/plain"].join();
-      const report = await get("/api/path");
-      if (report && !this.report) this.hear(report);
-      const options = this.examples.map(({ name }, n) => new Option(name, n));
-      by("paths-file").replaceChildren(...options);
-      await this.use(this.examples[0]);
-    })();
-    return this.opened;
-  }
+  open = once(async () => {
+    const { player, ...table } = await get("/api/path/examples");
+    Object.assign(this, { cycles: player, ...table });
+    if (this.job_endings) by("paths-pick").accept = [".toml", ...this.job_endings, "text/plain"].join();
+    const report = await get("/api/path");
+    if (report && !this.report) this.hear(report);
+    const options = this.examples.map(({ name }, n) => new Option(name, n));
+    by("paths-file").replaceChildren(...options);
+    await this.use(this.examples[0]);
+  });
 
   /** Takes a file, and draws it. `laser` is S of its full power, or null; undefined leaves it. */
   use({ name, text, laser }) {
@@ -251,7 +244,8 @@ export class PathsView {
     const { name, state, seconds, trouble } = report;
     const said = by("paths-state");
     const whole = this.isThis(report) ? ` of ${this.sheet.seconds.toFixed(2)}` : "";
-    said.textContent = RUNS[state](name, `${seconds.toFixed(2)}${state === "done" ? "" : whole} s`);
+    const at = state === "failed" ? "" : `: ${seconds.toFixed(2)}${state === "done" ? "" : whole} s`;
+    said.textContent = `${name} ${RUNS[state]}${at}`;
     said.className = state;
     if (trouble && before?.state !== state) {
       const error = new Declined(trouble);
@@ -315,13 +309,13 @@ export class PathsView {
 
   /** Copies the command that runs the file, a cycle file on a board, and shows it. */
   copy() {
-    const file = /^[\w.-]+$/.test(this.name) ? this.name : `'${this.name.replaceAll("'", "'\\''")}'`;
+    const file = quoted(this.name);
     const example = this.examples.some((one) => one.name === this.name);
     const { laser } = this;
-    const on = laser ? ` --laser --laser-max ${laser}` : this.job_port ? ` --port ${this.job_port}` : "";
+    const on = laser !== null ? ` --laser --laser-max ${laser}` : this.job_port ? ` --port ${this.job_port}` : "";
     const text = this.sheet?.kind === "gcode"
       ? `stepwright gcode ${example ? "examples/gcode/" : ""}${file}${on}`
-      : `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port ${this.port ?? "/dev/ttyACM0"}`;
+      : `stepwright cycle ${example ? "examples/cycles/" : ""}${file} --port ${this.port ?? "PORT"}`;
     copy(text, by("paths-copied"));
   }
 
@@ -418,6 +412,7 @@ export class PathsView {
       return;
     }
     try {
+      await this.open();
       await this.use({ name: file.name.slice(0, 100), text: await file.text() });
     } catch (error) {
       this.tell(error);
@@ -431,7 +426,10 @@ export class PathsView {
       if (this.isOwn) this.own = this.file;
       this.use(value === "own" ? this.own : this.examples[value]);
     };
-    by("paths-laser").oninput = () => Number.isNaN(this.laser) || this.drawFile();
+    by("paths-laser").oninput = () => {
+      if (Number.isNaN(this.laser)) this.wrong(new Error("S of full power is no number"));
+      else this.drawFile();
+    };
     by("paths-go").onclick = () => this.run();
     by("paths-hold").onclick = () => this.hold();
     by("paths-copy").onclick = () => this.copy();

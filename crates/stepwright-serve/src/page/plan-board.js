@@ -9,12 +9,13 @@ const holds = (set, axis) => ((set ?? 0) >> (axis - 1)) % 2 === 1;
 /**
  * The reasons, as texts; none, if the board would take it.
  *
- * `peak` is the highest speed that the travel comes to, `board` the sheet of GET /api/board,
+ * `peak` is the highest speed that the travel comes to, `board` the sheet of GET /api/board with
+ * its settings by their names (`set`),
  * `place` what the axis does, as in GET /api/state.
  */
 export function refusals(law, travel, peak, board, axis, place) {
   const { steps, top, accel, decel, jerk } = travel;
-  const set = Object.fromEntries(board.settings.map((setting) => [setting.name, setting.value]));
+  const { set } = board;
   const reasons = [];
   const no = (what, remedy) => reasons.push(`${what}: ${remedy}`);
   if (law !== "trapezoid" && law !== "s-curve") {

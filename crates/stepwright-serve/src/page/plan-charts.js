@@ -63,10 +63,9 @@ export class PlanCharts {
   build() {
     this.plots?.forEach((plot) => plot.destroy());
     const laws = LAWS.map((_, i) => colour(`--law-${i}`));
-    const axis = chartAxis();
     const line = (stroke, width, more) => ({ stroke, width, points: { show: false }, ...more });
     this.plots = this.names.map((name, at) => {
-      const [, unit, zero] = QUANTITIES[name];
+      const [title, unit, zero] = QUANTITIES[name];
       const series = [
         {},
         ...laws.map((colour) => line(colour, 1.5)),
@@ -75,20 +74,20 @@ export class PlanCharts {
           fill: name === "speed" ? () => faint(laws[this.chosen], 0.1) : undefined,
         }),
       ];
-      return new uPlot(
+      const plot = new uPlot(
         {
           width: this.width(),
           height: this.height(at),
           scales: { x: { time: false, range: () => this.window }, y: { range: airy(zero) } },
           axes: [
-            { ...axis, size: 28, values: (_, splits) => splits.map((s) => `${number.format(s)} s`) },
-            { ...axis, size: 62, values: (_, splits) => splits.map((s) => number.format(s)) },
+            { ...chartAxis(" s"), size: 28 },
+            chartAxis(),
           ],
           series,
           cursor: { sync: { key: "plan" }, drag: { setScale: false }, points: { show: false } },
           legend: { show: false },
           hooks: {
-            drawClear: [(plot) => this.band(plot, faint(axis.stroke, 0.09))],
+            drawClear: [(plot) => this.band(plot, faint(colour("--soft"), 0.09))],
             setSelect: [(plot) => this.select(plot)],
             setCursor: [(plot) => this.say(plot, at, unit)],
           },
@@ -96,8 +95,10 @@ export class PlanCharts {
         [[], ...series.slice(1).map(() => [])],
         this.places[at],
       );
+      Object.assign(plot.ctx.canvas, { role: "img", ariaLabel: `${title} over time` });
+      plot.over.addEventListener("dblclick", () => this.zoomed());
+      return plot;
     });
-    this.plots.forEach((plot) => plot.over.addEventListener("dblclick", () => this.zoomed()));
     this.draw(true);
   }
 
@@ -110,9 +111,8 @@ export class PlanCharts {
   say(plot, at, unit) {
     const place = this.values[at];
     const { idx } = plot.cursor;
-    const value = idx === null || idx === undefined ? null : plot.data[LAWS.length + 1]?.[idx];
-    place.textContent =
-      value === null || value === undefined ? "" : `${number.format(value)} ${unit} at ${plot.data[0][idx].toFixed(4)} s`;
+    const value = plot.data[LAWS.length + 1]?.[idx];
+    place.textContent = value == null ? "" : `${number.format(value)} ${unit} at ${number.format(plot.data[0][idx])} s`;
   }
 
   /** A tint over the time that the chosen law brakes. */
@@ -162,8 +162,8 @@ function resampled(times, values, grid) {
 
 /** A range with some air; from 0 where that belongs to it. */
 const airy = (zero) => (_, low, high) => {
-  if (low === null || low === undefined || high === null) return [0, 1];
+  if (low == null || (zero && low === 0 && high === 0)) return [0, 1];
   const [from, to] = zero ? [Math.min(0, low), Math.max(0, high)] : [low, high];
-  const air = Math.max((to - from) * 0.06, Math.abs(to) * 1e-6, 1e-9);
+  const air = Math.max((to - from) * 0.06, Math.abs(to) * 0.01);
   return [from < 0 || !zero ? from - air : from, to > 0 || !zero ? to + air : to];
 };

@@ -6,12 +6,15 @@ const CORE_C0 = ["Exact", "Reduced", "FirstStep"];
 /** Laws whose first delay can be chosen. */
 const LED = ["austin", "linear-factor", "power", "piecewise"];
 
+/** A word as a shell takes it. */
+export const quoted = (word) => (/^[\w./:-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
+
 /** The command that moves an axis so. `port` is where, if it is no virtual board. */
 export function command(law, travel, port, axis) {
   const { steps, top, accel, decel, start, jerk, c0, divisor, knee, power, breaks } = travel;
   const own = law !== "trapezoid" && law !== "s-curve";
   const words = ["stepwright move", steps];
-  if (port) words.push(`--port ${/^[\w./:-]+$/.test(port) ? port : `'${port.replaceAll("'", "'\\''")}'`}`);
+  if (port) words.push(`--port ${quoted(port)}`);
   if (axis > 1) words.push(`--axis ${axis}`);
   if (own) words.push(`--law ${law}`);
   words.push(`--top-speed ${top}`, `--accel ${accel}`);

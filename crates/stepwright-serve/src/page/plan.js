@@ -1,6 +1,6 @@
 // The Plan view: a travel by every law, before anything moves.
 
-import { by, choose, copy, digits, element, looked } from "./dom.js";
+import { by, choose, copy, digits, element, looked, once } from "./dom.js";
 import { refusals } from "./plan-board.js";
 import { PlanCharts } from "./plan-charts.js";
 import { command, rust } from "./plan-copy.js";
@@ -66,16 +66,13 @@ export class PlanView {
   }
 
   /** Opens when it is looked at first. */
-  async open() {
-    this.opened ??= (async () => {
-      const answer = await fetch("./plan.wasm");
-      this.planner = await Planner.open(await answer.arrayBuffer());
-      const all = (kind) => [...document.querySelectorAll(`#plan ${kind}`)];
-      this.charts = new PlanCharts(all(".place"), all(".at"), (from, to) => this.zoomTo(from, to));
-      this.plan();
-    })();
-    return this.opened;
-  }
+  open = once(async () => {
+    const answer = await fetch("./plan.wasm");
+    this.planner = await Planner.open(await answer.arrayBuffer());
+    const all = (kind) => [...document.querySelectorAll(`#plan ${kind}`)];
+    this.charts = new PlanCharts(all(".place"), all(".at"), (from, to) => this.zoomTo(from, to));
+    this.plan();
+  });
 
   /** A row with a number, and a slider or choices. */
   control(name) {
@@ -307,9 +304,10 @@ export class PlanView {
     by("third").oninput = (event) => this.charts?.third(event.target.value);
     by("send").onclick = () => this.send();
     by("plan-axis").oninput = () => this.ask();
-    const port = () => (this.sheet && !this.sheet.name.includes("virtual") ? this.sheet.name : null);
-    by("copy-command").onclick = () =>
-      copy(command(LAWS[this.law], this.travel, port(), this.axis), by("copied"));
+    by("copy-command").onclick = () => {
+      const { name = "virtual", port = name } = this.sheet ?? {};
+      copy(command(LAWS[this.law], this.travel, port.includes("virtual") ? null : port, this.axis), by("copied"));
+    };
     by("copy-rust").onclick = () =>
       copy(rust(LAWS[this.law], this.travel, this.plans[this.law].figures), by("copied"));
     for (const id of ["travel", "own"]) by(id).onsubmit = (event) => event.preventDefault();

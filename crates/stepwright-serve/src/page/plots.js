@@ -92,14 +92,20 @@ export class Plots {
   build() {
     this.plots.forEach((plot) => plot.destroy());
     if (!this.axes.length) return;
-    const { unit } = this.axes[0];
-    const axis = chartAxis();
-    const titles = [`Position in ${unit}`, `Speed in ${unit}/s`, `Acceleration in ${unit}/s²`];
-    const show = (_, value) => (value === null || value === undefined ? "–" : number.format(value));
-    const series = this.axes.flatMap(({ number: axis }) => {
+    // Each unit has a scale of its own.
+    const units = [...new Set(this.axes.map((axis) => axis.unit))];
+    const named = (per) => units.map((unit) => unit + per).join(", right in ");
+    const titles = [`Position in ${named("")}`, `Speed in ${named("/s")}`, `Acceleration in ${named("/s²")}`];
+    const scales = units.map((unit) => {
+      const least = 5 / Math.max(...this.axes.map((axis) => (axis.unit === unit ? axis.scale : 0)));
+      return [unit, { range: comfortable(least) }];
+    });
+    const time = chartAxis(" s");
+    const show = (_, value) => (value == null ? "–" : number.format(value));
+    const series = this.axes.flatMap(({ number: axis, unit: scale }) => {
       const own = colour(`--axis-${((axis - 1) % 3) + 1}`);
       const pale = faint(own, 0.38);
-      const line = { points: { show: false }, value: show };
+      const line = { points: { show: false }, value: show, scale };
       return [
         { ...line, label: `${axis} planned`, stroke: pale, width: 6 },
         { ...line, label: `axis ${axis}`, stroke: own, width: 2 },
@@ -112,10 +118,10 @@ export class Plots {
         width: this.width(),
         height,
         class: "chart",
-        scales: { x: { time: false, range: () => this.window() }, y: { range: comfortable } },
+        scales: { x: { time: false, range: () => this.window() }, ...Object.fromEntries(scales) },
         axes: [
-          { ...axis, size: 30, values: (_, splits) => splits.map((s) => (s < 0 ? "" : `${number.format(s)} s`)) },
-          { ...axis, size: 62, values: (_, splits) => splits.map((s) => number.format(s)) },
+          { ...time, size: 30, values: (...all) => time.values(...all).map((text) => (text[0] === "-" ? "" : text)) },
+          ...units.map((scale, n) => ({ ...chartAxis(), scale, side: n ? 1 : 3, ...(n && { grid: { show: false } }) })),
         ],
         series: [{ label: "time", value: (_, v) => (v === null ? "–" : `${v.toFixed(2)} s`) }, ...series],
         cursor: { sync: { key: "time" }, drag: { setScale: false } },
@@ -123,6 +129,7 @@ export class Plots {
         hooks: { setSelect: [(plot) => this.select(plot)] },
       };
       const plot = new uPlot(options, [[], ...series.map(() => [])], charts);
+      Object.assign(plot.ctx.canvas, { role: "img", ariaLabel: title });
       plot.over.addEventListener("dblclick", () => (this.zoom = null));
       return plot;
     });
@@ -188,8 +195,8 @@ export class Plots {
 }
 
 /** A range with some air, and never narrower than what can be read. */
-function comfortable(_, low, high) {
-  if (low === null || low === undefined || high === null) return [-1, 1];
-  const air = Math.max((high - low) * 0.08, Math.abs(high) * 1e-6, 0.5);
+const comfortable = (least) => (_, low, high) => {
+  if (low == null) return [-1, 1];
+  const air = Math.max((high - low) * 0.08, Math.abs(high) * 1e-6, least);
   return [low - air, high + air];
-}
+};

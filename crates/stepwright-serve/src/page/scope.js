@@ -124,7 +124,8 @@ export class Scope {
 
   /** Puts a cursor there, or on the edge beside it. */
   put(n, x) {
-    const time = Math.max(0, Math.min(this.edges.length, this.timeAt(x)));
+    const [from, to] = this.window;
+    const time = Math.max(from, Math.min(to, this.timeAt(x)));
     const edge = this.edges.nearest(time);
     const near = edge !== null && Math.abs(this.xOf(edge) - this.xOf(time)) <= NEAR;
     this.cursors[n] = near ? edge : time;
@@ -170,13 +171,16 @@ export class Scope {
       else this.zoom(1.0015 ** event.deltaY, this.timeAt(event.offsetX));
     }, { passive: false });
     canvas.addEventListener("keydown", (event) => {
+      const middle = (NAMES + canvas.clientWidth) / 2;
       const act = {
-        ArrowLeft: () => this.pan(-0.1),
-        ArrowRight: () => this.pan(0.1),
+        a: () => this.put(0, middle),
+        b: () => this.put(1, middle),
+        arrowleft: () => this.pan(-0.1),
+        arrowright: () => this.pan(0.1),
         "+": () => this.zoom(0.5),
         "-": () => this.zoom(2),
         0: () => this.fit(),
-      }[event.key];
+      }[event.key.toLowerCase()];
       if (!act || !this.edges) return;
       event.preventDefault();
       act();
@@ -228,9 +232,11 @@ export class Scope {
       pen.fillStyle = line;
       pen.fillRect(Math.round(x), TOP - 6, 1, height - TOP);
       pen.fillStyle = soft;
+      const text = `${((n * step) / size).toFixed(places(step / size))} ${unit}`;
+      const half = pen.measureText(text).width / 2;
       // Where a cursor has its name, a time would be under it.
-      const free = this.cursors.every((time) => time === null || Math.abs(this.xOf(time) - x) > 30);
-      if (free && x > NAMES + 16 && x < width - 30) pen.fillText(`${((n * step) / size).toFixed(places(step / size))} ${unit}`, x, TOP / 2 - 2);
+      const free = this.cursors.every((time) => time === null || Math.abs(this.xOf(time) - x) > half + 16);
+      if (free && x - half > 0 && x + half < width) pen.fillText(text, x, TOP / 2 - 2);
     }
   }
 
@@ -282,8 +288,11 @@ export class Scope {
       if (x < NAMES) return;
       pen.fillStyle = n ? ink : accent;
       pen.fillRect(x - 0.75, TOP - 8, 1.5, height);
-      pen.textAlign = "center";
-      pen.fillText(n ? "B" : "A", x, TOP - 14);
+      // Of two that are near, each has its name on its own side.
+      const other = this.cursors[1 - n];
+      const left = n ? time < other : time <= other;
+      pen.textAlign = other === null || Math.abs(this.xOf(other) - x) > 12 ? "center" : left ? "right" : "left";
+      pen.fillText("AB"[n], x, TOP - 14);
     });
   }
 
@@ -304,6 +313,6 @@ export class Scope {
         if (count && between > 0) parts.push(`axis ${axis} at ${((1e6 * count) / between).toFixed(1)} steps/s`);
       }
     }
-    by("scope-cursors").textContent = parts.length ? parts.join(" · ") : "Click twice: cursors A and B, which go to the next edge.";
+    by("scope-cursors").textContent = parts.length ? parts.join(" · ") : "Click twice, or press A and B: cursors, which go to the next edge.";
   }
 }

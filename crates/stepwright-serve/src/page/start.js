@@ -5,8 +5,12 @@ import { get } from "./server.js";
 // What a server declines, it has understood.
 const served = await get("/api/board").then(() => true, (error) => error.status > 0);
 
-if (!served) {
-  const { begin } = await import("./alone/begin.js");
-  await begin();
+try {
+  if (!served) {
+    const { begin } = await import("./alone/begin.js");
+    await begin();
+  }
+  await import("./main.js");
+} catch (error) {
+  document.getElementById("notices").textContent = `The page could not be loaded (${error.message}): load it again.`;
 }
-await import("./main.js");

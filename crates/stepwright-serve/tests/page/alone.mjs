@@ -199,6 +199,10 @@ const tests = {
     assert.equal(await rests(card), "1.5");
     assert.equal(await at(), 960);
     assert.match(await card.locator(".speed").textContent(), /960 steps/);
+    // A small part of a unit has its digits: 10 steps/s.
+    await card.locator("[name=speed-slide]").fill("0");
+    assert.equal(await card.locator("[name=speed]").inputValue(), "0.0156");
+    await fill(card, "speed", 4);
     // Not while a motor moves.
     await click(card, "run-ahead");
     await moves(card);
@@ -211,6 +215,22 @@ const tests = {
     await page.click('nav a[href="#control"]');
     await rests(card);
     assert.equal(await unit(), "mm");
+    // What a unit does not ask for is not in the way, and is as it was.
+    await page.click('nav a[href="#settings"]');
+    await form.locator("[name=unit]").selectOption("mm");
+    await form.locator("[name=mm-2]").fill("");
+    await form.locator("[name=unit]").selectOption("deg");
+    await form.getByRole("button", { name: "Save" }).click();
+    await form.getByText("Kept by this browser.").waitFor();
+    await form.locator("[name=micro-2]").fill("");
+    await form.locator("[name=unit]").selectOption("steps");
+    await form.getByRole("button", { name: "Save" }).click();
+    await form.getByText("Kept by this browser.").waitFor();
+    await form.locator("[name=unit]").selectOption("mm");
+    assert.deepEqual([await form.locator("[name=mm-2]").inputValue(), await form.locator("[name=micro-2]").inputValue()], ["8", "16"]);
+    await form.getByRole("button", { name: "Save" }).click();
+    await form.getByText("Kept by this browser.").waitFor();
+    await page.click('nav a[href="#control"]');
     // It is kept, and what is damaged is none.
     await page.reload();
     await until("it is kept", async () => (await unit()) === "mm");
@@ -219,6 +239,22 @@ const tests = {
     await card.waitFor();
     assert.equal(await unit(), "steps");
     assert.deepEqual(faults(), []);
+    await context.close();
+  },
+
+  async "what could not be loaded is said, or tried again when it is asked for again"(url) {
+    const { page, context } = await open(url);
+    // The planner's own module.
+    await page.route("**/plan.wasm", (route) => route.abort());
+    await page.click('nav a[href="#plan"]');
+    await page.locator("#notices").getByText("Failed to fetch").waitFor();
+    await page.unroute("**/plan.wasm");
+    for (const view of ["control", "plan"]) await page.click(`nav a[href="#${view}"]`);
+    await page.locator("#laws td:nth-child(2)").first().getByText(" s").waitFor();
+    // A part that the page can't do without.
+    await page.route("**/host.wasm", (route) => route.fulfill({ status: 503 }));
+    await page.reload();
+    await page.locator("#notices").getByText("The page could not be loaded (../host.wasm: 503): load it again.").waitFor();
     await context.close();
   },
 

@@ -100,6 +100,61 @@ export function tests({ start, serve, end, open, controls, until, rests, moves, 
       await end(again.child);
     },
 
+    async "what could not be asked is asked again"(url) {
+      let asked = 0;
+      // The first asks whether there is a server.
+      const before = (page) => page.route("**/api/board", (route) => (asked++ === 1 ? route.abort() : route.continue()));
+      const { page, context } = await open(url, {}, before);
+      await page.locator("#notices").getByText("the server does not answer").waitFor();
+      await page.getByRole("button", { name: "Dismiss" }).click();
+      for (const [view, asked, there] of [
+        ["calc", "**/api/calc", ".result h3"],
+        ["paths", "**/api/path/examples", "#paths-legs tbody tr"],
+        ["plan", "**/plan.wasm", "#laws td:nth-child(2)"],
+      ]) {
+        await page.route(asked, (route) => route.abort());
+        await page.click(`nav a[href="#${view}"]`);
+        await page.getByRole("button", { name: "Dismiss" }).click();
+        await page.unroute(asked);
+        await page.click('nav a[href="#control"]');
+        await page.click(`nav a[href="#${view}"]`);
+        await page.locator(there).first().waitFor();
+      }
+      await context.close();
+    },
+
+    async "what is to be acknowledged stays, however much is told"(url) {
+      const { page, card, context } = await open(url);
+      await controls(page);
+      await click(card, "run-ahead");
+      await moves(url);
+      await page.keyboard.press("Shift+K");
+      await page.locator("#errors").waitFor();
+      await rests(url);
+      await click(card, "zero");
+      for (const speed of [5e6, 6e6, 7e6, 8e6, 9e6]) {
+        await fill(card, "speed", speed);
+        await click(card, "run-ahead");
+        await page.locator("#notices").getByText(String(speed / 1e6)).first().waitFor();
+      }
+      assert.equal(await page.locator("#notices p").count(), 4);
+      await page.getByRole("button", { name: "Acknowledge" }).click();
+      await page.locator("#errors").waitFor({ state: "detached" });
+      await context.close();
+    },
+
+    async "a key moves no axis that is not seen"(url) {
+      const { page, context } = await open(url, { viewport: { width: 700, height: 800 } });
+      await controls(page);
+      const from = (await rests(url)).position;
+      await page.click('nav a[href="#talk"]');
+      await page.keyboard.down("ArrowRight");
+      await new Promise((later) => setTimeout(later, 400));
+      await page.keyboard.up("ArrowRight");
+      assert.equal((await rests(url)).position, from);
+      await context.close();
+    },
+
     async "every view is accessible"(url) {
       const { page, card, context } = await open(url);
       await controls(page);
@@ -108,6 +163,7 @@ export function tests({ start, serve, end, open, controls, until, rests, moves, 
       await page.locator("#stop").click();
       await rests(url);
       await accessible(page);
+      for (const name of ["Position in steps", "Speed over time"]) assert.equal(await page.locator(`canvas[role=img][aria-label="${name}"]`).count(), 1);
       // What moves many times a second is not read out.
       assert.equal(await page.locator(".axis :is(.position, .speed):is(output, [role], [aria-live])").count(), 0);
       await context.close();

@@ -160,6 +160,11 @@ const tests = (url) => ({
     await page.locator("#paths-laser-most").fill("0");
     await wrong(page).getByText("laser is no S of full power").waitFor();
     await page.locator("#paths-laser-most").fill("1000");
+    await until("it can be run", () => page.locator("#paths-go").isEnabled());
+    await page.locator("#paths-laser-most").fill("");
+    await wrong(page).getByText("S of full power is no number").waitFor();
+    assert.ok(await page.locator("#paths-go").isDisabled());
+    await page.locator("#paths-laser-most").fill("1000");
     // It is played as it is drawn.
     await until("it can be run", () => page.locator("#paths-go").isEnabled());
     await page.locator("#paths-go").click();
@@ -191,6 +196,10 @@ const tests = (url) => ({
     await area.fill(text.replace("F-1", "F100").replace("G5\n", ""));
     await page.locator("#paths-sum").getByText(/^2 parts/).waitFor();
     assert.equal(await wrong(page).count(), 0);
+    // A job in which nothing moves has no speed.
+    await drop(page, "none.nc", "G21\n");
+    await page.locator("#paths-sum").getByText("1 part, 0 s, at most 0 mm/s").waitFor();
+    assert.equal(await page.locator("#paths-most").textContent(), "0 mm/s");
     // A cycle file is one again, with its own player.
     await page.locator("#paths-file").selectOption({ label: "triangle.toml" });
     await page.locator("#paths-sum").getByText("4 parts, 78.336 s").waitFor();

@@ -210,7 +210,7 @@ const tests = {
     }
     // The same for a program on a board, which is another one's.
     await page.locator("#paths-copy").click();
-    assert.equal(await page.locator("#paths-copied").innerText(), "stepwright cycle slant.toml --port /dev/ttyACM0");
+    assert.equal(await page.locator("#paths-copied").innerText(), "stepwright cycle slant.toml --port PORT");
     await other.context.close();
     await context.close();
   },

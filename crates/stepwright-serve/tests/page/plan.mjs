@@ -231,6 +231,28 @@ const tests = {
     await context.close();
   },
 
+  async "a flat curve has a scale, and times that are near each other have names of their own"(url) {
+    const { page, faults, context } = await open(url);
+    const chart = (at, read) => page.evaluate(`(${read})(document.getElementById("plan").view.charts.plots[${at}])`);
+    const scale = () => chart(2, "({ scales: { y } }) => [y.min, y.max]");
+    for (const law of [1, 4]) await page.locator("#laws input").nth(law).uncheck();
+    await page.locator("#third").selectOption("deviation");
+    await until("it is drawn", async () => (await scale())[1] === 1);
+    await fill(page, { start: 1000 });
+    await page.locator("#third").selectOption("interval");
+    await until("it is drawn", async () => (await scale())[1] > 1);
+    const [low, high] = await scale();
+    assert.ok(low < 995 && high > 1005, `${low} ${high}`);
+    // A travel of a day, looked at closely.
+    await fill(page, { steps: 1_000_000, top: 10, start: 0 });
+    await page.evaluate(() => document.getElementById("plan").view.zoomTo(80_000.01, 80_000.12));
+    await until("it is drawn", async () => (await chart(0, "({ scales: { x } }) => x.min")) > 80_000);
+    const names = await chart(0, "({ axes: [x] }) => x._values");
+    assert.ok(names.length > 3 && new Set(names).size === names.length, `${names}`);
+    assert.deepEqual(faults, []);
+    await context.close();
+  },
+
   async "on a phone nothing is cut off"(url) {
     const { page, context } = await open(url, { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true });
     for (let law = 0; law < 7; law++) {

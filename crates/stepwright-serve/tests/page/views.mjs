@@ -89,6 +89,7 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       await card.locator("[name=accel-slide]").fill("600");
       await card.locator("[name=speed-slide]").fill("600");
       const top = Number(await card.locator("[name=speed]").inputValue());
+      assert.equal(await card.locator("[name=speed-slide]").getAttribute("aria-valuetext"), `${top}`);
       assert.ok(top > 700, `${top}`);
       await until("it is faster", async () => Math.abs((await axis(url)).speed - top) < 0.1 * top);
       const accel = Math.round(Number(await card.locator("[name=accel]").inputValue()));
@@ -147,6 +148,81 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       await page.getByRole("button", { name: /Reset these/ }).click();
       await until("all are reset", async () => (await board(url)).settings.every((one) => one.value === one.default));
       await context.close();
+    },
+
+    async "a card's sliders and its jerk go by the settings of now"(url) {
+      const { page, card, context } = await open(url);
+      await controls(page);
+      const set = async (name, act) => {
+        await view(page, "settings");
+        await act(setting(page, name));
+        await setting(page, name).getByText("changed", { exact: true }).waitFor();
+        await view(page, "control");
+      };
+      const type = (value) => async (row) => {
+        await row.locator("input").fill(String(value));
+        await row.locator("input").press("Enter");
+      };
+      await fill(card, "jerk", 5000);
+      await set("max-speed", type(400));
+      await set("max-accel", type(900));
+      await set("law", (row) => row.getByLabel("on").uncheck());
+      await until("jerk is not asked for", () => card.locator("[name=jerk]").isHidden());
+      for (const [name, most] of [["speed", "400"], ["accel", "900"]]) {
+        await card.locator(`[name=${name}-slide]`).fill("1000");
+        assert.equal(await card.locator(`[name=${name}]`).inputValue(), most);
+      }
+      // A jerk from before is not sent.
+      await fill(card, "target", 20);
+      await click(card, "by");
+      await until("it moves", async () => (await axis(url)).position !== 0 || (await axis(url)).moving);
+      await rests(url);
+      assert.deepEqual(await page.locator("#notices p:not(#errors)").allInnerTexts(), []);
+      await view(page, "settings");
+      for (const name of ["max-speed", "max-accel", "law"]) {
+        await page.getByRole("button", { name: `Reset ${name}` }).click();
+        await setting(page, name).getByText("changed", { exact: true }).waitFor({ state: "hidden" });
+      }
+      await view(page, "control");
+      await until("jerk is asked for again", () => card.locator("[name=jerk]").isVisible());
+      await card.locator("[name=speed-slide]").fill("1000");
+      assert.ok(Number(await card.locator("[name=speed]").inputValue()) > 10_000);
+      await context.close();
+    },
+
+    async "each unit of the plots has a scale and a name"() {
+      const place = mkdtempSync(join(tmpdir(), "stepwright-units-"));
+      const file = join(place, "two.toml");
+      writeFileSync(file, `${MACHINE}[axis.2]\nsteps-per-rev = 200\n`);
+      const { child, said: url } = await start("page ", "serve", "--machine", file, "--virtual", "--bind", "127.0.0.1:0");
+      const { page, card, faults, context } = await open(url);
+      await controls(page);
+      assert.match(await page.locator(".u-title").first().innerText(), /^Position in mm, right in steps$/);
+      assert.match(await page.locator(".u-title").last().innerText(), /^Acceleration in mm\/s², right in steps\/s²$/);
+      await fill(card, "target", 0.2);
+      await click(card, "to");
+      const second = page.locator(".axis").nth(1);
+      await fill(second, "target", 1000);
+      await click(second, "to");
+      await rests(url, 2);
+      await until("both fill their scales", () => page.evaluate(() => {
+        const { mm, steps } = document.getElementById("charts").plots.plots[0].scales;
+        return mm.max > 0.2 && mm.max < 0.3 && mm.min > -0.1 && steps.max > 1000 && steps.max < 1200;
+      }));
+      // However long a number is, its axis has room, and no two are called the same.
+      const [room, needed, names] = await page.evaluate(async () => {
+        const { chartAxis } = await import("./colours.js");
+        const pen = document.createElement("canvas").getContext("2d");
+        pen.font = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, "Noto Sans", sans-serif';
+        const axis = chartAxis(" s");
+        return [axis.size(null, ["-2147483647"]), pen.measureText("-2147483647").width + 15, axis.values(null, [86400.05, 86400.1], 0, 0, 0.05)];
+      });
+      assert.ok(room >= needed, `${room} ${needed}`);
+      assert.deepEqual(names, ["86400.05 s", "86400.1 s"]);
+      assert.deepEqual(faults, []);
+      await context.close();
+      await end(child);
+      rmSync(place, { recursive: true });
     },
 
     async "a calculator computes what the command does, and says what is missing"(url) {
@@ -251,6 +327,10 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       await lanes.focus();
       for (const key of ["+", "ArrowRight", "ArrowLeft", "-", "0"]) await page.keyboard.press(key);
       assert.equal((await axis(url)).moving, false);
+      // Both cursors by keys alone, each on its edge.
+      for (const key of ["+", "a", "ArrowRight", "b"]) await page.keyboard.press(key);
+      const [a, b] = await page.locator("#scope-cursors").textContent().then((text) => [...text.matchAll(/[AB] ([\d.]+)/g)].map(([, time]) => Number(time)));
+      assert.ok(a > 0 && b > a, `${a} ${b}`);
       assert.deepEqual(faults, []);
       await context.close();
     },

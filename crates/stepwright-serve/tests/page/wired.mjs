@@ -17,19 +17,22 @@ function standIn() {
     }
 
     async open({ baudRate }) {
-      if (this.readable) throw new DOMException("The port is already open.", "InvalidStateError");
+      if (this.opened) throw new DOMException("The port is already open.", "InvalidStateError");
       if (!(await window.serialOpen(baudRate))) throw new DOMException("Failed to open serial port.", "NetworkError");
+      this.opened = true;
       this.readable = new ReadableStream({ start: (to) => (this.to = to) });
       this.writable = new WritableStream({ write: (bytes) => window.serialWrite([...bytes]) });
     }
 
     async close() {
+      if (!this.opened) throw new DOMException("The port is already closed.", "InvalidStateError");
       if (this.readable?.locked || this.writable?.locked) throw new TypeError("Cannot close a locked stream.");
+      this.opened = false;
       this.readable = this.writable = null;
       await window.serialClose();
     }
 
-    /** The device is gone, as the browser tells it. */
+    /** The device is gone, as the browser tells it: the streams have ended, the port is still open. */
     lose() {
       const { to } = this;
       this.readable = this.writable = null;
@@ -158,6 +161,21 @@ export const tests = {
     const at = Number(await shown(driven.card));
     assert.deepEqual(driven.faults(), []);
     assert.equal((await ended(driven))[0], at);
+  },
+
+  async "a command for a board on a serial port has its port left open"(url) {
+    const driven = await board(url);
+    const { page } = driven;
+    for (const [view, button, said] of [
+      ["plan", "#copy-command", "stepwright move 1000 --port PORT --top-speed 1000 --accel 2000 --start-speed 0"],
+      ["paths", "#paths-copy", "stepwright cycle examples/cycles/drawing.toml --port PORT"],
+    ]) {
+      await page.click(`nav a[href="#${view}"]`);
+      await until("it is there", () => page.locator(view === "plan" ? "#laws td:nth-child(2)" : "#paths-legs tbody tr").count());
+      await page.locator(button).click();
+      assert.equal(await page.locator(`#${view} pre`).innerText(), said);
+    }
+    assert.equal((await ended(driven))[0], 0);
   },
 
   async "on a serial port it is stopped"(url) {

@@ -1,23 +1,22 @@
 // The page without a server: it keeps a board itself, by the way that its reader chooses.
 
+import { by, element } from "../dom.js";
 import { keepBy } from "../server.js";
 import { Host } from "./host.js";
 import { Keeper } from "./keeper.js";
 import { PacedBoard } from "./paced.js";
 import { SerialWire } from "./serial.js";
 
-const fetched = async (name) => (await fetch(new URL(name, import.meta.url))).arrayBuffer();
+async function fetched(name) {
+  const answer = await fetch(new URL(name, import.meta.url));
+  if (!answer.ok) throw new Error(`${name}: ${answer.status}`);
+  return answer.arrayBuffer();
+}
 
 /** The list of ways to a board, in the place of the board's name. */
 function chooser(keeper, module) {
-  const label = document.createElement("label");
-  label.className = "ways";
-  label.textContent = "Board ";
-  const list = document.createElement("select");
-  list.id = "ways";
-  list.append(new Option("virtual, in this page", "virtual"));
+  const list = element("select", new Option("virtual, in this page", "virtual"), { id: "ways" });
   if ("serial" in navigator) list.append(new Option("on a serial port…", "serial"));
-  label.append(list);
   let chosen = "virtual";
   list.onchange = async () => {
     const wanted = list.value;
@@ -33,7 +32,7 @@ function chooser(keeper, module) {
     }
     list.disabled = false;
   };
-  document.getElementById("board").after(label);
+  by("board").after(element("label", ["Board ", list], "ways"));
 }
 
 /** Meets the virtual board; from then on the views ask this page. */
@@ -45,5 +44,5 @@ export async function begin() {
   chooser(keeper, board);
   await keeper.use(new PacedBoard(board));
   // For who reads along in the console.
-  document.getElementById("board").keeper = keeper;
+  by("board").keeper = keeper;
 }

@@ -68,7 +68,9 @@ export class Keeper {
   /** The sheet of the board, in the units of the machine. */
   board() {
     const axes = this.sheet.axes.map((one) => ({ ...one, ...this.machine.of(one.axis) }));
-    return { ...this.sheet, axes, form: () => machineForm(this.machine, axes.length, () => this.remade()) };
+    // A command calls a port of the browser by a name that this page does not know.
+    const port = this.wire?.port && "PORT";
+    return { ...this.sheet, port, axes, form: () => machineForm(this.machine, axes.length, () => this.remade()) };
   }
 
   /** The machine was changed; why not, if it can't be now. */

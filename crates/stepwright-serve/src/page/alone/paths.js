@@ -1,22 +1,19 @@
 // Paths without a server: the examples, as `stepwright serve` has drawn them.
 
 import { Declined } from "../declined.js";
+import { once } from "../dom.js";
 
 const PLAYER =
   "This page has the drawings of the examples. `stepwright serve` draws any file, also while its text is changed, and runs it.";
 
-let loaded = null;
-
 /** Files and their drawings; a test of the command holds them against what it draws. */
-async function examples() {
-  loaded ??= fetch(new URL("./paths.json", import.meta.url)).then((answer) => answer.json());
+const examples = once(async () => {
   try {
-    return await loaded;
+    return await (await fetch(new URL("./paths.json", import.meta.url))).json();
   } catch {
-    loaded = null;
     throw new Declined({ what: "the drawings could not be loaded", do: "is the network on?" }, 503);
   }
-}
+});
 
 /** What /api/path and what lies below it answer. */
 export async function paths(name, body) {

@@ -21,6 +21,7 @@ export class SerialWire {
       try {
         await port.open({ baudRate: BAUD });
         this.port = port;
+        this.closing = false;
         this.writer = port.writable.getWriter();
         this.reading = this.read();
         return;
@@ -56,19 +57,16 @@ export class SerialWire {
   }
 
   write(bytes) {
-    this.writer.write(bytes).catch((error) => this.ongone(error));
+    this.writer.write(bytes).catch((error) => this.closing || this.ongone(error));
   }
 
+  /** A port whose device is gone is open until it is closed, though its streams have ended. */
   async close() {
     this.closing = true;
-    try {
-      await this.reader?.cancel();
-      await this.reading;
-      this.writer?.releaseLock();
-      await this.port.close();
-    } catch {
-      // It is gone already.
-    }
-    this.closing = false;
+    const ended = (promise) => promise?.catch(() => {});
+    await ended(this.reader?.cancel());
+    await ended(this.reading);
+    this.writer?.releaseLock();
+    await ended(this.port.close());
   }
 }

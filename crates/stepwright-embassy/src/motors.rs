@@ -21,7 +21,7 @@ use crate::waiters::Waiters;
 /// ([`plan`](Motors::plan)); without it nothing moves.
 pub struct Motors<'q, E, const N: usize, const Q: usize = 8> {
     shared: RefCell<Shared<'q, E, N, Q>>,
-    /// Axes whose futures were dropped within [`with`](Motors::with): they brake behind it.
+    /// Axes whose futures were dropped while somebody was at the motors: they brake behind that.
     released: Cell<AxisSet<N>>,
     news: &'q News,
 }
@@ -38,14 +38,40 @@ struct Place {
     goal: Option<i64>,
     /// A future has moved it, and has not seen the end.
     owned: bool,
-    /// Its future was dropped on the way, and nothing has begun since.
+    /// What became of that move, where another one may have begun behind it.
+    ended: Option<Outcome>,
+    /// Its future was dropped on the way, and it may brake yet.
     dropped: bool,
     /// Whom its rest wakes.
     waiters: Waiters,
 }
 
 impl Place {
-    const FREE: Place = Place { goal: None, owned: false, dropped: false, waiters: Waiters::NONE };
+    const FREE: Place =
+        Place { goal: None, owned: false, ended: None, dropped: false, waiters: Waiters::NONE };
+
+    /// What became of its move, which has ended here.
+    fn outcome(&self, position: Option<i64>) -> Outcome {
+        match position {
+            None => Outcome::Uncertain,
+            Some(at) if self.goal == Some(at) => Outcome::Reached { at },
+            Some(at) => Outcome::Stopped { at },
+        }
+    }
+}
+
+impl<E: Control, const N: usize, const Q: usize> Shared<'_, E, N, Q> {
+    /// Notes which moves have ended, before others begin that belong to no future.
+    fn settle(&mut self) {
+        for (axis, place) in Axis::all().zip(&mut self.places) {
+            if !self.steppers.is_moving(axis) {
+                place.dropped = false;
+                if place.owned && place.ended.is_none() {
+                    place.ended = Some(place.outcome(self.steppers.position(axis)));
+                }
+            }
+        }
+    }
 }
 
 impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
@@ -109,12 +135,12 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     /// `with`.
     ///
     /// A move that begins here belongs to no future: it goes on, [`rest`](AsyncAxis::rest) waits for
-    /// its end.
+    /// its end. The future of a move before it hears of that one, whenever it is polled.
     pub fn with<R>(&self, ask: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> R) -> Option<R> {
-        let answer = self.ask(|shared| ask(&mut shared.steppers));
-        for axis in self.released.take().iter() {
-            self.release(axis);
-        }
+        let answer = self.ask(|shared| {
+            shared.settle();
+            ask(&mut shared.steppers)
+        });
         // It may have been an order.
         self.news.tell();
         answer
@@ -149,7 +175,12 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
 
     /// The motors; not found only from within [`with`](Motors::with).
     fn ask<R>(&self, ask: impl FnOnce(&mut Shared<'q, E, N, Q>) -> R) -> Option<R> {
-        Some(ask(&mut *self.shared.try_borrow_mut().ok()?))
+        let answer = ask(&mut *self.shared.try_borrow_mut().ok()?);
+        // A waker may have been the last that held a task.
+        for axis in self.released.take().iter() {
+            self.release(axis);
+        }
+        Some(answer)
     }
 
     /// Likewise, and tells the planner.
@@ -187,7 +218,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
             let place = place.ok_or(Refusal::Busy)?;
             let goal = goal(steppers);
             order(steppers)?;
-            (place.goal, place.owned, place.dropped) = (goal, true, false);
+            (place.goal, place.owned) = (goal, true);
+            (place.ended, place.dropped) = (None, false);
             Ok(())
         });
         begun.unwrap_or(Err(Refusal::Busy.into()))
@@ -219,15 +251,11 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     pub(crate) fn poll_end(&self, axis: Axis<N>, context: &Context<'_>) -> Poll<Outcome> {
         let ended = self.ask(|Shared { steppers, places }| {
             let place = places.get_mut(axis.index())?;
-            if steppers.is_moving(axis) {
+            if place.ended.is_none() && steppers.is_moving(axis) {
                 place.waiters.add(context.waker());
                 return None;
             }
-            Some(match steppers.position(axis) {
-                None => Outcome::Uncertain,
-                Some(at) if place.goal == Some(at) => Outcome::Reached { at },
-                Some(at) => Outcome::Stopped { at },
-            })
+            Some(place.ended.unwrap_or_else(|| place.outcome(steppers.position(axis))))
         });
         ended.flatten().map_or(Poll::Pending, Poll::Ready)
     }
@@ -248,8 +276,10 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     /// The future that moved an axis is no more: what moves yet brakes.
     pub(crate) fn release(&self, axis: Axis<N>) {
         let moved = self.ask(|Shared { steppers, places }| {
-            let moves = steppers.is_moving(axis);
-            if let Some(place) = places.get_mut(axis.index()) {
+            let place = places.get_mut(axis.index());
+            let ended = place.as_ref().is_none_or(|place| place.ended.is_some());
+            let moves = !ended && steppers.is_moving(axis);
+            if let Some(place) = place {
                 (place.owned, place.dropped) = (false, moves);
             }
             if moves {

@@ -2,5 +2,6 @@
 
 mod bench;
 
+mod drops;
 mod moves;
 mod random;

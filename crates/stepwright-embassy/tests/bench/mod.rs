@@ -179,7 +179,20 @@ impl Wake for Awake {
 
 /// Makes a board of three axes at 1 MHz, and has it play.
 pub fn with<R>(play: impl FnOnce(&Bench<'_>, &Moved<'_>) -> R) -> R {
-    let (mut queues, news) = ([const { Queue::new() }; AXES], News::new());
+    let (mut queues, news) = (Queues::default(), News::new());
+    let (bench, motors) = built(&mut queues, &news);
+    play(&bench, &motors)
+}
+
+/// Likewise, for what keeps its motors for ever.
+pub fn leaked() -> (&'static Bench<'static>, &'static Moved<'static>) {
+    let (bench, motors) = built(Box::leak(Box::default()), Box::leak(Box::default()));
+    (Box::leak(Box::new(bench)), Box::leak(Box::new(motors)))
+}
+
+type Queues = [Queue<8>; AXES];
+
+fn built<'q>(queues: &'q mut Queues, news: &'q News) -> (Bench<'q>, Moved<'q>) {
     let (around, entries) = (Rc::new(Around::default()), Rc::new(Cell::new(0)));
     let time = &around.time;
     let board = Board::unmeasured(Rate::of::<{ HZ as u32 }>());
@@ -188,11 +201,11 @@ pub fn with<R>(play: impl FnOnce(&Bench<'_>, &Moved<'_>) -> R) -> R {
     let sources = [x.1, y.1, z.1].map(|entry| Counted(entry, Rc::clone(&entries)));
     let engine = Engine::new(time.clone(), wires, sources, board.timing, board.rate);
     let engine = Rc::new(RefCell::new(engine));
-    let motors = Motors::new(Handle(Rc::clone(&engine)), [x.0, y.0, z.0], board, &news);
+    let motors = Motors::new(Handle(Rc::clone(&engine)), [x.0, y.0, z.0], board, news);
     for axis in Axis::all() {
         motors.axis(axis).set_limits(AxisLimits::new(Speed::of::<2_000>(), Accel::of::<20_000>()));
     }
-    play(&Bench { engine, news: &news, entries, wakings: Cell::new(0), around }, &motors)
+    (Bench { engine, news, entries, wakings: Cell::new(0), around }, motors)
 }
 
 impl Around {

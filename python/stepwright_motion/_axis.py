@@ -202,10 +202,8 @@ class Axis:
 
         In a ``with`` block it runs as long as the block lasts.
         """
-        given = 1000 if speed is None and self.speed is None else speed
-        given = self.speed if given is None else given
-        assert given is not None
-        size = text("speed", given, unit, f"{self.unit}/s")
+        given = self.speed if speed is None else speed
+        size = "1000steps/s" if given is None else text("speed", given, unit, f"{self.unit}/s")
         backward = size.startswith(("-", "\u2212"))
         limits = self._limits({**locals(), "speed": size.lstrip("+-\u2212")}, "speed")
         if backward:

@@ -101,7 +101,7 @@ class Move:
     def _checked(self) -> Outcome:
         outcome = self.outcome
         assert outcome is not None
-        if self._stopped_here or outcome:
+        if outcome or self._stopped_here and outcome.kind != "uncertain":
             return outcome
         raise (Stopped if outcome.kind == "stopped" else Uncertain)(outcome)
 
@@ -122,7 +122,10 @@ class Move:
         return self._checked()
 
     def stop(self) -> Outcome:
-        """Brakes along the ramp, waits until it rests, and says where."""
+        """Brakes along the ramp, waits until it rests, and says where.
+
+        Raises ``Uncertain`` if that is not known.
+        """
         if not self.done:
             self._stopped_here = True
             for axis in self._axes:

@@ -226,6 +226,28 @@ def test_runs_last_as_long_as_they_should(board: sw.Board) -> None:
         run.wait()
 
 
+def test_a_run_without_a_speed_is_as_fast_as_a_move_without_one(board: sw.Board) -> None:
+    board.x.steps_per_mm = 80
+    board.x.run(seconds=2.0, accel="100000steps/s2").wait()
+    assert board.x.steps == pytest.approx(2000, abs=40)
+    board.x.speed = 5
+    board.x.run(seconds=2.0, accel="100000steps/s2").wait()
+    assert board.x.steps == pytest.approx(2800, abs=60)
+
+
+def test_a_stop_tells_that_nobody_knows_where() -> None:
+    with sw.virtual() as board:
+        move = board.x.move_to(5000, speed=2000)
+        board.sleep(0.2)
+        board.kill()
+        with pytest.raises(sw.Uncertain):
+            move.stop()
+        with pytest.raises(sw.Uncertain):
+            with board.y.run(1000):
+                board.sleep(0.2)
+                board.kill()
+
+
 def test_lines_are_straight(board: sw.Board) -> None:
     for axis in board:
         axis.steps_per_mm = 80

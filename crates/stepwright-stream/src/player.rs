@@ -369,8 +369,8 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     pub fn kill(&mut self) {
         self.link.fifo().forget();
         self.left = 0;
+        // No credit tells of it: whoever kills from a terminal waits for text alone.
         self.flags |= Credit::OFF;
-        self.owes = true;
         self.closed = true;
         for axis in 0..AXES as u8 {
             if !self.engine.is_idle(axis) {

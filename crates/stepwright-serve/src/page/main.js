@@ -1,11 +1,10 @@
 // The page: what is shown, who controls, and the keys.
 
 import { Axis } from "./axis.js";
-import { by, element } from "./dom.js";
+import { by, element, looked, once } from "./dom.js";
 import { PathsView } from "./paths.js";
 import { PlanView } from "./plan.js";
 import { Plots } from "./plots.js";
-import { Calculators } from "./calc.js";
 import { lineForm } from "./line.js";
 import { follow, get, hand, post, release, take } from "./server.js";
 import { Scope } from "./scope.js";
@@ -15,7 +14,9 @@ import * as talk from "./talk.js";
 const plots = new Plots();
 const settings = new Settings(by("settings"));
 new Scope(tell);
-new Calculators(by("calc"), tell);
+// A page without a server never shows them.
+const calculators = once(async () => new (await import("./calc.js")).Calculators(by("calc"), tell));
+looked("#calc", () => calculators().catch(tell));
 const plan = new PlanView(tell);
 const paths = new PathsView(tell);
 let axes = [];

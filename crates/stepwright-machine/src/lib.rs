@@ -226,9 +226,13 @@ impl Machine {
         for (name, table) in &raw.axis {
             let start = name.span().start;
             let axis = name.get_ref().parse().ok().and_then(AxisId::numbered);
-            let axis = axis.ok_or_else(|| {
+            let axis: AxisId = axis.ok_or_else(|| {
                 at(start, format!("axis.{}: axes are numbered 1 to 8", name.get_ref()))
             })?;
+            let number = axis.number();
+            if *name.get_ref() != number.to_string() {
+                return Err(at(start, format!("axis.{}: write it axis.{number}", name.get_ref())));
+            }
             let values = table.iter().map(|(name, value)| {
                 value_of(&AXIS, name.get_ref(), value.get_ref())
                     .map_err(|why| at(name.span().start, why))
@@ -370,6 +374,9 @@ mod tests {
             ("prot = '/dev/x'", 1, "there is no prot here; there are port, baud, lease"),
             ("[axis.9]\nmm-per-rev = 8", 1, "numbered 1 to 8"),
             ("[axis.x]\nmm-per-rev = 8", 1, "numbered 1 to 8"),
+            ("[axis.01]\nmm-per-rev = 8", 1, "axis.01: write it axis.1"),
+            ("[axis.1]\nmm-per-rev = 8\n[axis.'+1']", 3, "axis.+1: write it axis.1"),
+            ("[axis.1]\nmm-per-rev = 8\n[axis.1]", 3, "duplicate key"),
             ("[axis.1]\n\ntop-speed = '3furlong/s'", 3, "no unit of a speed"),
             ("[axis.1]\ntop-speed = true", 2, "a number"),
             ("[axis.1]\nsteps-per-rev = 0", 2, "1 to 10000000"),

@@ -159,4 +159,7 @@ fn positions_are_said_in_it() {
     assert!(changed.last_line().ends_with(" mm)"), "{changed:#?}");
     assert_eq!(ask(&["stop"]).code(), Some(0));
     is_in_mm(&ask(&["run", "10mm/s", "--detach", "--format", "json"]));
+    assert_eq!(ask(&["stop"]).code(), Some(0));
+    let left = ask(&["run", "10mm/s", "--detach"]);
+    assert!(left.last_line().ends_with(" mm)"), "{left:#?}");
 }

@@ -10,10 +10,12 @@ use super::by_law::{self, Goal, LawOrder};
 use super::drive;
 use super::law::LawArgs;
 use super::lease::LeaseArgs;
+use super::look::State;
 use super::motion::{Motion, listed};
 use super::screen::Screen;
 use super::target::{self, AxisArgs, Format, MotionArgs};
 use super::travel::{last_line, start_position};
+use super::watch;
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::{SignedSpeedArg, in_unit};
@@ -181,7 +183,8 @@ fn left_alone(session: &mut Session, args: &Args) -> Result<(), Failure> {
         tell(session, args, "stopped", position, why);
         return Err(stopped(why));
     }
-    tell(session, args, "busy", position, None);
+    let state = State { axis: args.on.axis, busy, position, stop: None };
+    watch::tell(session, args.order.format, args.order.ramps.unit(), &state);
     say::note(format_args!("stop it with: stepwright stop --port {}", session.link().name()));
     Ok(())
 }

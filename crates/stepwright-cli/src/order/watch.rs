@@ -87,7 +87,8 @@ fn follow(session: &mut Session, args: &OneArgs) -> Result<State, LinkError> {
     states.into_iter().next().ok_or(LinkError::Silent)
 }
 
-fn tell(session: &mut Session, format: Format, unit: Option<MachineUnit>, state: &State) {
+/// Says what an axis is doing, also in its unit.
+pub fn tell(session: &mut Session, format: Format, unit: Option<MachineUnit>, state: &State) {
     match format {
         Format::Json => {
             let told = json!({

@@ -182,21 +182,24 @@ impl<'p> CyclesOnBoard<'p> {
             }
             let mut legs = Vec::new();
             for part in &mut stage.moves {
-                if part.line(&mut legs).is_none() {
-                    let what = "each is 1 to 2147483647 on a board";
-                    return Err(self.text.blame(part.at.clone(), what));
-                }
+                let said = part.line(&mut legs);
                 if legs.len() > board.legs() {
                     let what = format_args!(
-                        "cycle {} has {} delays and legs of series so far, and a {name} keeps {}",
+                        "cycle {} has {} delays and legs of series so far, {} more than a {name} \
+                         keeps ({})",
                         n + 1,
                         legs.len(),
+                        legs.len() - board.legs(),
                         board.legs()
                     );
                     return Err(self.text.blame(part.at.clone(), what).hint(
                         "make two cycles of it, a ramp-us of the list, or play it on a Mega, \
                          which keeps 400",
                     ));
+                }
+                if said.is_none() {
+                    let what = "each is at most 2147483647 on a board";
+                    return Err(self.text.blame(part.at.clone(), what));
                 }
             }
         }

@@ -186,11 +186,19 @@ fn what_a_board_can_not_do_is_refused() {
     refused(MEGA, &file(1, home), "the switch was not found");
     let line = "[[cycle]]\nline = { to = { A = 10 }, speed = 100, accel = 1000 }\n";
     refused(UNO, &file(1, &format!("{GO}{line}")), "a uno has no room for lines and arcs");
-    let long = vec!["900"; 25].join(",");
-    let list = format!("[[cycle]]\nmove.A = {{ delays-us = [{long}] }}\n");
-    let what = "cycle 1 has 25 delays and legs of series so far, and a uno keeps 22";
-    refused(UNO, &file(1, &list), what);
-    assert_eq!(play(MEGA, 0, &file(1, &list)).unwrap(), [25]);
+    let list = |length| {
+        let long = vec!["900"; length].join(",");
+        file(1, &format!("[[cycle]]\nmove.A = {{ delays-us = [{long}] }}\n"))
+    };
+    for (length, more) in [(25, 3), (70_000, 69_978)] {
+        let what = format!(
+            "has {length} delays and legs of series so far, {more} more than a uno keeps (22)"
+        );
+        refused(UNO, &list(length), &what);
+    }
+    assert_eq!(play(MEGA, 0, &list(25)).unwrap(), [25]);
+    let each = "[[cycle]]\nmove.A = { delays-us = [900], each = 2147483648 }\n";
+    refused(UNO, &file(1, each), "each is at most 2147483647 on a board");
     // The board's own refusals, with the motor's name.
     let small = "[[cycle]]\nmove.A = { steps = 10 }\nmove.B = { steps = 10, delay-us = 400 }\n";
     refused(UNO, &file(2, small), "the first delay of B is below its smallest: at least 500 µs");

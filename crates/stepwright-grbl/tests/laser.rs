@@ -100,6 +100,25 @@ fn an_override_has_its_power() {
     assert_eq!(sender.grbl.machine().outputs.power, 1_000.0);
 }
 
+/// A jog is a move at a feed rate, in G0 too, and burns as one while M3 or M4 is on.
+#[test]
+fn a_jog_burns_as_in_grbl() {
+    for (before, power) in [("M3S500", 500.0), ("M4S500", 500.0), ("M3S0", 0.0), ("M5", 0.0)] {
+        let mut sender = Sender::new();
+        for line in ["$32=1", "G0", before] {
+            sender.says(line, "ok");
+        }
+        sender.says("$J=G91X20F1500", "ok");
+        sender.pass(0.4);
+        assert_eq!(sender.state(), "Jog");
+        let burnt = sender.grbl.machine().outputs.power;
+        assert!((burnt - power).abs() < 1.0, "{before}: {burnt}");
+        sender.send(b"\x85");
+        sender.rest();
+        assert_eq!(sender.grbl.machine().outputs.power, 0.0, "{before}");
+    }
+}
+
 /// Neither M3 nor M4 burns a hole where it is held, or on the way of a probe.
 #[test]
 fn a_held_laser_is_dark() {

@@ -19,7 +19,7 @@ pub enum SheetFormat {
     /// In columns, for reading
     #[default]
     Table,
-    /// Comma-separated values, with all digits
+    /// Comma-separated values, with all digits: of the table alone, if there is one
     Csv,
     /// One object, with all digits
     Json,

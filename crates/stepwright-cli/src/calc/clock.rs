@@ -1,10 +1,17 @@
 //! Which timer: the options that `timer`, `range` and `timed` share.
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use stepwright_plan::calc::TimerKind;
 use stepwright_timed::fit::{Hardware, Misfit, io_clock};
 use stepwright_units::measure::hertz;
 
 use crate::failure::Failure;
+
+/// What there is to divide a clock by.
+fn dividers() -> impl TypedValueParser<Value = u16> {
+    let each = ["1", "2", "4", "8", "16", "32", "64", "128", "256"];
+    PossibleValuesParser::new(each).try_map(|text| text.parse::<u16>())
+}
 
 /// A hardware timer and its clock.
 #[derive(clap::Args, Clone, Debug)]
@@ -13,8 +20,8 @@ pub struct ClockArgs {
     /// Clock of the chip: 16MHz, 8MHz, 128kHz …
     #[arg(long, value_name = "HZ", default_value = "16MHz", value_parser = hertz)]
     oscillator: u32,
-    /// What CLKPR divides it by: 1, 2, 4, 8, 16, 32, 64, 128 or 256
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    /// What CLKPR divides it by
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = dividers())]
     clkpr: u16,
     /// Which timer
     #[arg(long, value_enum, default_value_t = TimerKind::Avr16)]

@@ -83,11 +83,17 @@ impl Args {
             What::Microstep(args) => (args.sheet()?, args.output),
         })
     }
+
+    /// Draws into the files that are named.
+    fn draw(&self) -> Result<(), Failure> {
+        if let What::Timed(args) = &self.what { args.draw() } else { Ok(()) }
+    }
 }
 
 /// Computes and prints.
 pub fn run(args: Args) -> Result<(), Failure> {
     let (sheet, Output { format }) = args.sheet()?;
+    args.draw()?;
     let mut out = io::stdout().lock();
     unless_closed(sheet.write(&mut out, format).and_then(|()| out.flush()))
 }
@@ -99,6 +105,7 @@ impl From<CalcError> for Failure {
             CalcError::Misfit { what, why } => misfit(&what, why),
             CalcError::Range(error) => error.into(),
             CalcError::Unit(error) => error.into(),
+            CalcError::LongTurn { .. } => failure.status(2).hint("give it in rev/s or rpm"),
             CalcError::BelowOne { .. } => {
                 failure.hint("--exact does not round it down to whole steps/s")
             }

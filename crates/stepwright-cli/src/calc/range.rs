@@ -94,4 +94,22 @@ mod tests {
             assert!(sheet.rows.iter().all(|row| real(&row[5]) <= highest), "{line}");
         }
     }
+
+    /// Nor is the lowest one that the timer would refuse, however slow its clock is.
+    #[test]
+    fn the_lowest_rate_is_kept() {
+        for (line, hz, longest) in [
+            ("", 16e6, 67_108_864.0),
+            ("--timer avr8 --oscillator 1Hz", 1.0, 262_144.0),
+            ("--timer wide32", 16e6, 2_147_483_647.0),
+            ("--timer wide32 --oscillator 100Hz", 100.0, 2_147_483_647.0),
+        ] {
+            let sheet = sheet(line);
+            let [lowest, turn] = ["lowest_steps_s", "turn_s"].map(|key| fact(&sheet, key));
+            assert!((lowest * longest / hz - 1.0).abs() < 1e-12, "{line}: {lowest}");
+            assert!((turn * lowest / 200.0 - 1.0).abs() < 1e-12, "{line}: {turn}");
+            assert!(sheet.rows.iter().all(|row| real(&row[1]) >= lowest), "{line}");
+            assert!(sheet.rows.iter().all(|row| real(&row[3]) >= lowest), "{line}");
+        }
+    }
 }

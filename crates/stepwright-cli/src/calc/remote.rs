@@ -1,6 +1,6 @@
 //! The calculators for pages and programs, by the same words as on the command line.
 
-use clap::{Arg, Args as _, Command, FromArgMatches};
+use clap::{Arg, ArgMatches, Args as _, Command, FromArgMatches};
 use stepwright_keeper::Declined;
 use stepwright_serve::calc::{CalcAnswer, CalcFact, CalcOption, CalculatorSheet, Calculators};
 
@@ -8,8 +8,9 @@ use super::Args;
 use crate::failure::Failure;
 use stepwright_plan::sheet::Sheet;
 
-/// How the result is printed is nothing to a page.
-const OUTPUT: &str = "format";
+/// How the result is printed is nothing to a page, and a server's files are not its.
+const OUTPUT: [&str; 2] = ["format", FILES];
+const FILES: &str = "plot";
 
 /// All of them.
 pub fn calculators() -> Calculators {
@@ -25,7 +26,10 @@ fn command() -> Command {
 
 fn sheet(command: &Command) -> CalculatorSheet {
     let about = command.get_about().map(ToString::to_string).unwrap_or_default();
-    let wanted = |arg: &&Arg| ![OUTPUT, "help", "version"].contains(&arg.get_id().as_str());
+    let wanted = |arg: &&Arg| {
+        let id = arg.get_id().as_str();
+        !OUTPUT.contains(&id) && !["help", "version"].contains(&id)
+    };
     let options = command.get_arguments().filter(wanted).map(option).collect();
     CalculatorSheet { name: command.get_name().to_owned(), about, options }
 }
@@ -57,6 +61,11 @@ fn option(arg: &Arg) -> CalcOption {
 fn answer(words: &[String]) -> Result<CalcAnswer, Declined> {
     let computed = || -> Result<Sheet, Failure> {
         let matches = command().try_get_matches_from(words)?;
+        let writes = |given: &ArgMatches| given.try_contains_id(FILES).unwrap_or(false);
+        if matches.subcommand().is_some_and(|(_, given)| writes(given)) {
+            let what = format!("--{FILES} writes a file, which only the command itself does");
+            return Err(Failure::new(what).hint("leave it out"));
+        }
         Ok(Args::from_arg_matches(&matches)?.sheet()?.0)
     };
     computed().map(told).map_err(|failure| {
@@ -120,10 +129,25 @@ mod tests {
         }
     }
 
+    /// Anyone who reaches the server may calculate.
+    #[test]
+    fn no_file_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("curve.svg");
+        for plot in [format!("--plot {}", file.display()), format!("--plot={}", file.display())] {
+            let declined = said(&format!("timed 6 800 --updates 3 {plot}")).unwrap_err();
+            assert!(declined.what.contains("--plot writes a file"), "{declined:?}");
+            assert_eq!(declined.status(), 422);
+        }
+        assert!(!file.exists());
+    }
+
     #[test]
     fn all_that_can_be_given_is_listed() {
         let sheets = calculators().sheets;
         let names: Vec<_> = sheets.iter().map(|sheet| sheet.name.as_str()).collect();
+        let all: Vec<_> = sheets.iter().flat_map(|sheet| &sheet.options).collect();
+        assert!(all.iter().all(|one| !["--format", "--plot"].contains(&one.name.as_str())));
         for name in ["timer", "timed", "range", "belt", "screw", "delay", "vref", "microstep"] {
             assert!(names.contains(&name), "{names:?}");
         }

@@ -30,10 +30,10 @@ Examples:
     stepwright calc timed 1000 65536000 --tops --updates 16 --doubling --plot doubling.png")]
 pub struct Args {
     /// Speed at the start: 6, 1rpm … (a bare number is steps/s)
-    #[arg(value_name = "FROM")]
+    #[arg(value_name = "FROM", allow_hyphen_values = true)]
     from: String,
     /// Speed at the end: 800, 150rpm …
-    #[arg(value_name = "TO")]
+    #[arg(value_name = "TO", allow_hyphen_values = true)]
     to: String,
     /// FROM and TO are virtual tops
     #[arg(long)]
@@ -47,8 +47,8 @@ pub struct Args {
     /// Take this modification; the speed at the end follows
     #[arg(long, value_name = "CLOCKS", value_parser = whole)]
     modification: Option<u32>,
-    /// Time from update to update: 1s, 250ms
-    #[arg(long, value_name = "TIME", value_parser = |text: &str| micros_or_ms(text))]
+    /// Time from update to update: 1s, 250ms (a bare number is ms)
+    #[arg(long, value_name = "TIME", value_parser = |text: &str| seconds_or_ms(text))]
     every: Option<f64>,
     #[command(flatten)]
     clock: ClockArgs,
@@ -62,7 +62,7 @@ pub struct Args {
 }
 
 /// Seconds; a bare number is in milliseconds, as the Arduino driver has them.
-fn micros_or_ms(text: &str) -> Result<f64, String> {
+fn seconds_or_ms(text: &str) -> Result<f64, String> {
     let bare = text.bytes().all(|b| b.is_ascii_digit() || b == b'.');
     let micros = micros(&if bare { format!("{text}ms") } else { text.to_owned() })?;
     Ok(micros / 1e6)
@@ -95,12 +95,14 @@ impl Args {
     /// The modification, and the table.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
         let (hardware, geometry) = (self.clock.hardware()?, self.geometry.geometry()?);
+        Ok(self.table(&hardware)?.sheet(&hardware, &geometry)?)
+    }
+
+    /// Draws the curve into the files that are named.
+    pub fn draw(&self) -> Result<(), Failure> {
+        let (hardware, geometry) = (self.clock.hardware()?, self.geometry.geometry()?);
         let table = self.table(&hardware)?;
-        let sheet = table.sheet(&hardware, &geometry)?;
-        for file in &self.plot {
-            plot::save(file, &table.figure(&hardware, &geometry)?)?;
-        }
-        Ok(sheet)
+        self.plot.iter().try_for_each(|file| plot::save(file, &table.figure(&hardware, &geometry)?))
     }
 }
 

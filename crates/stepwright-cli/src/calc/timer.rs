@@ -158,11 +158,10 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused() {
-        for line in
-            ["0", "25001", "0.2 --exact", "0.5", "--top 67108864", "--top 639", "1 --clkpr 3"]
-        {
+        for line in ["0", "25001", "0.2 --exact", "0.5", "--top 67108864", "--top 639"] {
             assert!(sheet(line).is_err(), "{line}");
         }
         assert!(sheet("50mm/s").is_err());
+        assert!(Line::try_parse_from(["calc", "1", "--clkpr", "3"]).is_err());
     }
 }

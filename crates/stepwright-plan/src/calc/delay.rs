@@ -33,9 +33,9 @@ const WANTED: [f64; 6] = [1500.0, 650.0, 330.0, 180.0, 80.0, 40.0];
 
 /// The smallest delay that fits and is no shorter.
 fn fitting(delay: f64, period: f64) -> f64 {
-    // A part of 10⁹ is rounding: 0.3 is three times 0.1.
-    let periods = (delay / period * (1.0 - 1e-9)).ceil().max(3.0);
-    periods * period
+    // A part of 10⁹ is rounding, but no more than a part of 10⁶ of a period: 0.3 is three times 0.1.
+    let periods = delay / period;
+    (periods - (periods * 1e-9).min(1e-6)).ceil().max(3.0) * period
 }
 
 impl DelayFit {
@@ -98,5 +98,21 @@ impl DelayFit {
         fact("delay_32_s", "longest delay, 2^32 µs", 2.0 * narrow / 1e6, "s");
         let travel = narrow * 3.0 * self.period / 1e6 / 3600.0;
         fact("steps_32_h", "2^31 steps take at least", travel, "h");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No shorter than it is wanted, however many periods it is.
+    #[test]
+    fn a_delay_is_never_cut() {
+        assert_eq!(fitting(0.3, 0.1), 3.0 * 0.1);
+        assert_eq!(fitting(1105.0, 200.0), 1200.0);
+        assert_eq!(fitting(0.1, 0.1), 3.0 * 0.1);
+        for wanted in [1e9 + 0.5, 4e9 + 0.25, 1e12 + 0.125] {
+            assert_eq!(fitting(wanted, 1.0), wanted.ceil(), "{wanted}");
+        }
     }
 }

@@ -56,7 +56,11 @@ impl Gearing {
                 Some(mm) => geometry.travelling_nm(mm.nm()).map_err(CalcError::Range)?,
                 None => geometry,
             };
-            let turns = speed.steps(&geometry, "--speed")? / f64::from(self.steps_per_rev);
+            let steps = speed.steps(&geometry, "--speed").map_err(|_| CalcError::LongTurn {
+                speed: speed.given().to_owned(),
+                travel: Cell::digits(travel, 9).shown(),
+            })?;
+            let turns = steps / f64::from(self.steps_per_rev);
             sheet.fact("turns_s", "speed", Cell::digits(turns, 6), "rev/s");
             sheet.fact("mm_s", "… linear", Cell::digits(turns * travel, 6), "mm/s");
         }

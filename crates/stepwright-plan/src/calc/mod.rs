@@ -50,6 +50,13 @@ pub enum CalcError {
     Range(OutOfRange),
     /// A value whose unit is not known.
     Unit(UnitError),
+    /// A speed in millimetres, of a motor whose turn is too long for that.
+    LongTurn {
+        /// The speed as typed.
+        speed: String,
+        /// The travel of a turn in mm.
+        travel: String,
+    },
     /// A speed that rounds down to nothing.
     BelowOne {
         /// As typed.
@@ -99,6 +106,10 @@ impl fmt::Display for CalcError {
             CalcError::Misfit { what, why } => write!(f, "{what}: {why}"),
             CalcError::Range(error) => error.fmt(f),
             CalcError::Unit(error) => error.fmt(f),
+            CalcError::LongTurn { speed, travel } => write!(
+                f,
+                "--speed {speed}: millimetres are for turns of 0.000001 to 4294.967295 mm, not {travel}"
+            ),
             CalcError::BelowOne { given } => write!(f, "{given} is less than one step/s"),
             CalcError::Delays { delays, kinds } => {
                 write!(f, "{delays} delays for {kinds} kinds of microsteps")

@@ -9,8 +9,11 @@ use crate::sheet::{Cell, Sheet};
 pub fn range(hardware: &Hardware, geometry: &Geometry) -> Sheet {
     let turn = f64::from(geometry.steps_per_turn());
     let (hz, bits) = (f64::from(hardware.hz()), hardware.bits());
-    let lowest = hardware.slowest_nanosteps() as f64 / 1e9;
-    let highest = hardware.fastest_nanosteps() as f64 / 1e9;
+    // A step each time that the counter comes round; a wide one counts on where no interval does.
+    let whole = hardware.span() - 1 <= u64::from(hardware.max_top());
+    let longest = if whole { hardware.span() } else { hardware.max_top().into() };
+    let lowest = hz / longest as f64;
+    let highest = hz / f64::from(hardware.min_top());
 
     let title = format!("A timer of {bits} bits at {} Hz", hardware.hz());
     let mut sheet = Sheet::new(title);
@@ -32,7 +35,7 @@ pub fn range(hardware: &Hardware, geometry: &Geometry) -> Sheet {
         ("highest_rpm", "rpm"),
     ];
     for &shift in hardware.shifts() {
-        let clocks = |counts: u64| (counts << shift) as f64;
+        let clocks = |counts: u64| (counts << shift).min(longest) as f64;
         let counts = 1u64 << bits;
         // So that it takes no less than the shortest interval.
         let least = u64::from(hardware.min_top()).div_ceil(1 << shift);
@@ -43,8 +46,11 @@ pub fn range(hardware: &Hardware, geometry: &Geometry) -> Sheet {
         }
         sheet.rows.push(row);
     }
-    sheet.notes.push(format!(
-        "lowest: one step each 2^{bits} counts; largest top: the register holds 2^{bits} − 1."
-    ));
+    sheet.notes.push(match whole {
+        true => format!(
+            "lowest: one step each 2^{bits} counts; largest top: the register holds 2^{bits} − 1."
+        ),
+        false => format!("lowest, largest top: no interval has more than {longest} clocks."),
+    });
     sheet
 }

@@ -150,7 +150,8 @@ impl TimedTable {
         sheet.fact("end_top", "real end", end, "clocks");
         sheet.fact("end_rpm", "… speed", Cell::digits(rate(end) * 60.0 / turn, 7), "rpm");
         if let Some(every) = self.every {
-            let seconds = f64::from(self.updates) * every;
+            // A FAULT ends it before.
+            let seconds = (states.len() - 1) as f64 * every;
             sheet.fact("seconds", "takes", Cell::digits(seconds, 6), "s");
         }
         sheet.columns = vec![("update", "update"), ("top", "virtual top"), ("by", "changed by")];
@@ -207,7 +208,9 @@ impl TimedTable {
                 points.extend(points.last().map(|&(_, before)| (x, before)));
                 points.push((x, y));
             }
-            points.extend(dots.last().map(|&(x, y)| (x + step, y)));
+            // Behind a FAULT the speed stays.
+            let end = (f64::from(change.updates) + 1.0) * step;
+            points.extend(dots.last().map(|&(_, y)| (end, y)));
             let dots = if dots.len() <= 60 && colour == 0 { dots } else { Vec::new() };
             let dashed = colour != 0;
             let colour = PALETTE[if dashed { 5 } else { 0 }];

@@ -277,6 +277,19 @@ fn a_fault_keeps_the_speed() {
     let line = "15000 33570000 --tops --updates 25 --doubling --modification 64";
     let sheet = args(line).sheet().unwrap();
     assert_eq!((sheet.rows.len(), sheet.notes.len()), (20, 1));
+    // The change is over then, and the drawing goes on at the last speed.
+    let timed = args(&format!("{line} --every 250ms"));
+    let sheet = timed.sheet().unwrap();
+    let seconds = sheet.facts.iter().find(|fact| fact.key == "seconds").unwrap();
+    assert_eq!(seconds.value.shown(), "4.75");
+    let hardware = timed.clock.hardware().unwrap();
+    let geometry = timed.geometry.geometry().unwrap();
+    let figure = timed.table(&hardware).unwrap().figure(&hardware, &geometry);
+    let figure = figure.unwrap();
+    let curves = &figure.rows[0].1[0].curves;
+    let points = &curves.iter().find(|curve| !curve.dashed).unwrap().points;
+    let [.., before, last] = points[..] else { panic!("{points:?}") };
+    assert_eq!((before.0, last.0, before.1), (4.75, 6.5, last.1));
     let line = "2000 700 --tops --updates 9 --modification 300";
     assert_eq!(column(&args(line).sheet().unwrap(), "top").last().unwrap(), "800");
 }

@@ -9,12 +9,18 @@ use crate::svg::{escaped, render};
 /// network.
 pub fn page(title: &str, picture: &Picture) -> String {
     let probes: Vec<Value> = picture.probes.iter().map(probe).collect();
-    // "</" can't stand in a script element.
-    let data = json!(probes).to_string().replace("</", "<\\/");
-    TEMPLATE
-        .replace("{title}", &escaped(title))
-        .replace("{svg}", &render(picture))
-        .replace("{data}", &data)
+    // A script element ends, or goes on, by what follows a "<".
+    let data = json!(probes).to_string().replace('<', "\\u003c");
+    // Each mark is looked for behind the one before: what is put in may have marks of its own.
+    let mut page = String::new();
+    let mut rest = TEMPLATE;
+    for (mark, text) in [("{title}", escaped(title)), ("{svg}", render(picture)), ("{data}", data)]
+    {
+        let Some((before, behind)) = rest.split_once(mark) else { continue };
+        page.extend([before, &text]);
+        rest = behind;
+    }
+    page + rest
 }
 
 fn probe(probe: &Probe) -> Value {
@@ -44,3 +50,44 @@ fn short(value: f64) -> f64 {
 }
 
 const TEMPLATE: &str = include_str!("page.html");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::{Frame, ProbeCurve, Style};
+
+    /// Names of a file are text, whatever is in them: neither marks of the template nor tags.
+    #[test]
+    fn names_are_text() {
+        let names = [
+            "{data}",
+            "{svg}{title}",
+            "<img src=x onerror=alert(1)>",
+            "<!--<script>",
+            "</script>",
+            "a & \"b\"",
+        ];
+        let mut picture = Picture::new(100.0, 100.0);
+        for name in names {
+            picture.text((0.0, 0.0), Style::new(9.0, [0; 3]), name);
+        }
+        let curves = names.map(|name| ProbeCurve { name: name.into(), points: Vec::new() });
+        picture.probes.push(Probe {
+            frame: Frame { left: 0.0, top: 0.0, width: 9.0, height: 9.0 },
+            x_unit: "s".into(),
+            y_unit: "<b>".into(),
+            curves: curves.into(),
+        });
+        let page = page(&names.concat(), &picture);
+        let title = format!("<title>{}</title>", escaped(&names.concat()));
+        assert!(page.contains(&title) && page.contains(&render(&picture)), "{page}");
+        let data = page.split("const probes = ").nth(1).unwrap().split(";\n").next().unwrap();
+        assert!(!data.contains('<'), "{data}");
+        let data: Value = serde_json::from_str(data).unwrap();
+        let told: Vec<_> = (data[0]["curves"].as_array().unwrap().iter())
+            .map(|curve| curve["name"].as_str().unwrap())
+            .collect();
+        assert_eq!((told, data[0]["y"].as_str()), (names.to_vec(), Some("<b>")));
+        assert_eq!(page.matches("<script").count(), 1);
+    }
+}

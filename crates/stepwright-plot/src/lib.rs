@@ -208,11 +208,16 @@ pub struct AxisSeries {
     pub window: f64,
 }
 
+/// When a point is.
+fn time(point: Option<&(f64, f64)>) -> f64 {
+    point.map_or(0.0, |(time, _)| *time)
+}
+
 impl MotionPlot {
     /// Its panels.
     pub fn figure(&self) -> Figure {
-        let end = |series: &AxisSeries| series.speed.last().map_or(0.0, |(t, _)| *t);
-        let end = self.series.iter().map(end).fold(0.0, f64::max);
+        let ends = |series: &AxisSeries| [series.speed.last(), series.position.last()].map(time);
+        let end = self.series.iter().flat_map(ends).fold(0.0, f64::max);
         let unit = self.unit.map_or("steps", |unit| unit.name);
         let window = self.series.iter().map(|series| series.window).fold(0.0, f64::max);
         // What is shorter has no height of its own.

@@ -146,7 +146,7 @@ impl SpeedWay {
 
 /// Whether a point is straight on from two others. Of a bend with the chord c and the angle θ to
 /// its end the middle is c·θ/4 away, at most a twentieth of a pixel.
-fn straight(line: &[(f64, f64)], point: (f64, f64)) -> bool {
+pub(crate) fn straight(line: &[(f64, f64)], point: (f64, f64)) -> bool {
     let &[a, b] = line else { return false };
     let (before, after) = ((b.0 - a.0, b.1 - a.1), (point.0 - b.0, point.1 - b.1));
     let off = (before.0 * after.1 - before.1 * after.0).abs();

@@ -97,8 +97,25 @@ pub fn escaped(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
+            // XML has no place for these.
+            '\0'..='\u{8}' | '\u{b}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
             c => out.push(c),
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// XML has no place for them, however they are written.
+    #[test]
+    fn characters_that_xml_lacks_are_replaced() {
+        let wrong = ['\0', '\u{1}', '\u{1b}', '\u{1f}', '\r', '\u{b}', '\u{fffe}', '\u{ffff}'];
+        for c in wrong {
+            assert_eq!(escaped(&format!("a{c}b")), "a\u{fffd}b", "{c:?}");
+        }
+        assert_eq!(escaped("a\tb\nc\u{7f}\u{e000}ä😀"), "a\tb\nc\u{7f}\u{e000}ä😀");
+    }
 }

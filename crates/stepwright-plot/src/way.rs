@@ -3,7 +3,14 @@
 use crate::figure::{GRID, INK, PALETTE, SOFT};
 use crate::picture::{Frame, Picture, Shape, Style};
 use crate::scale::{Scale, number};
+use crate::speed_way::straight;
 use crate::{clip, width};
+
+/// How many points are kept, at most: more than can be told apart.
+const POINTS: usize = 200_000;
+
+/// How many wait behind them to be looked at together.
+const WAITING: usize = 50_000;
 
 /// Where two motors have been.
 pub struct WayPlot {
@@ -11,12 +18,15 @@ pub struct WayPlot {
     pub names: (String, String),
     unit: String,
     points: Vec<(i64, i64)>,
+    /// How many of them were looked at, and of how many that are seen one is kept.
+    settled: usize,
+    every: usize,
 }
 
 impl WayPlot {
     /// Of two motors with these names, in this unit.
     pub fn new(names: (String, String), unit: String) -> WayPlot {
-        WayPlot { names, unit, points: Vec::new() }
+        WayPlot { names, unit, points: Vec::new(), settled: 0, every: 1 }
     }
 
     /// On to here. Of a straight line only the ends are kept.
@@ -36,18 +46,50 @@ impl WayPlot {
                 self.points.pop();
             }
         }
+        if self.points.len() >= self.settled + WAITING {
+            self.settle();
+        }
         self.points.push((x, y));
+    }
+
+    /// Leaves out the points that no picture would show, and if that is too few, every second one
+    /// from now on.
+    fn settle(&mut self) {
+        let range = |of: fn(&(i64, i64)) -> i64| {
+            let values = self.points.iter().map(of);
+            values.fold((i64::MAX, i64::MIN), |(low, high), v| (low.min(v), high.max(v)))
+        };
+        let span = [range(|p| p.0), range(|p| p.1)].map(|(low, high)| high.abs_diff(low));
+        let pixel = SIDE / span[0].max(span[1]).max(1) as f64;
+        let waiting = self.points.split_off(self.settled);
+        let seen = thinned(&waiting, |p| (p.0 as f64 * pixel, p.1 as f64 * pixel));
+        self.points.extend(seen.into_iter().step_by(self.every));
+        if self.points.len() > POINTS {
+            self.every *= 2;
+            let mut odd = false;
+            self.points.retain(|_| {
+                odd = !odd;
+                odd
+            });
+        }
+        self.settled = self.points.len();
     }
 
     /// Draws it.
     pub fn picture(&self, title: &str) -> Picture {
-        let largest = self.points.iter().map(|p| p.0.abs().max(p.1.abs())).max().unwrap_or(0);
+        let largest = self
+            .points
+            .iter()
+            .map(|p| p.0.unsigned_abs().max(p.1.unsigned_abs()))
+            .max()
+            .unwrap_or(0);
         let (unit, per) = shown_in(&self.unit, largest as f64);
         let points: Vec<_> =
             self.points.iter().map(|&(x, y)| (x as f64 / per, y as f64 / per)).collect();
         let names = [&*self.names.0, &*self.names.1];
         let Paper { mut picture, frame, x, y } = Paper::new(title, names, &unit, &points);
         let line: Vec<_> = points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
+        let line = thinned(&line, |p| p);
         let ends = [line.first().copied(), line.last().copied()];
         // Of a way with very many corners a wide line would be a block.
         let corners = corners(&line) as f64;
@@ -68,6 +110,21 @@ impl WayPlot {
         }
         picture
     }
+}
+
+/// The points without those that are less than a twentieth of a pixel off the line through the
+/// others.
+fn thinned<P: Copy>(points: &[P], pixels: impl Fn(P) -> (f64, f64)) -> Vec<P> {
+    let mut kept: Vec<P> = Vec::new();
+    for &point in points {
+        if let [.., a, b] = kept[..]
+            && straight(&[pixels(a), pixels(b)], pixels(point))
+        {
+            kept.pop();
+        }
+        kept.push(point);
+    }
+    kept
 }
 
 /// The paper of a way: its frame, the grid, and the scales.
@@ -229,6 +286,43 @@ mod tests {
         (found[0].1, found[0].2)
     }
 
+    /// Turns of a circle, step by step, as motors make them.
+    fn circles(turns: u32) -> WayPlot {
+        let mut way = WayPlot::new(("X".into(), "Y".into()), "nm".into());
+        for n in 0..=turns * 5_000 {
+            let (sin, cos) = (f64::from(n) * std::f64::consts::TAU / 5_000.0).sin_cos();
+            way.go((cos * 1e9 / 1250.0).round() as i64, (sin * 1e9 / 1250.0).round() as i64);
+        }
+        way
+    }
+
+    /// However often the motors turn, memory and the file are bounded, and it stays round.
+    #[test]
+    fn a_thousand_turns_are_a_small_file() {
+        let way = circles(1_000);
+        assert!(way.points.len() <= POINTS + WAITING, "{}", way.points.len());
+        let picture = way.picture("Circles");
+        assert!(crate::svg::render(&picture).len() < 3_000_000);
+        let lines = picture.shapes.iter().filter_map(|shape| match shape {
+            Shape::Line { points, .. } if points.len() > 2 => Some(points),
+            _ => None,
+        });
+        let lines: Vec<_> = lines.collect();
+        let [line] = lines[..] else { panic!("{}", lines.len()) };
+        let side = line.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.0), b.max(p.0)));
+        let (middle, radius) = ((side.0 + side.1) / 2.0, (side.1 - side.0) / 2.0);
+        let tops = line.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.1), b.max(p.1)));
+        let level = (tops.0 + tops.1) / 2.0;
+        for pair in line.windows(2) {
+            let (x, y) = ((pair[0].0 + pair[1].0) / 2.0, (pair[0].1 + pair[1].1) / 2.0);
+            let off = (x - middle).hypot(y - level) - radius;
+            assert!(off.abs() < 0.5, "{off} {pair:?}");
+        }
+        // It ends where the motors are.
+        let end = (line[line.len() - 1].0 - middle - radius).hypot(line[line.len() - 1].1 - level);
+        assert!(end < 0.1, "{end}");
+    }
+
     #[test]
     fn start_and_end_have_their_names() {
         let mm = 1_000_000;
@@ -268,5 +362,12 @@ mod tests {
             };
             assert!(numbers(true) >= 4 && numbers(false) >= 4, "{end:?}: {texts:?}");
         }
+    }
+
+    /// As far as positions can be counted.
+    #[test]
+    fn the_ends_of_the_range_are_places_too() {
+        let far = texts(&[(i64::MIN, 0), (i64::MAX, i64::MIN)]);
+        assert!(far.iter().any(|(text, ..)| text == "end"), "{far:?}");
     }
 }

@@ -157,6 +157,36 @@ fn a_line_of_no_length_is_none() {
     stepwright(&["cycle", file]).assert_error("the path is over by then");
 }
 
+/// What --limit ends is told as such wherever it is told, and no switch is blamed for it.
+#[test]
+fn what_the_limit_ends_is_told_as_such() {
+    let scratch = Scratch::new("cycle-limit.toml");
+    let slow = "[[cycle]]\nmove.X = { steps = 3, delay-us = 4_000_000_000 }\n";
+    let homing = "switch-min = -9_000\n[[cycle]]\nhome = { motor = \"X\", end = \"min\", \
+                  reach = 10_000, back-off = 100, fast-us = 1_000_000, slow-us = 1_000_000 }\n";
+    for (cycle, seconds) in [(slow, 5.0), (homing, 5.0)] {
+        std::fs::write(scratch.path(), motor("\"X\"", 100) + cycle).unwrap();
+        let played = |format| {
+            let ended = stepwright(&["cycle", scratch.path(), "--limit", "5", "--format", format]);
+            assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
+            let said = "cycle 1 has not ended after 5 s";
+            assert!(ended.stderr.contains(said), "{}", ended.stderr);
+            ended.stdout
+        };
+        let json: serde_json::Value = serde_json::from_str(&played("json")).unwrap();
+        let told = &json["cycles"][0];
+        let error = told["error"].as_str().unwrap_or_default();
+        assert!(error.starts_with("cycle 1 has not ended after 5 s"), "{json:#}");
+        assert!(told["line"].is_u64(), "{json:#}");
+        assert!((told["seconds"].as_f64().unwrap() - seconds).abs() < 0.01, "{json:#}");
+        let rows = played("csv");
+        let rows: Vec<_> = rows.lines().filter(|row| row.contains(",,cycle,")).collect();
+        assert_eq!(rows[0], "0,,cycle,start,");
+        let ends: Vec<_> = rows[1..].iter().map(|row| row.split_once(',').unwrap().1).collect();
+        assert_eq!(ends, [",cycle,finish,", ",cycle,end,"], "{rows:?}");
+    }
+}
+
 /// RFC 4180: what would not be one field is quoted.
 #[test]
 fn names_are_quoted_in_csv() {
@@ -194,4 +224,35 @@ fn a_file_has_a_bound() {
     stepwright(&["cycle", scratch.path()]).assert(0, "X.pos=7");
     std::fs::write(scratch.path(), b"# fine\n\n# \xff\n").unwrap();
     stepwright(&["cycle", scratch.path()]).assert_error("line 3 is not text in UTF-8");
+}
+
+/// A motor is drawn where it stands, before its first step and behind its last one.
+#[test]
+fn a_position_is_drawn_from_the_start_to_the_end() {
+    let (scratch, page) = (Scratch::new("cycle-drawn.toml"), Scratch::new("cycle-drawn.html"));
+    let text = motor("\"X\"", 100)
+        + &motor("\"Y\"", 100)
+        + "[[cycle]]\nmove.X = { steps = 40, delay-us = 25_000 }\n\
+           [[cycle]]\nmove.Y = { steps = -40, delay-us = 25_000 }\nrest-s = 3\n";
+    std::fs::write(scratch.path(), text).unwrap();
+    let ended = stepwright(&["cycle", scratch.path(), "--plot", page.path()]);
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let page = std::fs::read_to_string(page.path()).unwrap();
+    let data = page.split("const probes = ").nth(1).unwrap().split(";\n").next().unwrap();
+    let probes: serde_json::Value = serde_json::from_str(data).unwrap();
+    let probes = probes.as_array().unwrap().iter();
+    let positions: Vec<_> =
+        probes.filter(|probe| probe["y"].as_str().unwrap().ends_with("from the start")).collect();
+    let mut drawn = 0;
+    for curve in positions.iter().flat_map(|probe| probe["curves"].as_array().unwrap()) {
+        let points = curve["points"].as_array().unwrap();
+        let at = |n: usize| [2, 3].map(|i| points[n][i].as_f64().unwrap());
+        let end = if curve["name"] == "X" { 40.0 } else { -40.0 };
+        let [time, last] = at(points.len() - 1);
+        assert_eq!((at(0), last), ([0.0, 0.0], end), "{curve}");
+        // The first step is made a pulse behind the start.
+        assert!((5.0..5.0001).contains(&time), "{time}");
+        drawn += 1;
+    }
+    assert_eq!(drawn, 2, "{positions:?}");
 }

@@ -299,7 +299,10 @@ impl CyclePlan {
             Some(decel) => {
                 let steps = (decel.get_ref() / f64::from(step)).round();
                 if !(1.0..=f64::from(u32::MAX)).contains(&steps) {
-                    let what = "a deceleration is 1 to 4294967295 steps/s², in units/s²";
+                    let most = u64::from(step) * u64::from(u32::MAX);
+                    let what = format_args!(
+                        "a deceleration is 1 to 4294967295 steps/s²: {step} to {most} units/s² here"
+                    );
                     return Err(text.blame(decel.span(), what));
                 }
                 steps as u32
@@ -334,8 +337,12 @@ impl CyclePlan {
     pub(crate) fn motor(&self, text: &CycleText, name: &Spanned<String>) -> Result<u8, FileError> {
         let found = self.names.iter().position(|known| known == name.get_ref());
         found.map(|motor| motor as u8).ok_or_else(|| {
-            let (name, span, known) = (name.get_ref(), name.span(), self.names.join(", "));
-            text.blame(span, format_args!("there is no motor {name:?} in this file, but {known}"))
+            let (name, span) = (name.get_ref(), name.span());
+            let known = match self.names.join(", ") {
+                none if none.is_empty() => "nor any other".to_owned(),
+                known => format!("but {known}"),
+            };
+            text.blame(span, format_args!("there is no motor {name:?} in this file, {known}"))
         })
     }
 

@@ -35,3 +35,19 @@ fn a_long_value_leaves_room_for_what_is_expected() {
     let said = wrong(&format!("\"{}\" = 1", "ä".repeat(400)));
     assert!(said.contains("…, expected one of `move`, `line`"), "{said}");
 }
+
+/// The range of a deceleration in the file's unit, and a file without a motor.
+#[test]
+fn what_there_is_is_said() {
+    let decel = "[[motor]]\nname = \"X\"\nstep = 10\nsmallest-delay-us = 100\ndecel = 0.1\n[[cycle]]\nmove.X.steps = 1\n";
+    let said =
+        |text: &str| read(&CycleText::named("numbers.toml", text.to_owned())).err().unwrap().what;
+    assert_eq!(
+        said(decel),
+        "a deceleration is 1 to 4294967295 steps/s²: 10 to 42949672950 units/s² here"
+    );
+    assert_eq!(
+        said("motor = []\n[[cycle]]\nmove.X.steps = 1\n"),
+        "there is no motor \"X\" in this file, nor any other"
+    );
+}

@@ -153,7 +153,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let seconds = session.seconds();
     let finished = session.tape(|taken| taken.finish(seconds));
     if let Some(file) = &args.plot {
-        session.tape(|taken| taken.plot(file, &format!("{name}: motor cycles"), &plan))?;
+        session.tape(|taken| taken.plot(file, &format!("{name}: motor cycles"), &plan, seconds))?;
     }
     if let (Some(file), Some(way)) = (&args.xy, session.way()) {
         let title = format!("{name}: the way of {} and {}", way.names.0, way.names.1);

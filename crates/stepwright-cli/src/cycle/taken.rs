@@ -81,8 +81,14 @@ impl Taken {
         Ok(())
     }
 
-    /// Draws what the motors did.
-    pub fn plot(&self, file: &PlotFile, title: &str, plan: &CyclePlan) -> Result<(), Failure> {
+    /// Draws what the motors did in this many seconds.
+    pub fn plot(
+        &self,
+        file: &PlotFile,
+        title: &str,
+        plan: &CyclePlan,
+        seconds: f64,
+    ) -> Result<(), Failure> {
         let Some(traces) = &self.traces else { return Ok(()) };
         let mut series = traces.series(0);
         for series in &mut series {
@@ -91,12 +97,18 @@ impl Taken {
             if let Some(name) = number.and_then(|n| plan.names.get(n - 1)) {
                 series.name.clone_from(name);
             }
+            // It stands before its first step, and behind its last.
+            let last = series.position.last().map_or(0.0, |(_, position)| *position);
+            series.position.insert(0, (0.0, 0.0));
+            series.position.push((seconds, last));
         }
         if series.is_empty() {
             say::note("nothing has moved: there is nothing to plot");
             return Ok(());
         }
-        let notes = vec!["A speed is one step over the time between two.".to_owned()];
+        let what = "A speed is one step over the time between two; where that is more than 5 times \
+                    the one before, the motor is drawn at rest.";
+        let notes = vec![what.to_owned()];
         let title = title.to_owned();
         let plot = MotionPlot { title, notes, series, stacked: true, ..MotionPlot::default() };
         plot::save(file, &plot.figure())

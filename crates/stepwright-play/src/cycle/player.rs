@@ -251,10 +251,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         }
         let limit = begun + self.told.ticks(self.limit);
         self.go_to_rest(limit)?;
-        let over = self.board.cycle().is_running();
-        if over {
-            self.board.cycle().finish();
-        }
+        let over = self.is_cut_off();
         self.report(number, begun);
         if over {
             return Err(self.told.endless(number, self.limit / 1_000_000, at.clone()));
@@ -305,15 +302,30 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
                 break;
             }
             self.go_to_rest(limit)?;
-            self.board.cycle().finish();
             if self.braked {
+                self.board.cycle().finish();
                 return Ok(());
+            }
+            if self.is_cut_off() {
+                self.report(number, begun);
+                let endless = self.told.endless(number, self.limit / 1_000_000, at);
+                return Err(endless.hint("give a longer --limit"));
             }
         }
         self.row("end");
         let seconds = self.told.seconds(self.board.now() - begun);
         self.told.home(number, homing.motor, seconds);
         Ok(())
+    }
+
+    /// Finishes a cycle that has not ended within the limit; whether there was one.
+    fn is_cut_off(&mut self) -> bool {
+        let over = self.board.cycle().is_running();
+        if over {
+            self.board.cycle().finish();
+            self.row("finish");
+        }
+        over
     }
 
     /// What became of a cycle, for csv, json and standard error.

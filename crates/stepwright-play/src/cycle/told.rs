@@ -68,9 +68,14 @@ impl<'p> Told<'p> {
     /// A cycle that failed, for json: what is wrong, in which line of the file, with which
     /// motor. One that was refused took no time.
     pub fn note(&mut self, n: usize, failure: &PlayError) {
+        let what = failure.place.as_ref().map_or(&failure.message, |place| &place.what);
         if self.cycles.len() <= n {
-            let what = failure.place.as_ref().map_or(&failure.message, |place| &place.what);
             self.cycles.push(json!({ "seconds": 0.0, "error": what }));
+        }
+        if let Some(error) = self.cycles.get_mut(n).map(|cycle| &mut cycle["error"])
+            && error.is_null()
+        {
+            *error = json!(what);
         }
         if let (Some(place), Some(cycle)) = (&failure.place, self.cycles.get_mut(n)) {
             cycle["line"] = json!(place.line);

@@ -363,6 +363,7 @@ impl<const N: usize> Route<N> {
             speeds: [a.from.v, b.from.v, c.to.v],
             ways: pieces.map(|piece| piece.to.s - piece.from.s),
             feed: cell.ordered(),
+            rapid: cell.rapid,
             places: [place(cell.begin), place(cell.end)],
             directions: [cell.first, cell.last],
         })

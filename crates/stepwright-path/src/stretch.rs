@@ -19,6 +19,8 @@ pub struct Stretch<const N: usize> {
     pub ways: [f64; 3],
     /// The ordered speed, overrides included.
     pub feed: f64,
+    /// Whether none was ordered: it goes as fast as the axes can, and `feed` is that speed.
+    pub rapid: bool,
     /// Each axis at both ends.
     pub places: [[f64; N]; 2],
     /// Units that each axis goes in a unit of the route, at both ends.

@@ -47,6 +47,10 @@ fn times_by_hand() {
     // As fast as the axes can: 200 mm/s each, and 200·√2 along the diagonal.
     near(plan("G0 X100 Y100").time, 0.7);
     near(plan("G0 X100 Y50").time, 0.7);
+    // No F is ordered of them.
+    let rapid = plan("G0 X100 Y100\nG4 P1\nG1 F6000 X0");
+    near(rapid.at_axes, 0.3);
+    near(rapid.at_feed, 0.9);
     // X is at its limit where the line would be faster.
     let steep = plan("G1 F60000 X100 Y10");
     near(steep.time, 0.7);

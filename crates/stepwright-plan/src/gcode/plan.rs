@@ -267,7 +267,7 @@ impl JobPlan {
         let [begin, level, fall, end] = stretch.times;
         self.ramps += (level - begin) + (end - fall);
         let top = stretch.speeds[1];
-        let at_feed = top >= stretch.feed * (1.0 - 1e-9);
+        let at_feed = !stretch.rapid && top >= stretch.feed * (1.0 - 1e-9);
         *(if at_feed { &mut self.at_feed } else { &mut self.at_axes }) += fall - level;
         let speed = top.max(stretch.speeds[0]).max(stretch.speeds[2]);
         let [first, last] = stretch.directions;

@@ -190,7 +190,7 @@ impl From<PlanError> for Failure {
             PlanError::Unfit(unfit) => unfit.into(),
             PlanError::TooFast { .. } => failure.hint("lower --top-speed or raise --timer-hz"),
             PlanError::TooMany { most, .. } => {
-                failure.hint(format!("every step is looked at: give {most} or fewer"))
+                failure.status(2).hint(format!("every step is looked at: give {most} or fewer"))
             }
         }
     }
@@ -198,20 +198,21 @@ impl From<PlanError> for Failure {
 
 impl From<UnitError> for Failure {
     fn from(error: UnitError) -> Failure {
-        Failure::usage(error.to_string()).hint(match error {
+        Failure::usage(error.to_string()).hint(match &error {
             UnitError::NoMillimetres { .. } => {
                 "add --mm-per-rev, for example --mm-per-rev 40 for a GT2 belt on 20 teeth"
             }
-            UnitError::Speed { is_zero: true, .. } => {
+            UnitError::Speed { name, is_zero: true, .. } if name == "the speed" => {
                 "0 is no motion; `stepwright stop` brakes a motor that runs"
             }
+            UnitError::Speed { is_zero: true, .. } => "0 is no motion: 0.001 steps/s is the least",
             UnitError::Speed { .. } => "are the unit and --steps-per-rev right?",
             UnitError::Accel { .. } => {
                 "an acceleration is 0.001 to 100000000 steps/s²; for none at all, set \
                  --start-speed to the top speed"
             }
             UnitError::Jerk { .. } => {
-                "a jerk is 0.001 to 10^15 steps/s³; for none at all, use stepwright plan trapezoid"
+                "a jerk is 0.001 to 10^15 steps/s³; for no limit of it, leave it out"
             }
         })
     }

@@ -27,7 +27,7 @@ pub struct Args {
     /// Which figure or table; without it, a list of them
     #[arg(value_enum, hide_possible_values = true, value_name = "2…8|table-1|table-2|all")]
     which: Option<Which>,
-    /// How to print it
+    /// How to print it; csv of all has a line `# TITLE` before each table, and an empty one behind it
     #[arg(long, value_enum, default_value_t = SheetFormat::Table, help_heading = "Output")]
     format: SheetFormat,
     /// Draw it (.svg, .png or .html)

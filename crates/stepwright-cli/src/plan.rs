@@ -28,7 +28,7 @@ use std::io::{self, BufWriter, Write};
 
 use clap::{Subcommand, ValueEnum};
 use stepwright::{Geometry, Rate};
-use stepwright_plan::{Closeness, Plan, Survey, Watch, csv, figure, json, text};
+use stepwright_plan::{Closeness, Plan, PlanValue, Survey, Watch, csv, figure, json, text};
 use stepwright_plot::PlotFile;
 
 use crate::failure::{Failure, unless_closed};
@@ -88,6 +88,9 @@ impl Law {
 trait Planned {
     /// What every law takes.
     fn common(&self) -> &Common;
+
+    /// How far, as typed.
+    fn distance(&self) -> &DistanceArg;
 
     /// The travel, and what was understood.
     fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure>;
@@ -175,7 +178,11 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let unit = common.machine.geometry.unit();
     let work = Work::default();
     let watch: Watch<'_> = &|what, n, of| work.tell(what, n, of);
-    let plan = chosen.plan(rate, &geometry, watch)?;
+    let mut plan = chosen.plan(rate, &geometry, watch)?;
+    let distance = chosen.distance().resolve(&geometry, "--steps")?;
+    if distance.converted() {
+        plan.values.insert(0, PlanValue::distance(&distance));
+    }
     let fit = common.runs.then(|| {
         let ticks = u64::from(rate.hz()) * u64::from(common.max_error_us) / 1_000_000;
         let error = (ticks as u32).max(1);

@@ -416,3 +416,29 @@ fn a_power_term_that_gets_no_faster_comes_to_an_end() {
         assert!(stdout(&line).contains("power term"), "{power}");
     }
 }
+
+/// The first delay of the summary is that of the list, also where no ramp is left; and a lowered
+/// acceleration is said.
+#[test]
+fn the_first_delay_is_the_first_one() {
+    for law in ["austin", "austin --divisor 2n", "austin --c0 c1", "power", "piecewise"] {
+        for (limits, first, note) in [
+            ("--steps 5 --accel 2000 --top-speed 20", 50_000.0, false),
+            ("--steps 500 --accel 2000 --top-speed 2000", 0.0, false),
+            // Eq 18 with J = m − ½: 9 times the deceleration.
+            ("--steps 5 --accel 2000 --decel 10 --top-speed 2000", 0.0, true),
+        ] {
+            let line = format!("plan {law} {limits} --format");
+            let json: serde_json::Value =
+                serde_json::from_str(&stdout(&format!("{line} json"))).unwrap();
+            let values = json["values"].as_array().unwrap();
+            let said = values.iter().find(|value| value["name"] == "first delay").unwrap();
+            let held = said["held"].as_f64().unwrap();
+            let delay = rows(&stdout(&format!("{line} csv")))[1].1 as f64;
+            assert!((held - delay).abs() <= 1.0, "{line}: {held}, not {delay}");
+            assert!(first == 0.0 || held == first, "{line}: {held}");
+            let told = json["note"].as_str().unwrap_or_default();
+            assert_eq!(told.contains("the acceleration is lowered to 90 steps/s²"), note, "{json}");
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! What a person types at the first try: it is taken, or the answer says what to type.
 
-use crate::common::{Ended, stepwright};
+use crate::common::{Ended, Scratch, stepwright};
 use serde_json::Value;
 
 fn typed(line: &str) -> Ended {
@@ -72,7 +72,26 @@ fn steps_to_plan_may_be_a_length() {
         typed(&format!("plan trapezoid --steps 10mm {options}")),
         typed(&format!("plan trapezoid --steps 50 {options}")),
     );
-    assert_eq!((mm.code(), mm.stdout), (Some(0), steps.stdout));
+    assert_eq!(mm.code(), Some(0), "{mm:?}");
+    let shown = "  distance          10mm → 50 steps\n";
+    assert_eq!(mm.stdout.replacen(shown, "", 1), steps.stdout);
+    assert!(mm.stdout.contains(shown), "{mm:?}");
+    // What is rounded is said, by every law and for programs too.
+    for law in ["trapezoid", "s-curve --jerk 1e4", "austin", "power", "piecewise", "linear-factor"]
+    {
+        let ended = typed(&format!("plan {law} --steps 0.09mm {options}"));
+        assert!(
+            ended.stdout.contains("  distance          0.09mm ≈ 0 steps\n"),
+            "{law}: {ended:?}"
+        );
+    }
+    let ramp = "plan ramp --steps 0.39mm --ramp 9 --start-speed 9 --top-speed 100 --mm-per-rev 40";
+    assert!(typed(ramp).stdout.contains("0.39mm ≈ 2 steps"), "{:?}", typed(ramp));
+    let fixed = "plan austin-fixed --steps 0.39mm --c0 2000 --c-min 900 --mm-per-rev 40";
+    assert!(typed(fixed).stdout.contains("0.39mm ≈ 2 steps"), "{:?}", typed(fixed));
+    let json = typed(&format!("plan trapezoid --steps 0.39mm {options} --format json"));
+    let json: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(json["values"][0]["given"], "0.39mm");
     let error = "--steps 10mm: millimetres need the distance of one turn";
     refused("plan trapezoid --steps 10mm --accel 100 --top-speed 100", error, "--mm-per-rev");
     refused(
@@ -173,4 +192,63 @@ fn a_line_of_mixed_units_says_what_each_number_is() {
         assert!(ended.stdout.contains(row), "{ended:#?}");
     }
     assert!(!typed("line 50 20 --fast").stdout.contains("  axis 1"));
+}
+
+/// The hint is one for the command that was typed.
+#[test]
+fn a_hint_is_of_its_own_command() {
+    let job = Scratch::new("typed-hint.nc");
+    std::fs::write(job.path(), "G1 F600 X10\n").unwrap();
+    let gcode = format!("gcode {} --plan", job.path());
+    let hint = |line: &str| {
+        let ended = typed(line);
+        let hint = ended.stderr.lines().find_map(|said| said.strip_prefix(" hint: "));
+        hint.unwrap_or_else(|| panic!("{line}: {ended:?}")).to_owned()
+    };
+    for (line, has, hasnt) in [
+        (format!("{gcode} --start-speed 0"), "0.001 steps/s", "stepwright stop"),
+        ("move 9 --top-speed 0 --fast".into(), "0 is no motion", "stepwright stop"),
+        ("run 0 --for 1s --fast".into(), "stepwright stop", "--start-speed"),
+        (format!("{gcode} --jerk 1e-10mm/s3"), "leave it out", "plan trapezoid"),
+        ("move 9 --jerk 1e-9 --fast".into(), "leave it out", "plan trapezoid"),
+        ("calc belt --teeth 10000 --speed 5mm/s".into(), "rev/s", "--mm-per-rev"),
+    ] {
+        let said = hint(&line);
+        assert!(said.contains(has) && !said.contains(hasnt), "{line}: {said}");
+    }
+    for (line, error) in [
+        ("--tolerance -1", "\"-1\" is no tolerance: 0 to 1000 mm"),
+        ("--laser --laser-max -5", "\"-5\" is no S of full power"),
+        ("--jerk -1", "give it without a sign"),
+        ("--accel -1,2,3", "give it without a sign"),
+    ] {
+        let ended = typed(&format!("{gcode} {line}"));
+        assert!(ended.code() == Some(2) && ended.stderr.contains(error), "{line}: {ended:?}");
+    }
+    let ended = typed("calc timed 6 -800 --updates 3");
+    let error = "error: -800: give it without a sign";
+    assert!(ended.code() == Some(2) && ended.stderr.contains(error), "{ended:?}");
+}
+
+/// What makes no sense for any board is an invalid command line.
+#[test]
+fn what_no_board_could_do_is_a_mistake_of_the_line() {
+    let limits = "--steps 9 --accel 9";
+    for law in ["trapezoid", "austin", "power", "piecewise", "linear-factor"] {
+        let line = format!("plan {law} {limits} --top-speed 0");
+        refused(&line, "--top-speed must be 0.001 to 1,000,000 steps/s, not 0", "no motion");
+    }
+    refused(
+        "plan ramp --steps 9 --ramp 9 --start-speed 0 --top-speed 0",
+        "--top-speed must be",
+        "no motion",
+    );
+    refused(
+        "plan compare trapezoid --steps 2000000 --accel 9 --top-speed 9",
+        "2000000 steps are too many to compare",
+        "1000000 or fewer",
+    );
+    let clkpr = typed("calc range --clkpr 3");
+    let choices = "1, 2, 4, 8, 16, 32, 64, 128, 256";
+    assert!(clkpr.code() == Some(2) && clkpr.stderr.contains(choices), "{clkpr:?}");
 }

@@ -6,6 +6,7 @@ use stepwright_units::Rounded;
 
 use crate::equations::Counter;
 use crate::law::PlanValue;
+use crate::sheet::Cell;
 
 /// A travel and its limits, as the core holds them.
 #[derive(Clone, Debug)]
@@ -40,6 +41,23 @@ impl PlanLimits {
     /// Top speed in steps/s.
     pub fn speed(&self) -> f64 {
         f64::from(self.top.value.millisteps()) / 1e3
+    }
+
+    /// The delay of the top speed in ticks, at least one.
+    pub(crate) fn least(&self) -> f64 {
+        self.motor().delay(self.speed()).max(1.0)
+    }
+
+    /// What is said of an acceleration that is lowered.
+    pub(crate) fn lowered(&self) -> Option<String> {
+        let (accel, _) = self.accels();
+        (accel < self.accel.value.millisteps() as f64 / 1e3).then(|| {
+            format!(
+                "the acceleration is lowered to {} steps/s²: more could not be braked from behind \
+                 the first step",
+                Cell::digits(accel, 9).shown(),
+            )
+        })
     }
 
     /// Acceleration and deceleration in steps/s². An acceleration with which the
@@ -89,21 +107,25 @@ impl First {
         if self == First::Exact { 0.676 * 0.676 } else { 1.0 }
     }
 
-    /// For the summary: the first delay.
-    pub fn value(self, ticks: f64) -> PlanValue {
+    /// For the summary: the first delay, no shorter than `least`, that of the top speed.
+    pub fn value(self, ticks: f64, least: f64) -> PlanValue {
         let (given, how) = match self {
             First::Exact => ("exact", "Eq 7"),
             First::Reduced => ("0.676", "0.676 of Eq 7"),
             First::C1 => ("c1", "Eq 7; the second is 0.4056 of it"),
         };
-        PlanValue {
-            name: "first delay",
-            shown: format!("{ticks:.2} ticks ({how})"),
-            given: given.into(),
-            held: ticks,
-            unit: "ticks",
-        }
+        first_delay(given, how, ticks, least)
     }
+}
+
+/// A first delay by `how`, which is no shorter than `least`.
+pub(crate) fn first_delay(given: &str, how: &str, ticks: f64, least: f64) -> PlanValue {
+    let shown = match ticks < least {
+        true => format!("{least:.2} ticks (the top speed; {ticks:.2} by {how})"),
+        false => format!("{ticks:.2} ticks ({how})"),
+    };
+    let held = ticks.max(least);
+    PlanValue { name: "first delay", shown, given: given.into(), held, unit: "ticks" }
 }
 
 /// What the change of a step is divided by, in Austin's general form.

@@ -75,7 +75,7 @@ impl Counter {
     ///
     /// `None` if even the shortest transition is faster than that.
     pub fn transition(self, accel: f64, n1: f64, top: f64) -> Option<f64> {
-        let (mut low, mut high) = (n1 + 1.0, 1e9);
+        let (mut low, mut high) = (n1 + 1.0, 1e18);
         if !(self.top(accel, n1, low) <= top && top <= self.top(accel, n1, high)) {
             return None;
         }
@@ -187,6 +187,9 @@ mod tests {
             assert!((MOTOR.top(10.0, n1, n2) - 12.0).abs() < 1e-9, "{n1}");
         }
         assert_eq!(MOTOR.transition(10.0, 1000.0, 12.0), None);
+        // However long it is.
+        let n2 = MOTOR.transition(1e-9, 1e8, 12.0).unwrap();
+        assert!(n2 > 1e9 && (MOTOR.top(1e-9, 1e8, n2) - 12.0).abs() < 1e-9, "{n2}");
         // Eq 24 is Eq 23 from rest, up to the half step and the rounded 2/e.
         let n2 = MOTOR.transition(10.0, 0.0, 10.0).unwrap();
         assert!((n2 - MOTOR.transition_from_rest(10.0, 10.0)).abs() < 1.0, "{n2}");

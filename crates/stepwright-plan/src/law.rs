@@ -97,6 +97,12 @@ pub struct PlanValue {
 }
 
 impl PlanValue {
+    /// A distance as held.
+    pub fn distance(held: &Rounded<i64>) -> PlanValue {
+        let (shown, given) = (held.to_string(), held.given.clone());
+        PlanValue { name: "distance", shown, given, held: held.value as f64, unit: "steps" }
+    }
+
     /// A speed as held.
     pub(crate) fn speed(name: &'static str, held: &Rounded<Speed>) -> PlanValue {
         let value = f64::from(held.value.millisteps()) / 1000.0;

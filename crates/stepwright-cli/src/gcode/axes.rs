@@ -34,19 +34,19 @@ pub struct AxesArgs {
     #[arg(value_parser = clap::value_parser!(u32).range(bounds(STEPS_PER_REV)))]
     steps_per_rev: Vec<u32>,
     /// Millimetres that the axis travels in one turn [default: 40]
-    #[arg(long, value_name = "MM[,MM,MM]", value_delimiter = ',')]
+    #[arg(long, value_name = "MM[,MM,MM]", value_delimiter = ',', allow_hyphen_values = true)]
     mm_per_rev: Vec<MmArg>,
     /// The highest speed, whatever the job orders; that of rapid moves [default: 200mm/s]
-    #[arg(long, value_name = "SPEED[,…]", value_delimiter = ',')]
+    #[arg(long, value_name = "SPEED[,…]", value_delimiter = ',', allow_hyphen_values = true)]
     top_speed: Vec<SpeedArg>,
     /// Acceleration [default: 1000mm/s2]
-    #[arg(long, value_name = "ACCEL[,…]", value_delimiter = ',')]
+    #[arg(long, value_name = "ACCEL[,…]", value_delimiter = ',', allow_hyphen_values = true)]
     accel: Vec<AccelArg>,
     /// By how much the speed may change at once, as at a corner [default: 5mm/s]
-    #[arg(long, value_name = "SPEED[,…]", value_delimiter = ',')]
+    #[arg(long, value_name = "SPEED[,…]", value_delimiter = ',', allow_hyphen_values = true)]
     start_speed: Vec<SpeedArg>,
     /// By how much the acceleration may change in a second; 0 is no limit [default: no limit]
-    #[arg(long, value_name = "JERK[,…]", value_delimiter = ',')]
+    #[arg(long, value_name = "JERK[,…]", value_delimiter = ',', allow_hyphen_values = true)]
     jerk: Vec<JerkArg>,
 }
 

@@ -89,7 +89,7 @@ pub struct Args {
     fast: bool,
     /// The path may be so far off its lines, until the job orders G61 or G64: short lines are passed faster.
     /// 0 is exact
-    #[arg(long, value_name = "MM", default_value = "0", value_parser = tolerance)]
+    #[arg(long, value_name = "MM", default_value = "0", value_parser = tolerance, allow_hyphen_values = true)]
     tolerance: Length,
     #[command(flatten)]
     laser: LaserArgs,
@@ -120,7 +120,7 @@ struct LaserArgs {
     #[arg(long)]
     laser: bool,
     /// S of its full power, as grbl's $30
-    #[arg(long, value_name = "S", default_value = "1000", value_parser = most, requires = "laser")]
+    #[arg(long, value_name = "S", default_value = "1000", value_parser = most, requires = "laser", allow_hyphen_values = true)]
     laser_max: f64,
 }
 

@@ -7,6 +7,7 @@ use super::change::{ChangeArg, changes};
 use super::limits::{Begin, Limits};
 use super::{Common, Planned};
 use crate::failure::Failure;
+use crate::quantity::DistanceArg;
 
 /// Austin's ramp: each delay from the one before (Eq 12 to 19)
 ///
@@ -45,6 +46,10 @@ pub struct Args {
 impl Planned for Args {
     fn common(&self) -> &Common {
         &self.common
+    }
+
+    fn distance(&self) -> &DistanceArg {
+        self.limits.distance()
     }
 
     fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure> {

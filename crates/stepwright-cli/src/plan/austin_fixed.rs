@@ -5,6 +5,7 @@ use stepwright_plan::{Plan, Watch};
 
 use super::{Common, Planned, Steps};
 use crate::failure::Failure;
+use crate::quantity::DistanceArg;
 
 /// Austin's ramp as it was published: fixed point, 24.8, delay for delay
 ///
@@ -36,6 +37,10 @@ pub struct Args {
 impl Planned for Args {
     fn common(&self) -> &Common {
         &self.common
+    }
+
+    fn distance(&self) -> &DistanceArg {
+        &self.steps.steps
     }
 
     fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure> {

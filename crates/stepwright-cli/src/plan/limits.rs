@@ -5,7 +5,7 @@ use stepwright_plan::{First, PlanLimits};
 
 use super::Steps;
 use crate::failure::Failure;
-use crate::quantity::{AccelArg, SpeedArg};
+use crate::quantity::{AccelArg, DistanceArg, SpeedArg};
 
 /// How far, and within which limits.
 #[derive(clap::Args)]
@@ -24,11 +24,16 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// How far, as typed.
+    pub fn distance(&self) -> &DistanceArg {
+        &self.steps.steps
+    }
+
     /// What the core holds of them.
     pub fn held(&self, rate: Rate, geometry: &Geometry) -> Result<PlanLimits, Failure> {
         let accel = self.accel.resolve(geometry, "--accel")?;
         let decel = self.decel.as_ref().map(|d| d.resolve(geometry, "--decel")).transpose()?;
-        let top = self.top_speed.resolve(geometry, "--top-speed")?;
+        let top = self.top_speed.moving(geometry, "--top-speed")?;
         let decel = decel.unwrap_or_else(|| accel.clone());
         Ok(PlanLimits { rate, steps: self.steps.held(geometry)?, accel, decel, top })
     }

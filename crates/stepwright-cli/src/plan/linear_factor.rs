@@ -6,6 +6,7 @@ use stepwright_plan::{LawChoice, Plan, Watch};
 use super::limits::{Begin, Limits};
 use super::{Common, Planned};
 use crate::failure::Failure;
+use crate::quantity::DistanceArg;
 
 /// Acceleration that falls linearly to 0 at the top speed (Eq 22 to 25)
 ///
@@ -53,6 +54,10 @@ pub fn thousandths(text: &str) -> Result<u16, String> {
 impl Planned for Args {
     fn common(&self) -> &Common {
         &self.common
+    }
+
+    fn distance(&self) -> &DistanceArg {
+        self.limits.distance()
     }
 
     fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure> {

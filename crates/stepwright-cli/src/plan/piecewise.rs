@@ -6,6 +6,7 @@ use stepwright_plan::{LawChoice, Plan, Watch};
 use super::limits::{Begin, Limits};
 use super::{Common, Planned};
 use crate::failure::Failure;
+use crate::quantity::DistanceArg;
 
 /// Acceleration that is reduced in stages near the top speed (Figure 5)
 ///
@@ -41,6 +42,10 @@ pub struct Breaks {
 impl Planned for Args {
     fn common(&self) -> &Common {
         &self.common
+    }
+
+    fn distance(&self) -> &DistanceArg {
+        self.limits.distance()
     }
 
     fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure> {

@@ -6,6 +6,7 @@ use stepwright_plan::{LawChoice, Plan, Watch};
 use super::limits::{Begin, Limits};
 use super::{Common, Planned};
 use crate::failure::Failure;
+use crate::quantity::DistanceArg;
 
 /// Acceleration that a power of the step number ends (Eq 20, 21)
 ///
@@ -40,6 +41,10 @@ pub struct Power {
 impl Planned for Args {
     fn common(&self) -> &Common {
         &self.common
+    }
+
+    fn distance(&self) -> &DistanceArg {
+        self.limits.distance()
     }
 
     fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure> {

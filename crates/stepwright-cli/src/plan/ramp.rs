@@ -54,9 +54,13 @@ impl Planned for Args {
         &self.common
     }
 
+    fn distance(&self) -> &DistanceArg {
+        &self.steps
+    }
+
     fn plan(&self, rate: Rate, geometry: &Geometry, _: Watch<'_>) -> Result<Plan, Failure> {
         let start = self.start_speed.resolve(geometry, "--start-speed")?;
-        let top = self.top_speed.resolve(geometry, "--top-speed")?;
+        let top = self.top_speed.moving(geometry, "--top-speed")?;
         let steps = self.pulses(geometry)?;
         Ok(Plan::ramp(rate, geometry, steps, &start, &top, self.ramp)?)
     }

@@ -2,11 +2,12 @@
 
 use stepwright::{Geometry, Rate};
 use stepwright_plan::{LawChoice, Plan, Watch};
+use stepwright_units::UnitError;
 
 use super::limits::Limits;
 use super::{Common, Planned};
 use crate::failure::Failure;
-use crate::quantity::{JerkArg, SpeedArg};
+use crate::quantity::{DistanceArg, JerkArg, SpeedArg};
 
 /// Acceleration and deceleration that come and go smoothly: a limited jerk
 ///
@@ -46,10 +47,22 @@ impl Planned for Args {
         &self.common
     }
 
+    fn distance(&self) -> &DistanceArg {
+        self.limits.distance()
+    }
+
     fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure> {
         let start = self.start_speed.resolve(geometry, "--start-speed")?;
         let limits = self.limits.held(rate, geometry)?;
-        let jerk = self.jerk.resolve(geometry, "--jerk")?;
+        let jerk = self.jerk.resolve(geometry, "--jerk").map_err(|error| {
+            let small = matches!(error, UnitError::Jerk { is_small: true, .. });
+            let failure = Failure::from(error);
+            if small {
+                failure.hint("without a limit of it, use stepwright plan trapezoid")
+            } else {
+                failure
+            }
+        })?;
         Ok(LawChoice::SCurve { start, jerk }.plan(&limits, geometry, watch)?)
     }
 }

@@ -6,7 +6,7 @@ use stepwright_plan::{LawChoice, Plan, Watch};
 use super::limits::Limits;
 use super::{Common, Planned};
 use crate::failure::Failure;
-use crate::quantity::SpeedArg;
+use crate::quantity::{DistanceArg, SpeedArg};
 
 /// Constant acceleration to a top speed, and constant deceleration
 ///
@@ -39,6 +39,10 @@ pub struct Args {
 impl Planned for Args {
     fn common(&self) -> &Common {
         &self.common
+    }
+
+    fn distance(&self) -> &DistanceArg {
+        self.limits.distance()
     }
 
     fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure> {

@@ -6,7 +6,7 @@ use super::change::{Changed, Changing, RampChange};
 use super::counted::Counted;
 use super::formula::{At, Formula, Ramps, Turns};
 use crate::PlanError;
-use crate::asked::{Divide, First, PlanLimits};
+use crate::asked::{Divide, First, PlanLimits, first_delay};
 use crate::equations::{next, next_simple, turning_point};
 use crate::law::{PlanValue, PlannedLaw};
 use crate::watch::Watch;
@@ -16,13 +16,13 @@ const ROOT_PI: f64 = 1.772_453_850_905_516;
 /// The first delay, for the summary.
 pub(crate) fn begin(limits: &PlanLimits, c0: First, divisor: Divide) -> PlanValue {
     let first = limits.motor().c0(limits.accels().0);
-    let begin = c0.value(c0.counts(first).0);
-    if divisor == Divide::FourN {
-        return begin;
+    match divisor {
+        Divide::FourN => c0.value(c0.counts(first).0, limits.least()),
+        Divide::TwoN => {
+            let how = "0.886 of Eq 7; changes of c/2n";
+            first_delay("2n", how, first * ROOT_PI / 2.0, limits.least())
+        }
     }
-    let held = first * ROOT_PI / 2.0;
-    let shown = format!("{held:.2} ticks (0.886 of Eq 7; changes of c/2n)");
-    PlanValue { shown, given: "2n".into(), held, ..begin }
 }
 
 /// The law for these limits.

@@ -130,7 +130,8 @@ impl LawChoice {
     ) -> Result<Plan, PlanError> {
         let mut values = limits.values();
         let mut note = None;
-        let first = |c0: First| c0.value(c0.counts(limits.motor().c0(limits.accels().0)).0);
+        let first =
+            |c0: First| c0.value(c0.counts(limits.motor().c0(limits.accels().0)).0, limits.least());
         match self {
             LawChoice::Trapezoid { start } | LawChoice::SCurve { start, .. } => {
                 values.insert(0, PlanValue::speed("start speed", start));
@@ -152,6 +153,9 @@ impl LawChoice {
             LawChoice::Piecewise { c0, breaks } => {
                 values.extend([first(*c0), piecewise::stages(*breaks)]);
             }
+        }
+        if !matches!(self, LawChoice::Trapezoid { .. } | LawChoice::SCurve { .. }) {
+            note = limits.lowered();
         }
         let law = self.law(limits, watch)?;
         let plan = Plan::new(self.name(), limits.rate, geometry, values, law)?;

@@ -259,6 +259,16 @@ pub struct Order {
     process: u32,
 }
 
+impl Order {
+    /// Refuses to wait in a process that was forked off: nobody would tell it of the end.
+    fn check(&self) -> PyResult<()> {
+        if self.process == process::id() {
+            return Ok(());
+        }
+        Err(PyRuntimeError::new_err("the order was given by another process"))
+    }
+}
+
 #[pymethods]
 impl Order {
     /// Waits until it has begun, or was declined.
@@ -269,9 +279,7 @@ impl Order {
     /// Waits until it has ended, for this many seconds of this computer's at most; whether it has.
     #[pyo3(signature = (timeout=None))]
     fn wait(&self, py: Python<'_>, timeout: Option<f64>) -> PyResult<bool> {
-        if self.process != process::id() {
-            return Err(PyRuntimeError::new_err("the order was given by another process"));
-        }
+        self.check()?;
         let _waiter = Waiter::new(&self.desk, Awaited::End(self.ticket.clone()));
         wait(py, timeout, |slice| self.ticket.wait(Stage::Ended, slice))
     }
@@ -292,9 +300,11 @@ impl Order {
     }
 
     /// Has this called from another thread when it has ended.
-    fn when_ended(&self, call: Py<PyAny>) {
+    fn when_ended(&self, call: Py<PyAny>) -> PyResult<()> {
+        self.check()?;
         self.ticket.when_ended(call);
         self.desk.waits_for(Awaited::End(self.ticket.clone()));
+        Ok(())
     }
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import subprocess
@@ -194,5 +195,33 @@ def test_a_forked_process_leaves_the_board_alone() -> None:
             except RuntimeError:
                 os._exit(7)
             os._exit(1)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+        assert move.wait().steps == (500,)
+
+
+async def awaited(move: sw.Move) -> sw.Outcome:
+    return await move
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_a_forked_process_awaits_moves_of_its_own_alone() -> None:
+    """Though the process that it came from has awaited one before."""
+    with sw.virtual() as board:
+        asyncio.run(awaited(board.x.move_by(5)))
+        move = board.x.move_to(500)
+        child = os.fork()
+        if child == 0:
+            # Nobody ends a child that hangs.
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+            signal.alarm(20)
+            try:
+                asyncio.run(awaited(move))
+            except RuntimeError as why:
+                if "another process" not in str(why):
+                    os._exit(2)
+                with sw.virtual(fast=True) as own:
+                    os._exit(7 if asyncio.run(awaited(own.x.move_by(50))).steps == (50,) else 3)
+            finally:
+                os._exit(1)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
         assert move.wait().steps == (500,)

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::{Error, ErrorKind};
+use std::sync::atomic::Ordering;
 
 use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -48,19 +49,21 @@ impl Job {
         let bytes = fs::read(path).map_err(unread)?;
         let axes = axes.map(jobs::pace);
         let board = Description::uno().board;
-        let read = || bytes.iter().copied();
         let given = length(tolerance).filter(|_| (0.0..=1e3).contains(&tolerance));
         let tolerance = given.ok_or_else(|| {
             PyValueError::new_err(format!("tolerance is {tolerance}: it may be 0 to 1000 mm"))
         })?;
         let terms = JobTerms { laser, tolerance };
-        let planned = py.detach(|| JobPlan::on(read(), axes, &terms, &board, |_, _| ()));
-        let plan = planned.map_err(|error| {
-            let place = match &error {
-                JobError::Code(code) => format!("{path}:{}:{}", code.line, code.column),
-                JobError::Move(line, _) => format!("{path}:{line}"),
-            };
-            PyValueError::new_err(format!("{place}: {error}"))
+        let plan = playing(py, |asked| {
+            // By Ctrl-C the job ends wherever it has been read to.
+            let read = bytes.iter().copied().take_while(|_| !asked.load(Ordering::Relaxed));
+            JobPlan::on(read, axes, &terms, &board, |_, _| ()).map_err(|error| {
+                let place = match &error {
+                    JobError::Code(code) => format!("{path}:{}:{}", code.line, code.column),
+                    JobError::Move(line, _) => format!("{path}:{line}"),
+                };
+                PyValueError::new_err(format!("{place}: {error}"))
+            })
         })?;
         Ok(Job { plan, name: path.to_owned(), bytes, axes })
     }

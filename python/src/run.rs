@@ -142,8 +142,8 @@ impl Run {
     }
 }
 
-/// Plays something on a thread of its own, and looks for Ctrl-C meanwhile, by which it is asked to
-/// brake; that is raised when it has ended.
+/// Plays or plans something on a thread of its own, and looks for Ctrl-C meanwhile, by which it is asked
+/// to end; that is raised when it has ended.
 pub fn playing<T: Send>(
     py: Python<'_>,
     part: impl FnOnce(&AtomicBool) -> PyResult<T> + Send,

@@ -8,6 +8,7 @@ import math
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -210,6 +211,28 @@ def test_ctrl_c_ends_a_run_in_real_time(kind: str) -> None:
         child.wait(0.7)
     child.send_signal(signal.SIGINT)
     assert "KeyboardInterrupt" in child.communicate(timeout=10)[1]
+
+
+def test_ctrl_c_ends_the_planning_of_a_job(tmp_path: Path) -> None:
+    job = tmp_path / "long.nc"
+    with open(job, "w") as file:
+        file.write("G90 F3000\n")
+        for place in range(400_000):
+            file.write(f"G1 X{place % 50 / 10} Y{place % 70 / 10}\n")
+    program = f"import stepwright_motion as sw\njob = sw.gcode({str(job)!r})\nprint('plans', flush=True)\n"
+    child = subprocess.Popen(
+        [sys.executable, "-c", program + "job.plan(jerk=10_000)"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert child.stdout is not None and child.stdout.readline() == "plans\n"
+    with pytest.raises(subprocess.TimeoutExpired):
+        child.wait(0.5)
+    child.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    assert "KeyboardInterrupt" in child.communicate(timeout=60)[1]
+    assert time.monotonic() - began < 3
 
 
 def test_a_run_is_drawn() -> None:

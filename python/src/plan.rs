@@ -1,6 +1,8 @@
 //! Travels on paper: a law, its delays and what comes of them, as bytes for arrays.
 
 use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
 
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -21,26 +23,27 @@ use crate::units::Scale;
 pub const PHASES: [Phase; 5] =
     [Phase::Up, Phase::Cruise, Phase::Down, Phase::JerkUp, Phase::JerkDown];
 
-/// What is asked for, as JSON; quantities are texts with their units.
+/// What is asked for, as JSON: all of it texts, quantities with their units.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
     law: String,
     steps: String,
+    timer_hz: String,
     accel: Option<String>,
     decel: Option<String>,
     speed: Option<String>,
     start_speed: Option<String>,
     jerk: Option<String>,
-    ramp: Option<u16>,
+    ramp: Option<String>,
     first: Option<String>,
     divisor: Option<String>,
-    changes: Option<Vec<(u32, String)>>,
-    knee: Option<f64>,
-    power: Option<u8>,
-    breaks: Option<u8>,
-    c0: Option<u32>,
-    c_min: Option<u32>,
+    changes: Option<Vec<[String; 2]>>,
+    knee: Option<String>,
+    power: Option<String>,
+    breaks: Option<String>,
+    c0: Option<String>,
+    c_min: Option<String>,
 }
 
 /// A law with its values, from which a plan is made whenever it is asked for something: what it
@@ -63,8 +66,20 @@ fn wrong(why: impl Display) -> PyErr {
     PyValueError::new_err(why.to_string())
 }
 
-fn read<T: std::str::FromStr<Err: Display>>(name: &str, text: &str) -> PyResult<T> {
+fn read<T: FromStr<Err: Display>>(name: &str, text: &str) -> PyResult<T> {
     text.parse().map_err(|why| wrong(format!("{name} = '{text}': {why}")))
+}
+
+/// A whole number within a range.
+fn whole<T>(name: &str, text: &str, range: RangeInclusive<T>) -> PyResult<T>
+where
+    T: FromStr + PartialOrd + Display,
+{
+    let held = text.parse().ok().filter(|value| range.contains(value));
+    held.ok_or_else(|| {
+        let (least, most) = range.into_inner();
+        wrong(format!("{name} is {text}: give a whole number, {least} to {most}"))
+    })
 }
 
 /// One of these by its name.
@@ -123,9 +138,9 @@ impl Asked {
 
     fn changes(&self, geometry: &Geometry) -> PyResult<Vec<RampChange>> {
         let mut all = Vec::new();
-        for (after, accel) in self.changes.iter().flatten() {
+        for [after, accel] in self.changes.iter().flatten() {
             let held = read::<AccelArg>("changes", accel)?.resolve(geometry, "changes");
-            all.push((*after, held.map_err(wrong)?));
+            all.push((whole("changes", after, 0..=u32::MAX)?, held.map_err(wrong)?));
         }
         all.sort_by_key(|(after, _)| *after);
         if all.windows(2).any(|pair| pair[0].0 == pair[1].0) {
@@ -134,7 +149,14 @@ impl Asked {
         Ok(all)
     }
 
-    fn chosen(&self, rate: Rate, geometry: &Geometry) -> PyResult<Chosen> {
+    /// Ticks of a delay.
+    fn ticks(&self, name: &str, value: &Option<String>) -> PyResult<u32> {
+        whole(name, self.needed(name, value)?, 1..=0x7FFF_FFFF)
+    }
+
+    fn chosen(&self, geometry: &Geometry) -> PyResult<Chosen> {
+        let rate = whole("timer_hz", &self.timer_hz, Rate::MIN.hz()..=Rate::MAX.hz())?;
+        let rate = Rate::from_hz(rate).map_err(wrong)?;
         let first = self.first.as_deref().unwrap_or("0.676");
         let firsts = [("exact", First::Exact), ("0.676", First::Reduced), ("c1", First::C1)];
         let c0 = named("first", first, &firsts)?;
@@ -147,38 +169,28 @@ impl Asked {
             }
             "austin" => LawChoice::Austin { c0, divisor, changes: self.changes(geometry)? },
             "linear-factor" => {
-                let knee = self.knee.unwrap_or(0.0);
+                let knee = read::<f64>("knee", self.knee.as_deref().unwrap_or("0"))?;
                 if !(0.0..=0.9).contains(&knee) {
                     return Err(wrong(format!("knee is {knee}: it may be 0 to 0.9")));
                 }
                 LawChoice::LinearFactor { c0, knee: (knee * 1e3).round() as u16 }
             }
             "power" => {
-                let power = self.power.unwrap_or(4);
-                if !(2..=9).contains(&power) {
-                    return Err(wrong(format!("power is {power}: it may be 2 to 9")));
-                }
+                let power = whole("power", self.power.as_deref().unwrap_or("4"), 2..=9)?;
                 LawChoice::Power { c0, power }
             }
             "piecewise" => {
-                let breaks = self.breaks.unwrap_or(7);
-                if breaks > 16 {
-                    return Err(wrong(format!("breaks is {breaks}: it may be 0 to 16")));
-                }
+                let breaks = whole("breaks", self.breaks.as_deref().unwrap_or("7"), 0..=16)?;
                 LawChoice::Piecewise { c0, breaks }
             }
             "ramp" => {
                 let (start, top) = (self.start(geometry)?, self.top(geometry)?);
-                let ramp = *self.needed("ramp", &self.ramp)?;
+                let ramp = whole("ramp", self.needed("ramp", &self.ramp)?, 1..=u16::MAX)?;
                 return Ok(Chosen::Ramp { rate, steps: self.steps(geometry)?, start, top, ramp });
             }
             "austin-fixed" => {
-                let c0 = *self.needed("c0", &self.c0)?;
-                let c_min = *self.needed("c_min", &self.c_min)?;
-                let ticks = 1..=0x7FFF_FFFF;
-                if !ticks.contains(&c0) || !ticks.contains(&c_min) {
-                    return Err(wrong("c0 and c_min may be 1 to 2147483647 ticks"));
-                }
+                let c0 = self.ticks("c0", &self.c0)?;
+                let c_min = self.ticks("c_min", &self.c_min)?;
                 return Ok(Chosen::Fixed { rate, steps: self.steps(geometry)?, c0, c_min });
             }
             other => {
@@ -228,12 +240,10 @@ fn filled<'py, const SIZE: usize>(
 #[pymethods]
 impl Planned {
     #[new]
-    fn new(asked: &str, timer_hz: u32, scale: &Scale) -> PyResult<Planned> {
+    fn new(asked: &str, scale: &Scale) -> PyResult<Planned> {
         let asked: Asked = serde_json::from_str(asked).map_err(wrong)?;
-        let rate = Rate::from_hz(timer_hz);
-        let rate = rate.map_err(|_| wrong("a timer has 100000 to 200000000 Hz"))?;
         let (geometry, unit) = (scale.geometry, scale.unit);
-        let planned = Planned { chosen: asked.chosen(rate, &geometry)?, geometry, unit };
+        let planned = Planned { chosen: asked.chosen(&geometry)?, geometry, unit };
         planned.plan().map_err(wrong)?;
         Ok(planned)
     }

@@ -168,33 +168,34 @@ def plan(
     """
     scale = scale_of(steps_per_rev, mm_per_rev)
     asked: dict[str, Any] = {"law": str(law), "steps": text("steps", steps, None, "")}
-    quantities = {
+    numbers = {
         "accel": accel,
         "decel": decel,
         "speed": speed,
         "start_speed": start_speed,
         "jerk": jerk,
-    }
-    asked.update({k: text(k, v, None, "") for k, v in quantities.items() if v is not None})
-    if changes is not None:
-        asked["changes"] = [(int(after), text("changes", value, None, "")) for after, value in changes]
-    numbers = {
         "ramp": ramp,
-        "first": first,
-        "divisor": divisor,
         "knee": knee,
         "power": power,
         "breaks": breaks,
         "c0": c0,
         "c_min": c_min,
     }
-    asked.update({k: v for k, v in numbers.items() if v is not None})
+    asked.update({k: text(k, v, None, "") for k, v in numbers.items() if v is not None})
+    names = {"first": first, "divisor": divisor}
+    asked.update({k: str(v) for k, v in names.items() if v is not None})
+    if changes is not None:
+        asked["changes"] = [
+            [text("changes", after, None, ""), text("changes", value, None, "")]
+            for after, value in changes
+        ]
     takes = _TAKES.get(law)
     others = [name for name in asked if takes and name not in ("law", "steps", *takes)]
     if takes and others:
         raise ValueError(f"the law {law} has no {others[0]}: it takes {', '.join(takes)}")
     unit = scale.unit if steps_per_rev or mm_per_rev else ("steps", 1.0)
-    return Plan(law, Planned(json.dumps(asked), timer_hz, scale), unit)
+    asked["timer_hz"] = text("timer_hz", timer_hz, None, "")
+    return Plan(law, Planned(json.dumps(asked), scale), unit)
 
 
 __all__ = ["PHASES", "Plan", "plan"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import json
+import math
 import os
 import subprocess
 import sys
@@ -84,13 +85,35 @@ def test_mistakes_are_told() -> None:
         ("trapezoid", -10, {"accel": 5, "speed": 5}, "0 to 2147483647"),
         ("trapezoid", 10, {"accel": "5mm/s2", "speed": 5}, "mm"),
         ("trapezoid", 10, {"accel": 5, "speed": "fast"}, "speed = 'fast'"),
-        ("power", 10, {"accel": 5, "speed": 5, "power": 1}, "2 to 9"),
+        ("power", 10, {"accel": 5, "speed": 5, "power": 1}, "^power is 1: give a whole number, 2 to 9$"),
+        ("power", 10, {"accel": 5, "speed": 5, "power": 300}, "^power is 300: give .* 2 to 9$"),
+        ("power", 10, {"accel": 5, "speed": 5, "power": 2.5}, "^power is 2.5: give a whole number"),
+        ("piecewise", 10, {"accel": 5, "speed": 5, "breaks": 17}, "^breaks is 17: give .* 0 to 16$"),
+        ("ramp", 10, {"speed": 5, "ramp": -1}, "^ramp is -1: give a whole number, 1 to 65535$"),
+        ("ramp", 10, {"speed": 5, "ramp": 2**70}, f"^ramp is {2**70}: give a whole number"),
+        ("linear-factor", 10, {"accel": 5, "speed": 5, "knee": math.nan}, "^knee is nan: give a finite"),
+        ("linear-factor", 10, {"accel": 5, "speed": 5, "knee": 1}, "^knee is 1: it may be 0 to 0.9"),
+        ("austin-fixed", 10, {"c0": 0, "c_min": 5}, "^c0 is 0: give a whole number, 1 to 2147483647$"),
+        ("austin-fixed", 10, {"c0": 5, "c_min": -2}, "^c_min is -2: give a whole number"),
+        ("austin", 10, {"accel": 5, "speed": 5, "changes": [(-1, 5)]}, "^changes is -1: give a whole"),
+        ("austin", 10, {"accel": 5, "speed": 5, "first": 5}, "^first is '5': it may be"),
         ("austin", 10, {"accel": 5, "speed": 5, "first": "c2"}, "exact, 0.676, c1"),
-        ("trapezoid", 10, {"accel": 5, "speed": 5, "timer_hz": 5}, "100000 to 200000000"),
+        ("trapezoid", 10, {"accel": 5, "speed": 5, "timer_hz": 5}, "^timer_hz is 5: give .* 100000 to 200000000$"),
+        ("trapezoid", 10, {"accel": 5, "speed": 5, "timer_hz": -1}, "^timer_hz is -1: give a whole"),
+        ("trapezoid", 10, {"accel": 5, "speed": 5, "timer_hz": 2**33}, f"^timer_hz is {2**33}: give"),
         ("trapezoid", 100_000, {"accel": 1e8, "speed": 1e6, "timer_hz": 100_000}, "step"),
     ]:
         with pytest.raises(ValueError, match=why):
             sw.plan(law, steps, **values)  # type: ignore[arg-type]
+
+
+def test_numbers_of_numpy_are_numbers_of_a_law() -> None:
+    np = pytest.importorskip("numpy")
+    plan = sw.plan("ramp", np.int32(90), speed=900, ramp=np.int64(30), timer_hz=np.uint32(2_000_000))
+    assert plan.delays.tolist() == sw.plan("ramp", 90, speed=900, ramp=30, timer_hz=2_000_000).delays.tolist()
+    changes = [(np.int64(40), np.float64(500.5))]
+    sw.plan("austin", 200, accel=1000, speed=900, changes=changes)
+    sw.plan("linear-factor", 90, accel=1000, speed=900, knee=np.float32(0.5))
 
 
 def test_a_plan_is_drawn(tmp_path: Path) -> None:

@@ -30,6 +30,9 @@ static RING: Ring = Ring::new();
 /// Called by that interrupt alone.
 #[inline(always)]
 pub unsafe fn on_receive() {
+    // Received, timed out, and errors: before the look at what has come, so that what comes behind it
+    // asks again.
+    uart(0x44).write(0x7D0);
     while FLAGS.read() & EMPTY == 0 {
         let byte = DATA.read();
         if byte & ERRORS != 0 {
@@ -40,8 +43,6 @@ pub unsafe fn on_receive() {
             unsafe { RING.put(byte as u8) };
         }
     }
-    // Received, timed out, and errors.
-    uart(0x44).write(0x7D0);
 }
 
 /// The line, for the main loop.

@@ -33,6 +33,7 @@ const STALL_ARM: Register = register(0x68);
 
 const BUS_RESET: u32 = 1 << 19;
 const SETUP: u32 = 1 << 17;
+/// The bus is suspended, or was since this was written: the datasheet has it both ways.
 const SUSPENDED: u32 = 1 << 4;
 
 /// Of a buffer's word.
@@ -62,6 +63,8 @@ pub struct Usb {
     configured: Cell<bool>,
     /// A program on the host has opened it.
     opened: Cell<bool>,
+    /// The host has suspended the bus, and said nothing since.
+    suspended: Cell<bool>,
     /// What is to be sent yet of an answer on the control pipe.
     rest: Cell<&'static [u8]>,
     control_1: Cell<bool>,
@@ -121,6 +124,7 @@ impl Usb {
             address: Cell::new(0),
             configured: Cell::new(false),
             opened: Cell::new(false),
+            suspended: Cell::new(false),
             rest: Cell::new(&[]),
             control_1: Cell::new(true),
             heard: Cell::new((0, 0)),
@@ -135,12 +139,16 @@ impl Usb {
 
     /// Whether a program on the host has opened the port.
     pub fn is_open(&self) -> bool {
-        self.configured.get() && self.opened.get() && SIE_STATUS.read() & SUSPENDED == 0
+        self.configured.get() && self.opened.get() && !self.suspended.get()
     }
 
     /// Does what the host has asked for. To be called again and again.
     pub fn poll(&self) {
         let status = SIE_STATUS.read();
+        if status & SUSPENDED != 0 {
+            SIE_STATUS.write(SUSPENDED);
+            self.suspended.set(true);
+        }
         if status & BUS_RESET != 0 {
             self.forget();
             BUFF_STATUS.write(u32::MAX);
@@ -151,6 +159,7 @@ impl Usb {
         self.go_on();
         if status & SETUP != 0 {
             SIE_STATUS.write(SETUP);
+            self.suspended.set(false);
             self.obey(&Setup::of([word(0).read(), word(4).read()]));
         }
     }
@@ -162,6 +171,7 @@ impl Usb {
             return;
         }
         BUFF_STATUS.write(done);
+        self.suspended.set(false);
         if done & 1 << 0 != 0 {
             let address = self.address.replace(0);
             if address != 0 {
@@ -191,6 +201,7 @@ impl Usb {
         self.address.set(0);
         self.configured.set(false);
         self.opened.set(false);
+        self.suspended.set(false);
         self.rest.set(&[]);
         self.begin();
     }

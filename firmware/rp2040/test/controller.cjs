@@ -221,6 +221,23 @@ try {
     board.host = host;
     assert.equal(board.say('F'), 'R');
   }
+  // So does one whose bus was suspended, be the bit for that a state, as here, or a latch that a 1 clears.
+  const [SIE_STATUS, SUSPENDED] = [0x50, 1 << 4];
+  const { usbCtrl } = board.chip;
+  const write = usbCtrl.writeUint32.bind(usbCtrl);
+  for (const latch of [false, true]) {
+    usbCtrl.sieStatus |= SUSPENDED;
+    usbCtrl.writeUint32 = (offset, value) => {
+      write(offset, value);
+      if (latch && offset === SIE_STATUS) usbCtrl.sieStatus &= ~(value & SUSPENDED);
+    };
+    board.run(100_000);
+    board.host = undefined;
+    assert.match(board.say('?'), /^stepwright /);
+    if (!latch) usbCtrl.sieStatus &= ~SUSPENDED;
+    board.host = host;
+    assert.equal(board.say('F'), 'R');
+  }
   // An answer as long as a packet or longer is whole.
   assert.match(board.say('$'), /^max-speed=.* pulse-us=/);
   console.log('ok the line is that of the port while it is open');

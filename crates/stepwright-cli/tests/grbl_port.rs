@@ -124,6 +124,36 @@ fn a_board_that_vanishes_is_an_alarm() {
     assert!(told.contains("its position stays known"), "{told}");
 }
 
+/// A second Ctrl-C kills while the first one still brakes, and says so only if the board does.
+#[test]
+fn a_second_signal_kills_and_says_what_is_known() {
+    use nix::sys::signal::{Signal, kill};
+    let pid = |child: &Child| nix::unistd::Pid::from_raw(child.id() as i32);
+    for silent in [false, true] {
+        let board = PtyBoard::new(&["--program", "stream"]);
+        let mut sender = Sender::new(&board);
+        // It brakes for a second.
+        sender.say("$120=50\n");
+        sender.hear("ok");
+        sender.say("G1 X200 F3000\n");
+        sender.report("<Run|MPos:2");
+        if silent {
+            kill(pid(&board.0.child), Signal::SIGSTOP).unwrap();
+        }
+        for _ in 0..2 {
+            kill(pid(&sender.child), Signal::SIGINT).unwrap();
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let told = sender.end();
+        if silent {
+            assert!(told.contains("did not confirm K") && told.contains("power"), "{told}");
+            kill(pid(&board.0.child), Signal::SIGCONT).unwrap();
+        } else {
+            assert!(told.contains("killed: the positions of axes that moved are lost"), "{told}");
+        }
+    }
+}
+
 /// Who can't brake does not begin.
 #[test]
 fn an_axis_that_the_board_cannot_brake_does_not_move() {

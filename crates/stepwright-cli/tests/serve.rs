@@ -284,27 +284,30 @@ mod unix {
     #[test]
     fn a_board_that_vanishes_is_met_again_and_starts_nothing() {
         let name = Scratch::new("port");
-        let board = plug(&name);
+        let mut board = plug(&name);
         let served = Served::start(&["--port", name.path()]);
         served.order("/api/move", json!({"axis": 1, "by": 100, "top_speed": 2000}));
         assert_eq!(served.rest(1)["position"], 100);
-        served.order("/api/move", json!({"axis": 1, "by": 1_000_000}));
-        drop(board);
-        let lost = served.wait(1, |axis| axis["state"] == "lost");
-        assert_eq!((&lost["position"], &lost["moving"]), (&Value::Null, &json!(false)));
-        assert!(served.get("/api/state")["trouble"]["do"].is_string());
-        for (path, body) in [
-            ("/api/move", json!({"axis": 1, "by": 500})),
-            ("/api/run", json!({"axis": 1, "speed": 500})),
-            ("/api/stop", json!({})),
-        ] {
-            served.declined(path, body, 503);
+        // Twice: the second time it has been met again.
+        for _ in 0..2 {
+            served.order("/api/move", json!({"axis": 1, "by": 1_000_000}));
+            drop(board);
+            let lost = served.wait(1, |axis| axis["state"] == "lost");
+            assert_eq!((&lost["position"], &lost["moving"]), (&Value::Null, &json!(false)));
+            assert!(served.get("/api/state")["trouble"]["do"].is_string());
+            for (path, body) in [
+                ("/api/move", json!({"axis": 1, "by": 500})),
+                ("/api/run", json!({"axis": 1, "speed": 500})),
+                ("/api/stop", json!({})),
+            ] {
+                served.declined(path, body, 503);
+            }
+            board = plug(&name);
+            let back = served.wait(1, |axis| axis["state"] == "ready");
+            assert_eq!((&back["position"], &back["moving"]), (&json!(0), &json!(false)));
+            served.order("/api/move", json!({"axis": 1, "by": 70, "top_speed": 2000}));
+            assert_eq!(served.rest(1)["position"], 70);
         }
-        let board = plug(&name);
-        let back = served.wait(1, |axis| axis["state"] == "ready");
-        assert_eq!((&back["position"], &back["moving"]), (&json!(0), &json!(false)));
-        served.order("/api/move", json!({"axis": 1, "by": 70, "top_speed": 2000}));
-        assert_eq!(served.rest(1)["position"], 70);
         drop(board);
     }
 

@@ -17,7 +17,7 @@ use crate::motion::Coming;
 use crate::session::Grbl;
 
 /// What a sender says in one breath is planned together, in µs.
-const BREATH: u64 = 30_000;
+const TOGETHER: u64 = 30_000;
 /// With less than this ahead of the board, in s, it goes on by what is known.
 const LATE: f64 = 0.45;
 /// What rests is told so for this long, in s.
@@ -125,7 +125,7 @@ impl FedRun {
         }
         while self.feeder.wants() {
             let fills = self.feeder.state() == FeedState::Filling;
-            let late = if fills { micros > BREATH } else { self.planned < here + LATE };
+            let late = if fills { micros > TOGETHER } else { self.planned < here + LATE };
             // The steps of a run that waits are not lost to this one.
             match if mine { grbl.motion.plan(late, here + REST) } else { None } {
                 Some(Coming::Step(step)) => {

@@ -10,7 +10,7 @@ use crate::machine::{GrblMachine, Inputs};
 use crate::motion::{BLOCKS, clamped, length};
 use crate::session::{Grbl, RX};
 use crate::state::State;
-use stepwright_path::mm;
+use stepwright_path::{decimal, mm};
 
 /// From report to report with offsets, at rest and on the way.
 const OFFSETS_EVERY: (u8, u8) = (10, 30);
@@ -97,11 +97,6 @@ pub(crate) fn modes(modal: &Modal) -> String {
         "[GC:{motion} G{system} {plane} {units} {distance} {feed} {spindle} {coolant} T{tool} \
          F{rate:.digits$} S{power:.0}]"
     )
-}
-
-/// A decimal as a float.
-pub(crate) fn decimal(number: stepwright_gcode::Decimal) -> f64 {
-    number.scaled() as f64 / stepwright_gcode::Decimal::SCALE as f64
 }
 
 impl<M: GrblMachine> Grbl<M> {

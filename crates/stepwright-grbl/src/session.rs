@@ -9,10 +9,11 @@ use crate::line::{Line, Lock, SPOILT};
 use crate::machine::{GrblMachine, Outputs};
 use crate::motion::Motion;
 use crate::overrides::Overrides;
-use crate::report::{Seldom, decimal};
+use crate::report::Seldom;
 use crate::settings::GrblSettings;
 use crate::state::{After, State};
 use crate::work::{Probing, Work};
+use stepwright_path::decimal;
 
 /// Bytes of the receiver, as reports tell; what comes beyond is kept too, up to [`KEPT`].
 pub const RX: usize = 128;

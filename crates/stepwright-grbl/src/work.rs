@@ -7,10 +7,9 @@ use stepwright_gcode::{Block, Effect, Move, MoveKind, Parameter, Probe, Spindle,
 use crate::machine::GrblMachine;
 use crate::motion::Travel;
 use crate::overrides::Overrides;
-use crate::report::decimal;
 use crate::session::Grbl;
 use crate::state::{After, State};
-use stepwright_path::{ArcSweep, mm};
+use stepwright_path::{ArcSweep, decimal, mm};
 
 /// Effects that have yet to happen; then comes the answer.
 #[derive(Clone, Debug)]

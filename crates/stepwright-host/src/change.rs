@@ -3,14 +3,11 @@
 
 use std::fmt;
 
-use stepwright_protocol::{AxisId, Command, Selection};
+use stepwright_protocol::{AxisId, Command, MAX_AXES, Selection};
 
 /// Where travels began, and where they are to end: what `@` counts from.
 #[derive(Default)]
-pub struct Travels([Option<Going>; AXES]);
-
-/// The most axes that a board has.
-const AXES: usize = 8;
+pub struct Travels([Option<Going>; MAX_AXES as usize]);
 
 #[derive(Clone, Copy)]
 struct Going {
@@ -43,7 +40,7 @@ impl Travels {
     /// Takes a line that was accepted for these axes; what it has changed.
     pub fn change(&mut self, axes: Selection, command: Command) -> Change {
         let mut target = None;
-        for axis in AxisId::first(AXES as u8).filter(|axis| axes.contains(*axis)) {
+        for axis in AxisId::first(MAX_AXES).filter(|axis| axes.contains(*axis)) {
             if let (Some(Some(going)), Command::Retarget(by)) =
                 (self.0.get_mut(axis.index()), command)
             {

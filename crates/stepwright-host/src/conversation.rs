@@ -304,21 +304,9 @@ impl Conversation {
         self.in_step().await?;
         self.selected = None;
         self.pipe.write(line.iter().copied().chain([b'\r']));
-        let end = self.now() + PATIENCE;
-        let mut answer = Vec::new();
-        while let Some(byte) = self.pipe.byte_until(end).await? {
-            match byte {
-                b'\n' => {}
-                b'\r' if answer.is_empty() => {}
-                b'\r' => {
-                    self.unheard = false;
-                    return Ok(Some(String::from_utf8_lossy(&answer).into_owned()));
-                }
-                byte => answer.push(byte),
-            }
-        }
+        let answer = self.line().await?;
         self.unheard = false;
-        Ok(None)
+        Ok(answer)
     }
 
     /// This line has come from the board, without its checksum: true if it answers an F.
@@ -382,13 +370,16 @@ impl Conversation {
         }
     }
 
-    /// The next line from the board, without its end; `None` if none comes for a while.
+    /// The next line from the board, without its end; `None` if none comes for a while. CR ends a line;
+    /// an LF is skipped, and so is an empty line.
     pub(crate) async fn line(&mut self) -> Result<Option<String>, LinkError> {
         let (end, mut line) = (self.now() + PATIENCE, Vec::new());
         while let Some(byte) = self.pipe.byte_until(end).await? {
             match byte {
-                b'\r' => return Ok(Some(String::from_utf8_lossy(&line).into_owned())),
-                b'\n' => {}
+                b'\r' if !line.is_empty() => {
+                    return Ok(Some(String::from_utf8_lossy(&line).into_owned()));
+                }
+                b'\r' | b'\n' => {}
                 byte => line.push(byte),
             }
         }

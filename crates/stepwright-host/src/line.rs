@@ -6,12 +6,9 @@ use std::fmt;
 
 use stepwright::profile::Unfit;
 use stepwright::{Accel, OutOfRange};
-use stepwright_protocol::{AxisId, Distance, Order, Ramp, Travel};
+use stepwright_protocol::{AxisId, Distance, MAX_AXES, Order, Ramp, Travel};
 
 use crate::course::Course;
-
-/// The most axes that a board has.
-const AXES: usize = 8;
 
 /// Why a line has no orders.
 #[derive(Debug)]
@@ -48,7 +45,7 @@ pub fn shares(
     (lead, leading): (AxisId, Order),
     steps: &[Distance],
 ) -> Result<Vec<(AxisId, Order)>, NoLine> {
-    let mut ways = [0; AXES];
+    let mut ways = [0; MAX_AXES as usize];
     for (way, steps) in ways.iter_mut().zip(steps) {
         *way = steps.get();
     }

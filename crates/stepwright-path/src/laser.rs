@@ -1,6 +1,8 @@
 //! What a laser does along a move of G-code, by the rule of grbl's laser mode.
 
-use stepwright_gcode::{Decimal, Move, MoveKind, Spindle, SpindleMode};
+use stepwright_gcode::{Move, MoveKind, Spindle, SpindleMode};
+
+use crate::decimal;
 
 /// The order of a laser along a move: M3 is a constant power, M4 one in proportion to the speed.
 ///
@@ -39,7 +41,7 @@ impl LaserMove {
     pub fn new(part: &Move, ordered: Spindle, feed: f64) -> LaserMove {
         let burns = matches!(part.kind, MoveKind::Feed(_) | MoveKind::Arc(..));
         let mode = if burns { ordered.mode } else { SpindleMode::Off };
-        LaserMove { mode, s: ordered.speed.scaled() as f64 / Decimal::SCALE as f64, feed }
+        LaserMove { mode, s: decimal(ordered.speed), feed }
     }
 
     /// By which rule: off on moves on which it does not burn.

@@ -89,7 +89,7 @@ pub use laser::LaserMove;
 pub use law::{Law, SCALES};
 pub use lead::{Lead, Planned};
 pub use legs::legs;
-pub use moves::{length, millimetres, mm};
+pub use moves::{decimal, length, millimetres, mm};
 pub use pace::{PACES, Pace, Unplannable};
 pub use paces::paces;
 use road::Road;

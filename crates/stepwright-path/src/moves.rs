@@ -45,6 +45,11 @@ pub fn length(mm: f64) -> Option<Length> {
     if picometres.is_nan() { None } else { Length::from_picometres(picometres as i64) }
 }
 
+/// A number of G-code, as near as a float is.
+pub fn decimal(number: Decimal) -> f64 {
+    number.scaled() as f64 / Decimal::SCALE as f64
+}
+
 /// X, Y and Z of a place of G-code, in millimetres.
 pub fn millimetres(point: Point) -> [f64; 3] {
     point.0.map(mm)
@@ -58,7 +63,7 @@ fn distance(from: [f64; 3], to: [f64; 3]) -> f64 {
 fn per_second(rate: FeedRate, distance: f64) -> f64 {
     match rate {
         FeedRate::PerMinute(rate) => mm(rate) / 60.0,
-        FeedRate::Inverse(moves) => distance * moves.scaled() as f64 / Decimal::SCALE as f64 / 60.0,
+        FeedRate::Inverse(moves) => distance * decimal(moves) / 60.0,
     }
 }
 

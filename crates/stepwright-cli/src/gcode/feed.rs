@@ -11,20 +11,15 @@ use std::time::{Duration, Instant};
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_path::{AxisPace, Lead, Planned, RouteStep};
 use stepwright_plan::gcode::{GcodeJob, JobPlan};
-use stepwright_stream::send::LinkTimes;
 
 use super::play::tell;
-use super::port::{Met, about, brakes, kill, off, positions, word};
+use super::port::{LOOK, Met, brakes, gone, kill, off, silent, spelt, tells, terms};
 use crate::failure::Failure;
 use crate::order::progress::Line;
 use crate::order::target::PortArgs;
 use crate::wish::{Obeyed, Wish};
 use crate::{interrupt, say};
 
-/// Between two looks at the line.
-const LOOK: Duration = Duration::from_millis(1);
-/// What is sent before it is played, in µs, as far as the board has the room.
-const AHEAD: u32 = 500_000;
 /// Between two reports of where the board is.
 const REPORT: Duration = Duration::from_millis(20);
 /// Between two reports for a terminal.
@@ -103,11 +98,9 @@ pub fn stream(
 ) -> Result<Streamed, Failure> {
     let met = Met::at(port, "gcode")?;
     if met.places != [Some(0); 3] {
-        let places = met.places.map(|place| place.map_or("?".to_owned(), |n| n.to_string()));
+        let (name, at) = (&met.name, spelt(met.places));
         say::note(format_args!(
-            "{} is at {}: the job takes that place for the machine's zero",
-            met.name,
-            places.join(" ")
+            "{name} is at {at}: the job takes that place for the machine's zero"
         ));
     }
     let mut terminal = Terminal { plan, line: Line::new(), shown: None, told: false };
@@ -133,10 +126,7 @@ pub fn feed(
     })?;
     let moves = plan.delays().into_iter().zip(0u8..).filter(|(delay, _)| delay.is_some());
     let moving = moves.map(|(_, axis)| 1 << axis).sum();
-    let times = LinkTimes::of_baud(baud);
-    // A computer that does other things as well may keep this one waiting for some 0.4 s.
-    let wanted = FeedTerms { hz, times, stagger, ..FeedTerms::avr(brakes) };
-    let terms = FeedTerms { axes: moving, ahead: AHEAD, ..wanted };
+    let terms = FeedTerms { axes: moving, ..terms(brakes, hz, stagger, baud) };
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
     let job = GcodeJob::on(job, axes, &plan.terms).map_err(|why| wrong(&why))?;
     let mut run = JobRun {
@@ -150,10 +140,7 @@ pub fn feed(
     let link = session.link();
     let begun = link.now();
     let mut buffer = [0; 256];
-    let gone = |error: std::io::Error| {
-        Failure::new(format!("{name}: {error}"))
-            .hint("the board plays what it has, and brakes by itself: its position stays known")
-    };
+    let gone = |error| gone(&name, &error);
     let mut told = None::<Instant>;
     while !run.feeder.state().is_end() {
         let wish = watch.wish();
@@ -175,16 +162,10 @@ pub fn feed(
     watch.tell(&run.last());
     match run.feeder.state() {
         FeedState::Over => {}
-        FeedState::Lost => {
-            return Err(Failure::new(format!("{name} does not answer any more")).hint(
-                "what it has is played, and then it brakes; `stepwright gcode` again tells where it is",
-            ));
-        }
+        FeedState::Lost => return Err(silent(&name, "gcode")),
         state => return Err(off(&mut session, &name, state)),
     }
-    let position = positions(&mut session)?;
-    let about = about(&mut session)?;
-    let late = word(&about, "late=").unwrap_or(0);
+    let (position, late) = tells(&mut session)?;
     let (seconds, braked) = (run.job.ahead().0.time(), run.obeyed.wish == Wish::Brake);
     Ok(Streamed { position, late, seconds, braked, again: run.feeder.again() })
 }

@@ -313,10 +313,9 @@ fn report_streamed(
         [0, 1, 2].map(|n| streamed.position[n].map(|place| place as f64 * axes[n].step));
     match args.format {
         SheetFormat::Table => {
-            let places = streamed.position.map(|place| place.map_or("?".into(), |n| n.to_string()));
             say::result(format_args!("  {:<12}{:.6} s", "took", streamed.seconds));
             say::result(format_args!("  {:<12}{}", "late steps", streamed.late));
-            say::result(format_args!("position {} {state}", places.join(" ")));
+            say::result(format_args!("position {} {state}", port::spelt(streamed.position)));
         }
         SheetFormat::Json => say::json(json!({
             "file": args.file.display().to_string(),

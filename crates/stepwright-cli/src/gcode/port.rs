@@ -1,19 +1,28 @@
 //! A board that plays streams: how it is met, and what it says in text.
 
+use std::io;
 use std::time::Duration;
 
-use stepwright_feeder::FeedState;
+use stepwright_feeder::{FeedState, FeedTerms};
 use stepwright_host::Session;
 use stepwright_host::link::Link;
 use stepwright_host::link::serial::Share;
 use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::credit::{Answered, CreditReader};
 use stepwright_stream::frame::FILL;
+use stepwright_stream::send::LinkTimes;
 
 use crate::failure::Failure;
 use crate::order::places::{self, ask};
 use crate::order::target::{self, PortArgs};
 use crate::{programs, say};
+
+/// Between two looks at the line.
+pub const LOOK: Duration = Duration::from_millis(1);
+
+/// What is sent before it is played, in µs, as far as the board has the room: a computer that does other
+/// things as well may pause for some 0.4 s.
+const AHEAD: u32 = 500_000;
 
 /// How often a kill is said, and how long its answer is waited for each time.
 const KILLS: (usize, Duration) = (5, Duration::from_millis(300));
@@ -61,6 +70,12 @@ pub fn stagger(about: &str) -> u32 {
 pub fn brakes(decels: [f64; 3], hz: u32) -> Option<[BrakeLaw; 3]> {
     let [x, y, z] = decels.map(|decel| BrakeLaw::of((decel * 1_000.0).floor() as u64, hz));
     Some([x?, y?, z?])
+}
+
+/// How a board with this step timer is fed over a line of this many baud.
+pub fn terms(brakes: [BrakeLaw; 3], hz: u32, stagger: u32, baud: u32) -> FeedTerms {
+    let times = LinkTimes::of_baud(baud);
+    FeedTerms { hz, stagger, times, ahead: AHEAD, ..FeedTerms::avr(brakes) }
 }
 
 /// Waits until nothing moves any more.
@@ -133,7 +148,7 @@ pub fn off(session: &mut Session, name: &str, state: FeedState) -> Failure {
         return Failure::new(format!("{name} has braked, off the path: {why}"))
             .hint("whether it rests, and where, it has not said");
     };
-    let at = places.map(|place| place.map_or("?".to_owned(), |place| place.to_string())).join(" ");
+    let at = spelt(places);
     if places.contains(&None) {
         return Failure::new(format!("{name} has stopped, off the path, at {at}"))
             .hint("a place that is ? is lost: a kill (K) has lost it, now or before the job");
@@ -149,14 +164,33 @@ pub fn positions(session: &mut Session) -> Result<[Option<i64>; 3], Failure> {
     places.try_into().map_err(|_| Failure::new(format!("{name} has fewer than 3 axes")))
 }
 
-/// What it says of itself.
-pub fn about(session: &mut Session) -> Result<String, Failure> {
-    let name = session.name();
-    ask(session, b"?").map_err(|trouble| target::lost(&name, &trouble))
+/// Positions as words: ? is one that is not known.
+pub fn spelt(places: [Option<i64>; 3]) -> String {
+    places.map(|place| place.map_or("?".to_owned(), |place| place.to_string())).join(" ")
+}
+
+/// Where all axes are, and how many steps came late since the board was switched on.
+pub fn tells(session: &mut Session) -> Result<([Option<i64>; 3], u64), Failure> {
+    let (name, places) = (session.name(), positions(session)?);
+    let about = ask(session, b"?").map_err(|trouble| target::lost(&name, &trouble))?;
+    Ok((places, word(&about, "late=").unwrap_or(0)))
+}
+
+/// The port fails while the board plays.
+pub fn gone(name: &str, error: &io::Error) -> Failure {
+    Failure::new(format!("{name}: {error}"))
+        .hint("the board plays what it has, and brakes by itself: its position stays known")
+}
+
+/// The board says nothing more while it plays for this command.
+pub fn silent(name: &str, command: &str) -> Failure {
+    Failure::new(format!("{name} does not answer any more")).hint(format!(
+        "what it has is played, and then it brakes; `stepwright {command}` again tells where it is"
+    ))
 }
 
 /// The number behind a word of the answer to `?`.
-pub fn word(about: &str, name: &str) -> Option<u64> {
+fn word(about: &str, name: &str) -> Option<u64> {
     about.split(' ').find_map(|word| word.strip_prefix(name))?.parse().ok()
 }
 

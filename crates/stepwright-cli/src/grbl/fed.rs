@@ -5,17 +5,12 @@ use std::time::Duration;
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_grbl::{FedRun, Grbl, GrblSettings, VirtualMill};
 use stepwright_host::Session;
-use stepwright_stream::send::LinkTimes;
 
 use crate::failure::Failure;
-use crate::gcode::port::{Met, about, at_rest, brakes, kill, positions, word};
+use crate::gcode::port::{LOOK, Met, at_rest, brakes, gone, kill, positions, silent, tells, terms};
 use crate::order::target::PortArgs;
 use crate::say;
 
-/// Between two looks at the line.
-const LOOK: Duration = Duration::from_millis(1);
-/// What is sent before it is played, in µs, as far as the board has the room.
-const AHEAD: u32 = 500_000;
 /// So long nothing comes from a board that has nothing to say.
 const QUIET: Duration = Duration::from_millis(20);
 /// Alarms: a switch has closed; and what the board has left or lost.
@@ -86,10 +81,7 @@ impl Fed {
     fn look(&mut self, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
         let mut buffer = [0; 256];
         let name = &self.name;
-        let gone = |error: std::io::Error| {
-            Failure::new(format!("{name}: {error}"))
-                .hint("the board plays what it has, and brakes by itself: its position stays known")
-        };
+        let gone = |error| gone(name, &error);
         let count = self.session.link().read(&mut buffer, LOOK).map_err(gone)?;
         let now = self.session.now();
         let since = now.saturating_sub(self.seen).as_secs_f64();
@@ -120,12 +112,8 @@ impl Fed {
         let decels = [0, 1, 2].map(|n| settings.get(120 + n) * settings.get(100 + n));
         let brakes = brakes(decels, self.hz)?;
         let terms = FeedTerms {
-            hz: self.hz,
-            stagger: self.stagger,
-            times: LinkTimes::of_baud(self.baud),
-            ahead: AHEAD,
             inputs: if settings.is_on(21) { 0b111 } else { 0 },
-            ..FeedTerms::avr(brakes)
+            ..terms(brakes, self.hz, self.stagger, self.baud)
         };
         Some(StreamFeeder::new(terms, 0))
     }
@@ -135,9 +123,7 @@ impl Fed {
         self.run = None;
         self.drain()?;
         if state == FeedState::Lost {
-            return Err(Failure::new(format!("{} does not answer any more", self.name)).hint(
-                "what it has is played, and then it brakes; `stepwright grbl` again tells where it is",
-            ));
+            return Err(silent(&self.name, "grbl"));
         }
         let name = self.name.clone();
         at_rest(&mut self.session, &name)?;
@@ -167,8 +153,6 @@ impl Fed {
 
     /// The positions and the late steps, as the board tells.
     pub fn tells(&mut self) -> Result<([Option<i64>; 3], u64), Failure> {
-        let places = positions(&mut self.session)?;
-        let about = about(&mut self.session)?;
-        Ok((places, word(&about, "late=").unwrap_or(0)))
+        tells(&mut self.session)
     }
 }

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use stepwright_grbl::{Grbl, VirtualMill};
 
 use crate::failure::Failure;
+use crate::gcode::port::spelt;
 use crate::interrupt::{self, While};
 use crate::order::target::PortArgs;
 use crate::{files, say};
@@ -259,9 +260,7 @@ impl Served {
         say::note(format_args!("position {x} {y} {z} steps"));
         if let Some(fed) = &mut self.fed {
             let (places, late) = fed.tells()?;
-            let places =
-                places.map(|place| place.map_or("?".to_owned(), |place| place.to_string()));
-            say::note(format_args!("board {}, late steps {late}", places.join(" ")));
+            say::note(format_args!("board {}, late steps {late}", spelt(places)));
         }
         if asked && matches!(self.wire, Wire::Stdio { .. }) {
             return Err(Failure::interrupted("interrupted: the motors stand"));

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use stepwright_protocol::{AxisId, Command, Distance, Order, Script, Selection, Travel};
+use stepwright_protocol::{AxisId, Command, Distance, MAX_AXES, Order, Script, Selection, Travel};
 
 use super::able;
 use super::drive;
@@ -21,9 +21,6 @@ use stepwright_host::{LinkError, Session};
 
 /// Between two lines about where the axes are.
 const LINES: Duration = Duration::from_secs(1);
-
-/// The most axes that a board has.
-const AXES: usize = 8;
 
 /// Move several axes along a straight line: all begin together and end together
 ///
@@ -51,10 +48,10 @@ Examples:
 #[command(group(clap::ArgGroup::new("way").required(true)))]
 pub struct Args {
     /// How far each axis goes: steps, or like 90deg, 10mm; a negative distance moves backward
-    #[arg(num_args = 1..=AXES, allow_negative_numbers = true, group = "way")]
+    #[arg(num_args = 1..=usize::from(MAX_AXES), allow_negative_numbers = true, group = "way")]
     distance: Vec<DistanceArg>,
     /// Where each axis goes to: positions in the same units
-    #[arg(long, value_name = "POSITION", num_args = 1..=AXES, group = "way")]
+    #[arg(long, value_name = "POSITION", num_args = 1..=usize::from(MAX_AXES), group = "way")]
     #[arg(allow_negative_numbers = true)]
     to: Vec<DistanceArg>,
     /// Speed between the ramps, of the axis that goes furthest

@@ -1,13 +1,10 @@
 //! `POST /api/line`: what may be asked of a straight line of several axes.
 
 use serde::Deserialize;
-use stepwright_protocol::AxisId;
+use stepwright_protocol::{AxisId, MAX_AXES};
 
 use crate::Declined;
 use crate::request::{self, Limits, Way, Wish};
-
-/// The most axes that a board has.
-const AXES: usize = 8;
 
 /// `POST /api/line`: several axes together, straight from where they stand to their targets.
 ///
@@ -52,12 +49,12 @@ impl LineRequest {
             (None, None) => return Err(request::neither()),
             (Some(_), Some(_)) => return Err(request::both()),
         };
-        if !(1..=AXES).contains(&numbers.len()) {
+        if !(1..=usize::from(MAX_AXES)).contains(&numbers.len()) {
             return Err(Declined::range(format!("{name} has {} numbers", numbers.len()))
-                .allowed(format!("1 to {AXES}: the first is for axis 1")));
+                .allowed(format!("1 to {MAX_AXES}: the first is for axis 1")));
         }
         let mut ways = Vec::new();
-        for (axis, number) in AxisId::first(AXES as u8).zip(numbers) {
+        for (axis, number) in AxisId::first(MAX_AXES).zip(numbers) {
             let (by, to) = if name == "by" { (*number, None) } else { (None, *number) };
             match request::way(by, to)? {
                 Some(Way::By(by)) if by.get() == 0 => {}

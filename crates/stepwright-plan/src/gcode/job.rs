@@ -18,11 +18,11 @@ use std::fmt;
 
 use stepwright_gcode::{Effect, Error, Length, Options, Reader, Spindle, Stop};
 use stepwright_path::{
-    ArcFit, AxisPace, LaserMove, Route, RouteStep, StepSource, Stretch, Unplannable, mm,
+    ArcFit, AxisPace, LaserMove, Route, RouteStep, StepSource, Stretch, Unplannable, decimal, mm,
 };
 
 use super::laser::LaserSignal;
-use super::{JobSurvey, PowerChange, number};
+use super::{JobSurvey, PowerChange};
 
 /// Why a job can't go on.
 #[derive(Clone, Debug, PartialEq)]
@@ -330,7 +330,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
                     self.spindle = ordered;
                     continue;
                 }
-                Effect::Dwell(seconds) => number(seconds),
+                Effect::Dwell(seconds) => decimal(seconds),
                 Effect::Stop(Stop::OptionalPause) => continue,
                 Effect::Spindle(_) | Effect::Coolant(_) | Effect::Stop(_) => 0.0,
                 _ => continue,

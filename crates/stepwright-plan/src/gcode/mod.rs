@@ -19,8 +19,8 @@
 //! # Ok::<(), stepwright_gcode::Error>(())
 //! ```
 
-use stepwright_gcode::{Block, Decimal, Effect, Error, FeedRate, Move, MoveKind, Options, Reader};
-use stepwright_path::{ArcSweep, millimetres, mm};
+use stepwright_gcode::{Block, Effect, Error, FeedRate, Move, MoveKind, Options, Reader};
+use stepwright_path::{ArcSweep, decimal, millimetres, mm};
 
 use crate::sheet::{Cell, Sheet};
 
@@ -90,7 +90,7 @@ impl JobSurvey {
         for effect in block.effects() {
             match effect {
                 Effect::Dwell(seconds) => {
-                    self.dwell += number(seconds);
+                    self.dwell += decimal(seconds);
                 }
                 Effect::Move(part) => self.travel(&part),
                 _ => {}
@@ -125,7 +125,7 @@ impl JobSurvey {
         self.cut.cover(to);
         let rate = match rate {
             FeedRate::PerMinute(rate) => mm(rate),
-            FeedRate::Inverse(moves) => distance * number(moves),
+            FeedRate::Inverse(moves) => distance * decimal(moves),
         };
         let [slowest, fastest] = self.rates.unwrap_or([rate; 2]);
         self.rates = Some([slowest.min(rate), fastest.max(rate)]);
@@ -184,10 +184,6 @@ impl Extents {
         let [least, most] = self.0[axis].unwrap_or([at; 2]);
         self.0[axis] = Some([least.min(at), most.max(at)]);
     }
-}
-
-fn number(number: Decimal) -> f64 {
-    number.scaled() as f64 / Decimal::SCALE as f64
 }
 
 #[cfg(test)]

@@ -242,8 +242,8 @@ impl Polygon {
 pub(crate) struct Lens<const N: usize> {
     axes: [Polygon; N],
     limits: [Limits; N],
-    /// The longest time step, in s.
-    moment: f64,
+    /// The longest time step of each axis, in s.
+    moments: [f64; N],
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -251,6 +251,13 @@ struct Limits {
     near: f64,
     accel: f64,
     jerk: f64,
+}
+
+impl Limits {
+    /// The set after a long time at this speed.
+    fn settled(&self, v: f64) -> Polygon {
+        Polygon::line(v - self.near, v + self.near)
+    }
 }
 
 impl<const N: usize> Lens<N> {
@@ -261,10 +268,9 @@ impl<const N: usize> Lens<N> {
             let more = 1.0 + ROUNDED;
             Limits { near: USED * jump / 2.0 * more, accel: accel * more, jerk: jerk[n] }
         });
-        let short = |(axis, jerk): (&AxisPace, &f64)| SHORT * (axis.jump / jerk).sqrt();
-        let moment = axes.iter().zip(jerk).map(short).fold(f64::INFINITY, f64::min);
+        let moments = std::array::from_fn(|n| SHORT * (axes[n].jump / jerk[n]).sqrt());
         let axes = limits.map(|limits| Polygon::line(-limits.near, limits.near));
-        Lens { axes, limits, moment }
+        Lens { axes, limits, moments }
     }
 
     /// The state for a plan from here on.
@@ -292,7 +298,7 @@ impl<const N: usize> Lens<N> {
     /// Sets the state after a long time at this speed.
     fn settle(&mut self, v: &[f64; N]) {
         for ((polygon, limits), v) in self.axes.iter_mut().zip(&self.limits).zip(v) {
-            *polygon = Polygon::line(v - limits.near, v + limits.near);
+            *polygon = limits.settled(*v);
         }
     }
 
@@ -334,21 +340,24 @@ impl<const N: usize> Lens<N> {
 
     /// Follows constant speeds for a time. The error is the time after which the law is broken.
     fn steady(&mut self, time: f64, v: &[f64; N]) -> Result<(), f64> {
-        let moments = (time / self.moment).ceil();
-        let (count, each) = if moments > f64::from(SETTLED) {
-            (SETTLED, self.moment)
-        } else {
-            (moments as u32, time / moments.max(1.0))
-        };
-        for n in 0..count {
-            if !self.step(each, v) {
-                return Err(f64::from(n + 1) * each);
+        let mut broken = f64::INFINITY;
+        for axis in 0..N {
+            let (polygon, limits, v) = (&mut self.axes[axis], &self.limits[axis], v[axis]);
+            let moments = (time / self.moments[axis]).ceil();
+            let settled = moments > f64::from(SETTLED);
+            let (count, each) = if settled {
+                (SETTLED, self.moments[axis])
+            } else {
+                (moments as u32, time / moments.max(1.0))
+            };
+            let first = (1..=count).find(|_| !polygon.step(each, v, limits));
+            match first {
+                Some(n) => broken = broken.min(f64::from(n) * each),
+                None if settled => *polygon = limits.settled(v),
+                None => {}
             }
         }
-        if moments > f64::from(SETTLED) {
-            self.settle(v);
-        }
-        Ok(())
+        if broken < f64::INFINITY { Err(broken) } else { Ok(()) }
     }
 
     /// Follows a piece along a shape.
@@ -365,7 +374,8 @@ impl<const N: usize> Lens<N> {
             let speeds = direction.map(|part| part * from.v);
             return self.steady(time, &speeds).map_err(|after| from.s + from.v * after);
         }
-        let moments = (time / self.moment).ceil().max(1.0);
+        let moment = self.moments.iter().copied().fold(f64::INFINITY, f64::min);
+        let moments = (time / moment).ceil().max(1.0);
         let each = time / moments;
         let mut n = 0.0;
         while n < moments && each > 0.0 {

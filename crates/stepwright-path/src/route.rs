@@ -450,7 +450,8 @@ impl<const N: usize> Route<N> {
         };
         let end = pieces[2].to;
         if self.smooth.is_some() {
-            let level = pieces[1].to.t > pieces[1].from.t;
+            // A level part may lead on in no time, by rounding.
+            let level = pieces[0].from == pieces[0].to;
             self.leave_smooth(&pieces[usize::from(level)], &cell);
         } else {
             self.bucket.wait(end.t - self.time, &self.axes);

@@ -176,3 +176,49 @@ fn a_jump_that_is_next_to_none_is_planned_as_a_small_one() {
     let least = play(1e-12);
     assert!(least == small, "{} {}", least.1, small.1);
 }
+
+/// X passes two corners of a jump each in 5.5 ms. An axis that stands still and whose jerk is hidden sooner
+/// made the law of jerk count as forgotten for X too.
+#[test]
+fn a_quick_axis_that_stands_settles_no_other() {
+    let axis = AxisPace { step: 0.0025, jerk: 10_000.0, ..AXIS };
+    let quick = AxisPace { accel: 500.0, jump: 0.2, jerk: f64::INFINITY, ..axis };
+    let times = [axis, quick].map(|z| {
+        let mut route = Route::new([axis, axis, z]).unwrap();
+        let (mut at, mut axes) = ([0.0; 3], [const { Vec::new() }; 3]);
+        for (x, length) in [(-0.5f64, 10.0), (0.0, 9.4 * 0.0055), (0.5, 10.0)] {
+            at = [at[0] + x * length, at[1] + (1.0 - x * x).sqrt() * length, 0.0];
+            route.line_to(at, 9.4).unwrap();
+        }
+        route.close();
+        played(&mut route, &mut axes);
+        let time = route.time();
+        for steps in &axes[..2] {
+            let broken = jerk_broken(steps, axis.step, [axis.jump, axis.accel, axis.jerk], time);
+            assert_eq!(broken, None, "Z has a jump of {}", z.jump);
+        }
+        time
+    });
+    assert!((times[0] / times[1] - 1.0).abs() < 0.01, "{times:?}");
+}
+
+/// So far from the beginning a level part may take no time and yet lead on by the last digit: it was passed
+/// again and again.
+#[test]
+fn a_far_route_ends() {
+    let mut route = smooth(10_000.0);
+    route.line_to([1e5, 0.0], 300.0).unwrap();
+    route.close();
+    while route.pass_over().is_some() {}
+    for to in [
+        [100_000.0046, 0.0029],
+        [100_000.0038, 0.0024],
+        [100_000.0041, 0.0086],
+        [99_999.9911, -0.0041],
+    ] {
+        route.line_to(to, 44.0).unwrap();
+    }
+    route.close();
+    let passed = std::iter::from_fn(|| route.pass_over()).take(20_000).count();
+    assert!(passed < 20_000 && route.is_over());
+}

@@ -1,10 +1,12 @@
 //! Changes of a route while it is made: an override, a hold, its end, a jog that is cancelled.
 //!
-//! Each takes hold at its time, from the speed there is then, and not before a step that was
+//! Each takes effect at its time, from the speed at that time, and not before a step that was
 //! handed out. The cell is cut there, and what is ahead planned again. If that would break the
 //! law of speed the plan before stays, and the change is tried again a little later. With limited jerk
 //! a hold is tried with gentler stops before that. While it brakes for a hold, all that is asked for
-//! takes hold once it stands.
+//! takes effect once it stands.
+//!
+//! Changes are made in the order of their times. Only a hold passes an override that is being tried again.
 
 use std::collections::VecDeque;
 
@@ -23,6 +25,28 @@ pub(crate) enum Change {
     Hold,
     Resume,
     Cancel,
+}
+
+impl Change {
+    /// Whether the route brakes for it.
+    fn brakes(self) -> bool {
+        matches!(self, Change::Hold | Change::Cancel)
+    }
+
+    /// Whether it ends a hold.
+    fn ends_hold(self) -> bool {
+        matches!(self, Change::Resume | Change::Cancel)
+    }
+}
+
+/// A change that is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Order {
+    /// The time asked for, in s, but not before what was made by then.
+    at: f64,
+    /// When it is tried: later than `at` if it was tried before.
+    due: f64,
+    change: Change,
 }
 
 /// A part of the ordered speed, within its range.
@@ -56,7 +80,8 @@ impl<const N: usize> Route<N> {
         Ok(())
     }
 
-    /// Brakes along the route from `at` seconds on, and stands until it is resumed.
+    /// Brakes along the route from `at` seconds on, and stands until it is resumed. At a time when the route is
+    /// over, it holds the pieces that follow.
     pub fn hold(&mut self, at: f64) {
         self.change(at, Change::Hold);
     }
@@ -67,7 +92,7 @@ impl<const N: usize> Route<N> {
     }
 
     /// Brakes along the route from `at` seconds on, and drops the rest of it: a jog that ends.
-    /// Pieces that are added once it stands lead on from there.
+    /// Pieces that are added once it stands lead on from there. At a time when the route is over, it does nothing.
     pub fn cancel(&mut self, at: f64) {
         self.change(at, Change::Cancel);
     }
@@ -78,26 +103,63 @@ impl<const N: usize> Route<N> {
     }
 
     fn change(&mut self, at: f64, change: Change) {
-        let at = if at.is_nan() { 0.0 } else { at };
+        if at == f64::INFINITY {
+            // It never comes.
+            return;
+        }
+        // None is before those that were tried. A time that is no number is now.
+        let at = self.time().max(at);
         // In the order of their times; of one time, of the calls.
-        let place = self.changes.partition_point(|known| known.0 <= at);
-        self.changes.insert(place, (at, change));
+        let place = self.changes.partition_point(|known| known.at <= at);
+        self.changes.insert(place, Order { at, due: at, change });
+    }
+
+    /// Before a piece is added: if the route is over, what was to be cancelled by now is over, too.
+    pub(crate) fn forget_cancels(&mut self) {
+        if !self.is_over() {
+            return;
+        }
+        while self.halt == Some(0) && self.stand().is_some() {}
+        let now = self.time();
+        self.changes.retain(|order| order.change != Change::Cancel || order.at > now);
+    }
+
+    /// The time of the next change, not before what was made.
+    fn due(&self, order: &Order) -> f64 {
+        order.due.max(self.now).max(self.time)
+    }
+
+    /// Moves a hold to the front that is due before an override is tried again.
+    fn let_hold_pass(&mut self, due: f64) {
+        let Some(first) = self.changes.front().filter(|first| first.due > first.at) else { return };
+        let hold = self.changes.iter().position(|order| order.change.brakes());
+        if let Some(place) = hold
+            && self.changes[place].due < first.due
+            && self.due(&self.changes[place]) < due
+            && let Some(hold) = self.changes.remove(place)
+        {
+            let after = self.changes.split_off(place);
+            // There was nothing to resume before it.
+            self.changes.retain(|order| order.change != Change::Resume);
+            self.changes.extend(after);
+            self.changes.push_front(hold);
+        }
     }
 
     /// Makes the first change, if it is due before `due`, in the first cell: whether anything
     /// was changed.
     pub(crate) fn disturb(&mut self, due: f64) -> bool {
-        let Some(&(at, change)) = self.changes.front() else { return false };
-        let at = at.max(self.now).max(self.time);
-        if at >= due || self.halt.is_some() {
+        if self.halt.is_some() {
             return false;
         }
-        if !self.cut(at) {
-            // At the end of this cell.
+        self.let_hold_pass(due);
+        let Some(at) = self.changes.front().map(|order| self.due(order)) else { return false };
+        if at >= due || !self.cut(at) {
+            // Later, or at the end of this cell.
             return false;
         }
-        self.changes.pop_front();
-        let done = match change {
+        let Some(order) = self.changes.pop_front() else { return false };
+        let done = match order.change {
             Change::Resume => true,
             Change::Scale(feed) => self.rescale(Scales { feed, ..self.scales }),
             Change::Rapids(rapid) => self.rescale(Scales { rapid, ..self.scales }),
@@ -105,14 +167,15 @@ impl<const N: usize> Route<N> {
             Change::Cancel => {
                 // It waits until all axes stand.
                 if self.brake() {
-                    self.changes.push_front((at, change));
+                    self.changes.push_front(order);
                     return true;
                 }
                 false
             }
         };
         if !done {
-            self.changes.push_front((at + AGAIN, change));
+            let due = (at + AGAIN).max(at.next_up());
+            self.changes.push_front(Order { due, ..order });
         }
         true
     }
@@ -150,6 +213,10 @@ impl<const N: usize> Route<N> {
         if !planned {
             self.scales = old;
             self.cells.iter_mut().for_each(|cell| cell.scale(old));
+            if self.smooth.as_ref().is_some_and(|smooth| smooth.here.v == 0.0) {
+                // What was planned from rest has the other scale.
+                self.plan();
+            }
         }
         planned
     }
@@ -205,9 +272,13 @@ impl<const N: usize> Route<N> {
         true
     }
 
-    /// Stands; `None` until a change asks for something else.
+    /// Stands; `None` until a change ends that. Changes before that one are made where it stands, those after it
+    /// at their times.
     pub(crate) fn stand(&mut self) -> Option<()> {
-        let (at, change) = self.changes.pop_front()?;
+        if !self.changes.iter().any(|order| order.change.ends_hold()) {
+            return None;
+        }
+        let Order { at, change, .. } = self.changes.pop_front()?;
         match change {
             Change::Scale(feed) => self.scales.feed = feed,
             Change::Rapids(rapid) => self.scales.rapid = rapid,

@@ -43,6 +43,7 @@ impl<const N: usize> Route<N> {
         if !PACES.contains(&feed) {
             return Err(Unplannable::Speed);
         }
+        self.forget_cancels();
         let begin = self.loose.back().map_or(Joint::REST, |last| {
             let ends = [&last.shape.direction(last.shape.end), &shape.direction(shape.begin)];
             let lengths = [last.shape.length(), shape.length()];

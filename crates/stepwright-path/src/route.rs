@@ -18,7 +18,7 @@ use std::collections::VecDeque;
 
 use crate::bucket::Bucket;
 use crate::cell::{Cell, Scales};
-use crate::change::Change;
+use crate::change::Order;
 use crate::chords::Before;
 use crate::glide::Glides;
 use crate::loose::Loose;
@@ -117,7 +117,7 @@ pub struct Route<const N: usize> {
     pub(crate) next: [Option<Option<(f64, RouteStep)>>; N],
     /// The time of the last step handed out.
     pub(crate) now: f64,
-    pub(crate) changes: VecDeque<(f64, Change)>,
+    pub(crate) changes: VecDeque<Order>,
     /// The number of cells to the place of a hold.
     pub(crate) halt: Option<usize>,
     /// The additional state with limited jerk.

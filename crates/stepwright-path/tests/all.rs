@@ -11,6 +11,7 @@ mod holds;
 mod judging;
 mod legs;
 mod optimum;
+mod orders;
 mod paths;
 mod random_routes;
 mod rough;

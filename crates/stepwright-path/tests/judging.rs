@@ -143,3 +143,30 @@ fn a_trapezoid_has_none() {
     assert_eq!(broken(17.4, 10_000.0), None);
     assert_eq!(broken(5.0, 1e6), None);
 }
+
+/// A start from standing is a jump, however long it stood: at the beginning, between two moves, and at the end.
+#[test]
+fn a_start_from_standing_is_a_jump() {
+    for v in [20.0, 50.0, 100.0, 200.0] {
+        for stood in [0.05, 0.1, 0.3, 1.0] {
+            for before in [0, 100] {
+                // At 4 mm/s, which the jump allows; it stands, and then moves at once. Both ways.
+                let slow = (0..before).map(|n| STEP / 4.0 * f64::from(n));
+                let begin = STEP / 4.0 * f64::from(before) + stood;
+                let fast = (0..200).map(|n| begin + STEP / v * f64::from(n));
+                let steps: Axis = slow.chain(fast).map(|t| (t, true)).collect();
+                let end = steps[steps.len() - 1].0 + stood;
+                let back: Axis = steps.iter().rev().map(|(t, _)| (end - t, false)).collect();
+                for steps in [steps, back] {
+                    let (jump, at) = jump_needed(&steps, STEP, 1_000.0, end);
+                    // Known but for a step and a quarter in √(step/accel), and for half of that time and of the
+                    // first interval.
+                    let least = v - 1.75 * (STEP * 1_000.0).sqrt() - 500.0 * STEP / v - 0.01;
+                    assert!(jump >= least && jump <= v, "{v} after {stood}: {jump} at {at}");
+                    let broken = jerk_broken(&steps, STEP, [5.0, 1_000.0, 10_000.0], end);
+                    assert!(broken.is_some(), "{v} after {stood}");
+                }
+            }
+        }
+    }
+}

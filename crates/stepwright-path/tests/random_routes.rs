@@ -1,6 +1,6 @@
 //! Random routes, judged by their steps alone: lines, arcs, chords, reversals and tiny pieces of
-//! unequal axes, half of them with overrides, holds and cancelled rests; without a limit of the
-//! jerk, and with one.
+//! unequal axes, half of them with overrides, holds and cancelled rests, ordered before they begin or while they
+//! are made; without a limit of the jerk, and with one. Some begin far away, some have a quick axis that stands.
 //!
 //! `STEPWRIGHT_ROUTES` says how many, and `STEPWRIGHT_SMOOTH_ROUTES` how many of the latter, from
 //! seed `STEPWRIGHT_ROUTES_FROM` on.
@@ -19,6 +19,14 @@ struct Made<const N: usize> {
     steps: [Axis; N],
     dice: Dice,
     cancelled: bool,
+    /// The steps until the next order, and whether that ends a hold.
+    next: Option<(u32, bool)>,
+    /// An axis that stands.
+    still: Option<usize>,
+    /// The end of the last piece.
+    end: [f64; N],
+    /// The time and the positions at the beginning.
+    begin: (f64, [i64; N]),
 }
 
 impl<const N: usize> Made<N> {
@@ -37,8 +45,23 @@ impl<const N: usize> Made<N> {
                 axis.jerk = axis.accel / (0.01 * 30f64.powf(dice.roll()));
             }
         }
-        let route = Route::new(axes).unwrap();
-        Made { route, axes, steps: [const { Vec::new() }; N], dice, cancelled: false }
+        let still = (N > 2 && seed % 10 < 2).then_some(N / 2);
+        if let Some(axis) = still {
+            axes[axis].jerk = f64::INFINITY;
+        }
+        let mut route = Route::new(axes).unwrap();
+        if seed % 10 > 7 {
+            // Far from the beginning.
+            let mut end = [0.0; N];
+            end[0] = 1e6;
+            route.line_to(end, 1e6).unwrap();
+            route.close();
+            while route.pass_over().is_some() {}
+        }
+        let (end, begin) = (route.end(), (route.time(), route.positions()));
+        let steps = [const { Vec::new() }; N];
+        let next = (seed % 4 == 1).then_some((0, false));
+        Made { route, axes, steps, dice, cancelled: false, next, still, end, begin }
     }
 
     fn roll(&mut self) -> f64 {
@@ -47,12 +70,47 @@ impl<const N: usize> Made<N> {
 
     /// What is final by now.
     fn play(&mut self) {
-        for step in self.route.by_ref() {
-            self.steps[step.axis].push((step.time, step.forward));
+        self.end = self.route.end();
+        loop {
+            match self.route.next() {
+                Some(step) => {
+                    self.steps[step.axis].push((step.time - self.begin.0, step.forward));
+                    self.order(1);
+                }
+                // What is held is resumed, and goes on.
+                None if self.next.is_some_and(|next| next.1) => self.order(u32::MAX),
+                None => return,
+            }
         }
     }
 
-    fn line(&mut self, way: [f64; N], feed: f64) {
+    /// After some steps, an order.
+    fn order(&mut self, steps: u32) {
+        let Some((left, held)) = &mut self.next else { return };
+        *left = left.saturating_sub(steps);
+        if *left > 0 {
+            return;
+        }
+        let held = *held;
+        let at = if self.roll() < 0.5 { self.route.time() } else { 0.0 };
+        let hold = !held && self.roll() < 0.5;
+        if held {
+            self.route.resume(at);
+        } else if hold {
+            self.route.hold(at);
+        } else {
+            let scale = 0.05 + 2.2 * self.roll();
+            self.route.scale(at, scale).unwrap();
+        }
+        // A hold ends soon, and often before it is made.
+        let most = if hold { 5.0 } else { 800.0 };
+        self.next = Some(((most * self.roll()) as u32 + 1, hold));
+    }
+
+    fn line(&mut self, mut way: [f64; N], feed: f64) {
+        if let Some(axis) = self.still {
+            way[axis] = 0.0;
+        }
         let from = self.route.end();
         let to = std::array::from_fn(|n| from[n] + way[n]);
         self.route.line_to(to, feed).unwrap();
@@ -97,7 +155,10 @@ impl<const N: usize> Made<N> {
             let (phase, sweep) = (TAU * self.roll(), 3.0 * PI * (2.0 * self.roll() - 1.0));
             let end = self.route.end();
             let centre = [end[0] - radius * phase.cos(), end[N - 1] - radius * phase.sin()];
-            let climb = if self.roll() < 0.5 { [0.0; N] } else { way(self, 3.0) };
+            let mut climb = if self.roll() < 0.5 { [0.0; N] } else { way(self, 3.0) };
+            if let Some(axis) = self.still {
+                climb[axis] = 0.0;
+            }
             self.route.arc([0, N - 1], centre, sweep, climb, feed).unwrap();
             self.play();
         } else {
@@ -110,12 +171,16 @@ impl<const N: usize> Made<N> {
         if self.roll() < 0.02 {
             self.route.close();
             self.play();
+            if self.next.is_some() {
+                // It is over.
+                self.route.cancel(self.route.time());
+            }
         }
     }
 
     /// Overrides, holds and their ends at random times.
     fn disturb(&mut self) {
-        let mut time = 0.0;
+        let mut time = self.begin.0;
         for _ in 0..(6.0 * self.roll()) as usize + 1 {
             time += self.roll() * self.roll();
             if self.roll() < 0.6 {
@@ -137,11 +202,16 @@ impl<const N: usize> Made<N> {
         self.route.close();
         self.play();
         assert!(self.route.is_over(), "{seed}: not at its end");
-        let (end, time) = (self.route.end(), self.route.time());
+        let (end, time) = (self.route.end(), self.route.time() - self.begin.0);
+        assert!(
+            self.cancelled || end == self.end,
+            "{seed}: it ends at {end:?}, not {:?}",
+            self.end
+        );
         for (n, steps) in self.steps.iter().enumerate() {
             let AxisPace { step, accel, jump, speed, jerk } = self.axes[n];
             let at: i64 = steps.iter().map(|(_, forward)| if *forward { 1 } else { -1 }).sum();
-            let off = (at as f64 - end[n] / step).abs();
+            let off = ((at + self.begin.1[n]) as f64 - end[n] / step).abs();
             // Where it turned within a quarter of a step it may have been cancelled.
             let most = if self.cancelled { 0.750_01 } else { 0.500_01 };
             assert!(off <= most, "{seed}: axis {n} ends at {at}, off by {off}");
@@ -166,7 +236,7 @@ impl<const N: usize> Made<N> {
 
 fn try_one<const N: usize>(seed: u64, smooth: bool) {
     let mut made: Made<N> = Made::new(seed, smooth);
-    if !seed.is_multiple_of(2) {
+    if seed % 4 == 3 {
         made.disturb();
     }
     for _ in 0..(8.0 * made.roll()) as usize + 1 {

@@ -5,7 +5,8 @@
 //!
 //! ```text
 //!   later   (u, a) → (u + a·T, a)              and the lens that |u''| ≤ J reaches in T
-//!   seen    |u − v| ≤ S/2 + J·Δ²/24            a mean over Δ is that near to the speed in its middle
+//!   seen    |u − v| ≤ S/2 + J·Δ²/24            a mean over Δ is that near to the speed in its middle,
+//!                                              and what that mean is uncertain by
 //!           |a| ≤ A
 //! ```
 //!
@@ -13,7 +14,7 @@
 //! and corners too many are cut off outwards, so the set is never too small: a motion that is
 //! refused breaks the law for certain. One that breaks it by little may pass.
 
-use super::{Axis, speeds};
+use super::{Axis, Mean, means};
 
 type Corner = [f64; 2];
 
@@ -116,13 +117,11 @@ pub fn jerk_broken(steps: &Axis, size: f64, limits: [f64; 3], end: f64) -> Optio
         set = seen(&later(&set, short, jerk), 0.0, half, accel);
     }
     let mut now = 0.0;
-    for (n, (t, v)) in speeds(steps, size, end).into_iter().enumerate() {
+    for Mean { time: t, wide, speed: v, off } in means(steps, size, accel, end) {
         set = later(&set, t - now, jerk);
         now = t;
-        // The interval of this mean; both ends are at rest.
-        let wide = if n == 0 || n >= steps.len() { 0.0 } else { steps[n].0 - steps[n - 1].0 };
         let rounded = 1e-9 * (1.0 + v.abs());
-        set = seen(&set, v, half + jerk * wide * wide / 24.0 + rounded, accel);
+        set = seen(&set, v, half + jerk * wide * wide / 24.0 + off + rounded, accel);
         if set.is_empty() {
             return Some(t);
         }

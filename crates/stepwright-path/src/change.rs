@@ -57,7 +57,7 @@ fn within(scale: f64) -> Result<f64, Unplannable> {
     Ok(scale.clamp(*SCALES.start(), *SCALES.end()))
 }
 
-/// Seconds after which a change that would have broken the law is tried again.
+/// Seconds after which a change that would have broken the law is tried again, at least.
 const AGAIN: f64 = 0.001;
 
 impl<const N: usize> Route<N> {
@@ -174,7 +174,9 @@ impl<const N: usize> Route<N> {
             }
         };
         if !done {
-            let due = (at + AGAIN).max(at.next_up());
+            // An override takes long to plan: it is tried again after as long as it has waited.
+            let waited = if order.change.brakes() { 0.0 } else { at - order.at };
+            let due = (at + AGAIN.max(waited)).max(at.next_up());
             self.changes.push_front(Order { due, ..order });
         }
         true
@@ -321,5 +323,42 @@ impl<const N: usize> Route<N> {
         if let Some(smooth) = &mut self.smooth {
             smooth.end(self.length);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::AxisPace;
+
+    /// A plan takes longer than 1 ms of the motion: tried each ms, an override fell behind it by seconds.
+    #[test]
+    fn an_override_is_tried_again_ever_later() {
+        let axis =
+            AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: 10_000.0 };
+        let mut made = Route::new([axis; 2]).unwrap();
+        for n in 1..=200 {
+            let x = 0.2 * f64::from(n);
+            made.line_to([x, 4.0 * (x / 3.0).sin()], 80.0).unwrap();
+        }
+        made.close();
+        let mut most = 0;
+        for n in 0..20 {
+            let mut route = made.clone();
+            let ordered = 0.1 + 0.03 * f64::from(n);
+            route.scale(ordered, 0.9).unwrap();
+            let (mut tries, mut last) = (1, ordered);
+            while route.next().is_some() && !route.changes.is_empty() {
+                let due = route.changes[0].due;
+                tries += u32::from(due > last);
+                last = due;
+            }
+            assert!(
+                f64::from(tries) <= 3.0 + ((last - ordered) / AGAIN).max(1.0).log2(),
+                "{tries}"
+            );
+            most = most.max(tries);
+        }
+        assert!(most > 3, "none had to be tried again: {most}");
     }
 }

@@ -19,7 +19,7 @@
 //! law implies the law of speed ([`Bucket`](crate::bucket::Bucket)): u changes by at most A·t, and the axis is
 //! within S/2 of it.
 
-use crate::piece::Piece;
+use crate::piece::{Moment, Piece};
 use crate::route::AxisPace;
 use crate::shape::Shape;
 
@@ -360,6 +360,27 @@ impl<const N: usize> Lens<N> {
         if broken < f64::INFINITY { Err(broken) } else { Ok(()) }
     }
 
+    /// Follows a slow turn at a constant speed for a long time, as if the speed of each axis were constant and the
+    /// set narrower by what it changes. Returns false, and changes nothing, if that is much, or breaks the law.
+    fn turn(&mut self, shape: &Shape<N>, from: Moment, time: f64) -> bool {
+        let way = from.v * time;
+        let (bend, _) = shape.bounds(from.s, from.s + way);
+        let mut lens = self.clone();
+        for (limits, bend) in lens.limits.iter_mut().zip(bend) {
+            let off = bend * from.v * way / 2.0;
+            if off > limits.near / 4.0 {
+                return false;
+            }
+            limits.near -= off;
+        }
+        let middle = shape.direction(from.s + way / 2.0).map(|part| part * from.v);
+        let kept = lens.steady(time, &middle).is_ok();
+        if kept {
+            self.axes = lens.axes;
+        }
+        kept
+    }
+
     /// Follows a piece along a shape.
     ///
     /// # Errors
@@ -375,12 +396,19 @@ impl<const N: usize> Lens<N> {
             return self.steady(time, &speeds).map_err(|after| from.s + from.v * after);
         }
         let moment = self.moments.iter().copied().fold(f64::INFINITY, f64::min);
-        let moments = (time / moment).ceil().max(1.0);
-        let each = time / moments;
+        let end = f64::from(SETTLED) * moment;
+        let level = piece.jerk == 0.0 && from.a == 0.0;
+        let mut begun = 0.0;
+        if level && time > 4.0 * end && self.turn(shape, from, time - end) {
+            begun = time - end;
+        }
+        let moments = ((time - begun) / moment).ceil().max(1.0);
+        let each = (time - begun) / moments;
         let mut n = 0.0;
         while n < moments && each > 0.0 {
             n += 1.0;
-            let here = if n == moments { piece.to } else { from.after(piece.jerk, n * each) };
+            let here =
+                if n == moments { piece.to } else { from.after(piece.jerk, begun + n * each) };
             if shape.is_round() {
                 direction = shape.direction(here.s);
             }

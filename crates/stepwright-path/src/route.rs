@@ -9,7 +9,8 @@
 //! A route always plans to a rest at the end of the known pieces, so it may run out of pieces at any time. When
 //! enough pieces have been added it plans again from its present state. It keeps the plan before if a new plan
 //! would break the law of speed. Memory is bounded if the caller takes steps between pieces: a route keeps only
-//! the cells ahead of the steps, and with 65,536 cells ahead the first half becomes final, whatever follows.
+//! the cells ahead of the steps, and with 65,536 cells ahead the first half becomes final, whatever follows; with
+//! limited jerk 8,192 are planned at once.
 //!
 //! **Changes.** An override, a hold and its end take effect at a given time, from the speed at that time: the
 //! cell is divided there, and the rest is planned again.
@@ -129,14 +130,17 @@ pub struct Route<const N: usize> {
 /// The most cells that a route keeps ahead.
 const MOST: usize = 65_536;
 
-/// The same with limited jerk, as planning takes longer.
-const MOST_SMOOTH: usize = 8_192;
+/// The same with limited jerk, as planning takes longer: no more are planned at once.
+pub(crate) const MOST_SMOOTH: usize = 8_192;
 
 /// The least number of new cells for which planning again is worthwhile.
 const FRESH: usize = 8;
 
 /// The most turns of an arc: 62,832 cells.
 const TURNS: f64 = 1_000.0;
+
+/// The part of a step of each axis below which a piece is none.
+const TINY: f64 = 1e-6;
 
 /// The shortest part of a cell, relative to its length.
 pub(crate) const SLIVER: f64 = 1e-9;
@@ -214,7 +218,8 @@ impl<const N: usize> Route<N> {
     }
 
     /// Adds a straight line to a place, at most at `feed` units/s along it. A line to the present end of the
-    /// route adds nothing.
+    /// route adds nothing, nor does one of less than a millionth of a step of each axis: the next piece begins
+    /// where it begins.
     ///
     /// # Errors
     /// [`Unplannable::Speed`] if `feed` is not within [`PACES`]; [`Unplannable::TooLong`] beyond 2³¹ − 1
@@ -242,7 +247,7 @@ impl<const N: usize> Route<N> {
         self.check(&to)?;
         let way: [f64; N] = std::array::from_fn(|n| to[n] - self.place[n]);
         // A shorter line has no direction, by rounding.
-        if norm(&way) > 0.0 && norm(&way) > 1e-12 * norm(&to) {
+        if norm(&way) > 1e-12 * norm(&to) && !self.is_tiny(&way) {
             self.add(Shape::line(self.length, self.place, to), feed, rapid)?;
             self.place = to;
         } else if !PACES.contains(&feed) {
@@ -253,7 +258,8 @@ impl<const N: usize> Route<N> {
 
     /// Adds an arc of two axes by `sweep` radians around a centre, positive from the first axis towards the
     /// second. 2π is a full circle; several turns are allowed. The other axes move by `climb` meanwhile; the
-    /// numbers of `climb` for the two axes are not used. The speed along the arc is at most `feed` units/s.
+    /// numbers of `climb` for the two axes are not used. The speed along the arc is at most `feed` units/s. As with
+    /// a line, an arc of less than a millionth of a step adds nothing.
     ///
     /// # Errors
     /// As for [`line_to`](Route::line_to); [`Unplannable::Axes`] unless `axes` are two axes of the route;
@@ -286,6 +292,11 @@ impl<const N: usize> Route<N> {
             to[axis] = centre[n].abs() + radius;
         }
         self.check(&to)?;
+        let mut way = climb;
+        (way[axes[0]], way[axes[1]]) = (radius * sweep, radius * sweep);
+        if self.is_tiny(&way) {
+            return if PACES.contains(&feed) { Ok(()) } else { Err(Unplannable::Speed) };
+        }
         let shape = Shape::arc(self.length, self.place, axes, centre, sweep, climb);
         for axis in axes {
             to[axis] = shape.place(axis, shape.end);
@@ -293,6 +304,12 @@ impl<const N: usize> Route<N> {
         self.add(shape, feed, false)?;
         self.place = to;
         Ok(())
+    }
+
+    /// Whether a piece of this way is none, for its axes or by rounding.
+    fn is_tiny(&self, way: &[f64; N]) -> bool {
+        let tiny = |(way, axis): (&f64, &AxisPace)| way.abs() < TINY * axis.step;
+        way.iter().zip(&self.axes).all(tiny) || self.length + norm(way) <= self.length
     }
 
     /// Says that no piece follows for now: the route comes to rest at its end. It continues from there if a
@@ -408,12 +425,14 @@ impl<const N: usize> Route<N> {
             return None;
         }
         let planned = self.plan() || self.smooth.is_none();
+        let all = self.smooth.is_none() || count <= most;
         if !planned {
             // The plan before continues.
-        } else if self.closed {
-            self.passes.sure = self.cells.len();
+        } else if self.closed && all {
+            self.passes.sure = count;
         } else if full {
-            self.passes.sure = self.passes.sure.max(self.cells.len() / 2);
+            let known = if all { count } else { most };
+            self.passes.sure = self.passes.sure.max(known / 2);
         }
         (self.passes.sure > 0).then_some(())
     }

@@ -13,7 +13,7 @@ use crate::kink::{self, Kink};
 use crate::lens::Lens;
 use crate::piece::{Moment, Piece};
 use crate::ramp::{Limits, Sides};
-use crate::route::{AxisPace, Route, SLIVER, SOONEST};
+use crate::route::{AxisPace, MOST_SMOOTH, Route, SLIVER, SOONEST};
 use crate::runs::{Ground, Stop};
 use crate::trial::{Past, Tried, clip, walk};
 use crate::turning::{self, TURN};
@@ -137,13 +137,14 @@ impl<const N: usize> Route<N> {
         Ground { cells, caps, tops, limits, kinks }
     }
 
-    /// Plans all cells, beginning at the moment of the first. Returns false if no plan keeps the law; the plan
-    /// before stays then.
+    /// Plans the cells to rest, [`MOST_SMOOTH`] at most, beginning at the moment of the first. Returns false if no
+    /// plan keeps the law; the plan before stays then.
     pub(crate) fn plan_smooth(&mut self) -> bool {
         if self.cells.is_empty() {
             return true;
         }
         let Some(mut smooth) = self.smooth.take() else { return false };
+        let behind = self.cells.split_off(self.cells.len().min(MOST_SMOOTH));
         smooth.here.t = self.time;
         let lens = smooth.past.here();
         let planned = self.planned(&smooth, &lens);
@@ -156,7 +157,8 @@ impl<const N: usize> Route<N> {
             }
             None => self.keep(&mut smooth),
         }
-        self.fresh = 0;
+        self.fresh = behind.len();
+        self.cells.extend(behind);
         self.smooth = Some(smooth);
         done
     }
@@ -279,7 +281,6 @@ impl<const N: usize> Route<N> {
         let mut sure = 0;
         let mut known = false;
         walk(&self.cells, smooth.course.iter().copied(), smooth.here, |n, part| {
-            known |= n < sure;
             if !known && part.to.s >= self.cells[n].end {
                 sure = n + 1;
                 known = self.parts(n, part.to.a);
@@ -420,3 +421,43 @@ const STILL: f64 = 1e-6;
 
 /// The part of w that counts as the highest speed.
 const NEAR: f64 = 1.0 - 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An arc of many turns is added at once: as many cells of it are planned ahead as of any other path.
+    #[test]
+    fn a_part_of_a_long_arc_is_planned_ahead() {
+        let axis =
+            AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: 10_000.0 };
+        let mut route = Route::new([axis; 2]).unwrap();
+        let turns = 200.0;
+        route.arc([0, 1], [2.0, 0.0], turns * std::f64::consts::TAU, [0.0; 2], 30.0).unwrap();
+        route.close();
+        assert!(route.enter().is_some() && route.cells.len() > MOST_SMOOTH + 1_000);
+        let end = route.smooth.as_ref().and_then(|smooth| smooth.course.back()).unwrap().to;
+        let place = route.cells[MOST_SMOOTH - 1].end;
+        assert!(end.v == 0.0 && (end.s - place).abs() < 1e-6, "{} {place}", end.s);
+        while route.pass_over().is_some() {}
+        // It does not brake where a plan ended.
+        let time = route.length() / 30.0;
+        assert!(route.is_over() && route.time() < time + 0.12, "{} {time}", route.time());
+    }
+
+    /// Its plan took as long as its motion: at 1 mm a minute the moments of the law are many.
+    #[test]
+    fn a_slow_turn_settles() {
+        let axis =
+            AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 0.01, jerk: 10_000.0 };
+        let mut route = Route::new([axis; 2]).unwrap();
+        route.arc([0, 1], [20.0, 0.0], std::f64::consts::TAU, [0.0; 2], 1.0 / 60.0).unwrap();
+        route.close();
+        let time = std::time::Instant::now();
+        while route.pass_over().is_some() {}
+        let planned = time.elapsed().as_secs_f64();
+        let motion = route.length() * 60.0;
+        assert!((route.time() / motion - 1.0).abs() < 1e-4, "{} {motion}", route.time());
+        assert!(planned < motion / 500.0, "{planned} s for {motion} s");
+    }
+}

@@ -211,14 +211,59 @@ fn a_far_route_ends() {
     route.close();
     while route.pass_over().is_some() {}
     for to in [
-        [100_000.0046, 0.0029],
-        [100_000.0038, 0.0024],
-        [100_000.0041, 0.0086],
-        [99_999.9911, -0.0041],
+        [100_000.004_6, 0.0029],
+        [100_000.003_8, 0.0024],
+        [100_000.004_1, 0.0086],
+        [99_999.991_1, -0.0041],
     ] {
         route.line_to(to, 44.0).unwrap();
     }
     route.close();
     let passed = std::iter::from_fn(|| route.pass_over()).take(20_000).count();
     assert!(passed < 20_000 && route.is_over());
+}
+
+/// What is left by rounding where a curve meets itself is no piece, and no corner.
+#[test]
+fn what_is_next_to_nothing_is_no_piece() {
+    for jerk in [f64::INFINITY, 10_000.0] {
+        let circle = |closed: bool| {
+            let mut route = smooth(jerk);
+            for n in 1..=500 {
+                let (sin, cos) = (TAU * f64::from(n) / 500.0).sin_cos();
+                route.line_to([20.0 * cos - 20.0, 20.0 * sin], 100.0).unwrap();
+            }
+            if closed {
+                route.line_to([0.0, 0.0], 100.0).unwrap();
+            }
+            for n in 1..=20 {
+                route.line_to([0.0, 0.25 * f64::from(n)], 100.0).unwrap();
+            }
+            route.close();
+            while route.pass_over().is_some() {}
+            route.time()
+        };
+        assert_eq!(circle(true), circle(false), "{jerk}");
+        let line = |sweep: f64| {
+            let mut route = smooth(jerk);
+            route.line_to([10.0, 0.0], 50.0).unwrap();
+            if sweep > 0.0 {
+                route.arc([0, 1], [10.0, 10.0], sweep, [0.0; 2], 50.0).unwrap();
+            }
+            route.line_to([20.0, 0.0], 50.0).unwrap();
+            route.close();
+            while route.pass_over().is_some() {}
+            route.time()
+        };
+        for sweep in [1e-300, 1e-18, 1e-13, 1e-10] {
+            assert_eq!(line(sweep), line(0.0), "{jerk}, {sweep}");
+        }
+        // But many of them are a piece.
+        let mut route = smooth(jerk);
+        for n in 1..=1_000 {
+            route.line_to([1e-8 * f64::from(n), 0.0], 50.0).unwrap();
+        }
+        assert!((route.length() - 1e-5).abs() < 2e-8, "{}", route.length());
+        assert_eq!(route.arc([0, 1], [1.0, 0.0], 1e-18, [0.0; 2], 0.0), Err(Unplannable::Speed));
+    }
 }

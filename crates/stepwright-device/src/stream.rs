@@ -31,6 +31,12 @@ pub trait StreamIo {
     fn inputs(&mut self) -> u8;
     /// Switches the drivers on. Called as long as they are to be on.
     fn enable(&mut self);
+    /// Whether the board has an output for a laser.
+    const LASER: bool = false;
+    /// Sets the power of the laser: 0, off, to 255. Called when it changes; it is off at first.
+    fn set_power(&mut self, power: u8) {
+        let _ = power;
+    }
 }
 
 /// A program without rows and reasons of its own.
@@ -57,6 +63,7 @@ pub struct StreamProgram<'q, E, const Q: usize, const LEN: usize> {
     pub player: StreamPlayer<'q, E, Q, LEN>,
     name: Text,
     hz: u32,
+    laser: bool,
 }
 
 impl<'q, E: Control, const Q: usize, const LEN: usize> BoardProgram
@@ -75,6 +82,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> BoardProgram
             5 => return Some(Piece::Number(self.player.engine().late())),
             6 => flash_text!(" fifo="),
             7 => return Some(Piece::Number(LEN as u32)),
+            8 if self.laser => flash_text!(" can=sum,laser"),
             8 => flash_text!(" can=sum"),
             _ => return None,
         }))
@@ -129,13 +137,15 @@ pub struct StreamDevice<'q, E, I, const Q: usize, const LEN: usize> {
     /// The credit that is being sent, and how much of it was.
     credit: [u8; CREDIT],
     sent: u8,
+    /// The power that the laser has.
+    power: u8,
 }
 
 impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice<'q, E, I, Q, LEN> {
     /// As at power-up: a board of this name whose timer counts `hz` ticks a second.
     pub const fn new(player: StreamPlayer<'q, E, Q, LEN>, io: I, name: Text, hz: u32) -> Self {
         StreamDevice {
-            program: StreamProgram { player, name, hz },
+            program: StreamProgram { player, name, hz, laser: I::LASER },
             io,
             line: Incoming::new(),
             slave: ProgramSlave::new(),
@@ -143,6 +153,7 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice
             overrun: false,
             credit: [0; CREDIT],
             sent: CREDIT as u8,
+            power: 0,
         }
     }
 
@@ -236,5 +247,10 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> Foreground
     fn poll_io(&mut self) {
         let now = self.io.now();
         self.program.player.poll(now);
+        let power = self.program.player.laser();
+        if I::LASER && power != self.power {
+            self.power = power;
+            self.io.set_power(power);
+        }
     }
 }

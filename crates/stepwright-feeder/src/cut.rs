@@ -17,6 +17,7 @@ use stepwright_stream::frame::{CUT, Kind};
 
 use crate::axis::AxisFeed;
 use crate::clock::opening;
+use crate::laser::LaserFeed;
 use crate::{FeedState, LEAD, Mark, SPAN, StreamFeeder, fine};
 
 /// A cut is sent this long before the board opens the frame that it names, in µs, after the bytes that wait
@@ -61,6 +62,7 @@ struct Before {
     axes: [Option<AxisFeed>; stepwright_stream::record::AXES],
     marks: std::collections::VecDeque<Mark>,
     trails: [stepwright_stream::record::Trail; stepwright_stream::record::AXES],
+    laser: LaserFeed,
     steps: std::collections::VecDeque<u64>,
     /// The frame number of the first mark.
     first: u64,
@@ -101,6 +103,7 @@ impl StreamFeeder {
             axes: self.axes.clone(),
             marks: self.marks.clone(),
             trails: self.packer.trails(),
+            laser: self.laser.clone(),
             steps: self.steps.clone(),
             first: self.gone,
             offered: self.offered,
@@ -174,6 +177,7 @@ impl StreamFeeder {
                 axis.rewind(mark, end);
             }
         }
+        self.laser.rewind(&mark.laser, end);
         self.marks.truncate(at);
         // Short frames: the first fits into the cut, and each axis soon has its next record.
         let short = if end == u64::MAX { 0 } else { SHORT };
@@ -225,10 +229,10 @@ impl StreamFeeder {
     /// Restores the state from before the last cut, which the sender no longer holds.
     fn uncut(&mut self) {
         let Some(cutting) = self.cutting.take() else { return };
-        let Before { axes, marks, trails, steps, first, offered, known, over, ended } =
+        let Before { axes, marks, trails, laser, steps, first, offered, known, over, ended } =
             cutting.before;
         self.frames.clear();
-        (self.axes, self.marks, self.steps) = (axes, marks, steps);
+        (self.axes, self.marks, self.steps, self.laser) = (axes, marks, steps, laser);
         self.packer.rewind(trails, 0, 0);
         (self.offered, self.known, self.over, self.ended) = (offered, known, over, ended);
         self.marks.drain(..((self.gone - first) as usize).min(self.marks.len()));

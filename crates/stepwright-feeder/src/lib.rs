@@ -17,6 +17,7 @@
 mod axis;
 mod clock;
 mod cut;
+mod laser;
 mod pace;
 
 use std::collections::VecDeque;
@@ -25,6 +26,7 @@ use axis::{AxisFeed, AxisMark};
 use clock::BoardClock;
 pub use cut::Cut;
 use cut::Cutting;
+use laser::{LaserFeed, LaserMark};
 use pace::Pace;
 use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::credit::{Answered, Credit, CreditReader};
@@ -60,6 +62,8 @@ pub struct FeedTerms {
     pub inputs: u8,
     /// The inputs among these that stop the run when they open.
     pub high: u8,
+    /// Whether the board's laser takes part: see [`StreamFeeder::power`].
+    pub laser: bool,
     /// Each axis is this many ticks behind the one before, so that equal axes do not step at once.
     pub stagger: u32,
     /// The shortest wait, in ticks.
@@ -80,6 +84,7 @@ impl FeedTerms {
             brakes,
             inputs: 0,
             high: 0,
+            laser: false,
             stagger: 75,
             shortest: 72,
             times: LinkTimes::of_baud(115_200),
@@ -151,6 +156,7 @@ struct Mark {
     cost: u32,
     axes: [Option<AxisMark>; AXES],
     trails: [Trail; AXES],
+    laser: LaserMark,
 }
 
 /// Feeds one run to a board.
@@ -159,6 +165,7 @@ pub struct StreamFeeder {
     terms: FeedTerms,
     patience: u64,
     axes: [Option<AxisFeed>; AXES],
+    laser: LaserFeed,
     packer: FramePacker,
     sender: FrameSender,
     reader: CreditReader,
@@ -216,6 +223,7 @@ impl StreamFeeder {
         });
         StreamFeeder {
             axes,
+            laser: LaserFeed::default(),
             packer: FramePacker::new(fine(terms.ticks(SPAN))),
             sender,
             reader: CreditReader::new(),
@@ -302,6 +310,17 @@ impl StreamFeeder {
         }
     }
 
+    /// Sets the power of the laser from this time on, in s after the start of the path: 0, off, to 255. It is off
+    /// at first and from the end on. Times must not decrease, and a change must be added before steps at
+    /// later times, and before [`know`](StreamFeeder::know) of a later time. Without
+    /// [`laser`](FeedTerms::laser) it is ignored.
+    pub fn power(&mut self, time: f64, power: u8) {
+        if self.terms.laser {
+            let at = (time * self.units()).round() as u64 + fine(LEAD);
+            self.laser.add(at, power);
+        }
+    }
+
     /// Promises that no step comes before this time, in s after the start of the path.
     pub fn know(&mut self, time: f64) {
         let at = (time * self.units()).round() as u64 + fine(LEAD);
@@ -322,6 +341,7 @@ impl StreamFeeder {
             for axis in self.axes.iter_mut().flatten() {
                 axis.end(self.known);
             }
+            self.laser.end(self.known);
         }
     }
 
@@ -389,6 +409,7 @@ impl StreamFeeder {
                     axis.forget(mark);
                 }
             }
+            self.laser.forget(&mark.laser);
             let old = mark.start.saturating_sub(fine(self.terms.ticks(2 * SPAN)));
             while self.steps.front().is_some_and(|asked| *asked < old) {
                 self.steps.pop_front();
@@ -440,6 +461,7 @@ impl StreamFeeder {
                 .map(|(n, axis)| (n, axis.start()))
                 .min_by_key(|(_, start)| *start)
             else {
+                self.pack_laser(self.known);
                 self.frames.extend(self.packer.flush());
                 return true;
             };
@@ -459,6 +481,7 @@ impl StreamFeeder {
             if !axis.is_known(2 * longest) {
                 return false;
             }
+            self.pack_laser(start);
             let mark = self.mark(start);
             let Some(record) = self.axes[n].as_mut().and_then(AxisFeed::record) else {
                 return false;
@@ -477,10 +500,26 @@ impl StreamFeeder {
         }
     }
 
+    /// Packs the changes of the laser up to this time.
+    fn pack_laser(&mut self, until: u64) {
+        while self.terms.laser
+            && let Some(record) = self.laser.due(until)
+        {
+            let mark = self.mark(record.at);
+            self.laser.make(&record);
+            let first = self.packer.is_empty();
+            let frame = self.packer.add_power(record.wait, record.power, record.at);
+            if first || frame.is_some() {
+                self.marks.push_back(mark);
+            }
+            self.frames.extend(frame);
+        }
+    }
+
     /// The mark of a frame that starts at this time with the next record.
     fn mark(&self, start: u64) -> Mark {
         let axes = self.axes.each_ref().map(|axis| axis.as_ref().map(AxisFeed::mark));
-        Mark { start, cost: 0, axes, trails: self.packer.trails() }
+        Mark { start, cost: 0, axes, trails: self.packer.trails(), laser: self.laser.mark() }
     }
 
     /// Notes that the sender has the next frame, which takes `cost` bytes of the FIFO.

@@ -6,4 +6,5 @@ mod cut;
 mod ends;
 mod feeder;
 mod grbl;
+mod laser;
 mod silence;

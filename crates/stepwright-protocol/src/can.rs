@@ -35,6 +35,8 @@ abilities! {
         "the settings and answers that guard a machine";
     Sum, true, "sum",
         "a line with a checksum is checked, and answered with one";
+    Laser, false, "laser",
+        "a streamed run has the power of a laser";
 }
 
 /// A set of abilities.

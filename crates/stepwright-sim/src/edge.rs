@@ -57,6 +57,11 @@ impl Edge {
 pub trait Recorder {
     /// An edge has happened.
     fn edge(&mut self, edge: Edge);
+
+    /// The power of a laser has changed, at this time in ticks: 0, off, to 255.
+    fn laser(&mut self, time: u64, power: u8) {
+        let _ = (time, power);
+    }
 }
 
 /// Takes down nothing.
@@ -76,6 +81,11 @@ impl<A: Recorder, B: Recorder> Recorder for (A, B) {
     fn edge(&mut self, edge: Edge) {
         self.0.edge(edge);
         self.1.edge(edge);
+    }
+
+    fn laser(&mut self, time: u64, power: u8) {
+        self.0.laser(time, power);
+        self.1.laser(time, power);
     }
 }
 

@@ -30,6 +30,8 @@ struct SimIo<'q> {
     millis: u64,
     told: u64,
     inputs: u8,
+    /// The power of the laser, if it has just changed.
+    changed: Option<u8>,
 }
 
 impl StreamIo for SimIo<'_> {
@@ -48,6 +50,12 @@ impl StreamIo for SimIo<'_> {
     }
 
     fn enable(&mut self) {}
+
+    const LASER: bool = true;
+
+    fn set_power(&mut self, power: u8) {
+        self.changed = Some(power);
+    }
 }
 
 /// A board that hears frames and the common text lines, and moves three axes.
@@ -85,7 +93,7 @@ impl<'q, R: Recorder, C: Count> StreamBoard<'q, R, C> {
         let engine = SimEngine::new(now, engine);
         let player = StreamPlayer::new(engine, [x.0, y.0, z.0], wirings, LEAST);
         let millis = u64::from(board.rate.hz() / 1_000);
-        let io = SimIo { now, millis, told: 0, inputs: 0 };
+        let io = SimIo { now, millis, told: 0, inputs: 0, changed: None };
         let device = StreamDevice::new(player, io, flash_text!("virtual"), board.rate.hz());
         let visit = u64::from(board.rate.micros(50));
         StreamBoard { device, now, answers: Vec::new(), visit, next_visit: 0 }
@@ -131,6 +139,10 @@ impl<'q, R: Recorder, C: Count> StreamBoard<'q, R, C> {
                 self.answers.extend(self.device.next_byte());
             }
             self.device.poll_io();
+            if let Some(power) = self.device.io.changed.take() {
+                let now = self.now();
+                self.recorder().laser(now, power);
+            }
         }
         self.next_visit = self.now() + self.visit;
     }

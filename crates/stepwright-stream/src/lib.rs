@@ -19,6 +19,7 @@
 //! | [`frame`], [`crc`] | frames, from host to board |
 //! | [`credit`] | answers, from board to host |
 //! | [`record`] | compressed entries: encoder and decoder |
+//! | [`power`] | changes of a laser's power among the records |
 //! | [`fifo`], [`link`] | the board's end of the line |
 //! | [`brake`] | how an axis comes to rest by itself |
 //! | [`player`] | the board's state machine over the queues of its axes |
@@ -36,5 +37,6 @@ pub mod frame;
 pub mod link;
 pub mod pack;
 pub mod player;
+pub mod power;
 pub mod record;
 pub mod send;

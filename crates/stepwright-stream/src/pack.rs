@@ -1,6 +1,7 @@
 //! Records of all axes become the payloads of frames.
 
 use crate::frame::LONGEST;
+use crate::power;
 use crate::record::{AXES, Record, RecordBytes, Trail};
 
 /// The payload of a data frame.
@@ -85,7 +86,16 @@ impl FramePacker {
         let trail = self.trails.get_mut(usize::from(axis)).ok_or(Unsent)?;
         let bytes = RecordBytes::new(axis, record, trail).ok_or(Unsent)?;
         trail.pass(record);
-        let bytes = bytes.as_bytes();
+        Ok(self.append(bytes.as_bytes(), start))
+    }
+
+    /// Adds a change of a laser's [power](crate::power), `wait` units after the last one. Returns the frame before, if
+    /// it had no room for the change.
+    pub fn add_power(&mut self, wait: u16, power: u8, start: u64) -> Option<DataBytes> {
+        self.append(&power::bytes(wait, power), start)
+    }
+
+    fn append(&mut self, bytes: &[u8], start: u64) -> Option<DataBytes> {
         let most = if self.short == 0 { WHOLE } else { self.most };
         let full = usize::from(self.frame.len) + bytes.len() > usize::from(most)
             || start.saturating_sub(self.frame.start) > self.span;
@@ -95,7 +105,7 @@ impl FramePacker {
             self.frame.push((start >> 24) as u8);
         }
         bytes.iter().for_each(|byte| self.frame.push(*byte));
-        Ok(done)
+        done
     }
 
     /// Hands out the frame with the collected records; `None` if there are none.

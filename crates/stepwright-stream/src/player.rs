@@ -27,6 +27,7 @@ use crate::brake::{BrakeLaw, Braking};
 use crate::credit::Credit;
 use crate::frame::Kind;
 use crate::link::{Came, FrameLink};
+use crate::power::{self, PowerQueue, UNIT_BITS};
 use crate::record::{self, AXES, NOTHING, RecordAct, Trail};
 
 /// How long before its first record starts a frame is opened, in 2¹⁶ ticks: this, and up to one more.
@@ -63,6 +64,7 @@ pub struct StreamPlayer<'q, E, const Q: usize, const LEN: usize> {
     least: Ticks,
     link: FrameLink<LEN>,
     lanes: [Lane; AXES],
+    laser: PowerQueue,
     /// The number of the next frame.
     expected: u8,
     /// The number of data frames opened, modulo 256.
@@ -109,6 +111,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             least,
             link: FrameLink::new(),
             lanes: [Lane::NONE; AXES],
+            laser: PowerQueue::NONE,
             expected: 0,
             opened: 0,
             left: 0,
@@ -156,6 +159,13 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             self.engine.set_position(axis, 0);
             self.unknown &= !(1 << axis);
         }
+    }
+
+    /// The present power of a laser: 0, off, to 255. It is off whenever the axes rest before and after a run, and
+    /// once the board has left the path.
+    #[inline(always)]
+    pub const fn laser(&self) -> u8 {
+        self.laser.power()
     }
 
     /// The state of the stream, as it is told to the host.
@@ -269,6 +279,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     fn begin(&mut self) {
         self.set_up = true;
         self.link.fifo().cut(0);
+        self.laser.off();
         // Entries of a stream that was set up but never started are still in the queues.
         self.engine.kill((1 << AXES) - 1);
         let mut bytes = self.link.small().iter().copied();
@@ -291,6 +302,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         (self.lease, self.watched, self.high, self.closing) = (lease, watched, high, false);
         self.flags |= Credit::STARTED;
         self.closed = false;
+        self.laser.start(units(self.epoch, self.seen));
         for (axis, feed) in self.feeds.iter_mut().enumerate() {
             if axes >> axis & 1 != 0 {
                 feed.set_open(true);
@@ -329,7 +341,14 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             self.epoch = self.epoch.wrapping_add(1);
         }
         self.seen = now;
+        if started {
+            self.laser.pass(units(self.epoch, now));
+        }
         if self.closed && started {
+            // The axes may still play what is queued.
+            if self.laser.power() != 0 && !self.is_busy() {
+                self.laser.off();
+            }
             return;
         }
         if started && self.lease != 0 && self.quiet >= self.lease && !self.ended && !self.is_off() {
@@ -372,6 +391,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         // No credit tells of it: whoever kills from a terminal waits for text alone.
         self.flags |= Credit::OFF;
         self.closed = true;
+        self.laser.off();
         for axis in 0..AXES as u8 {
             if !self.engine.is_idle(axis) {
                 self.unknown |= 1 << axis;
@@ -384,6 +404,7 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     fn go_off(&mut self) {
         self.flags |= Credit::OFF;
         self.owes = true;
+        self.laser.off();
         for lane in &mut self.lanes {
             lane.braking = Braking::from(&lane.trail);
         }
@@ -418,6 +439,9 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         }
         let head = fifo.peek(0);
         let Some(axis) = record::axis_of(head) else {
+            if power::is_power(head) {
+                return self.power_change();
+            }
             fifo.read();
             self.left = self.left.wrapping_sub(1);
             self.owes |= self.left == 0;
@@ -448,6 +472,25 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         feed.put(record.entry(*wiring));
         self.left = self.left.wrapping_sub(took);
         self.owes |= self.left == 0;
+        true
+    }
+
+    /// Decodes a change of the laser's power, if there is room for it.
+    #[inline(never)]
+    fn power_change(&mut self) -> bool {
+        if !self.laser.has_room() {
+            return false;
+        }
+        let Some(left) = self.left.checked_sub(power::LEN as u8) else {
+            self.flags |= Credit::WRONG;
+            self.stop();
+            return true;
+        };
+        let fifo = self.link.fifo();
+        let (wait, power) = power::decode([fifo.read(), fifo.read(), fifo.read()]);
+        self.laser.put(wait, power);
+        self.left = left;
+        self.owes |= left == 0;
         true
     }
 
@@ -489,4 +532,10 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
         self.closed = rest;
         did | rest
     }
+}
+
+/// The time of the step timer in units of a change of the power.
+#[inline(always)]
+const fn units(epoch: u16, now: u16) -> u16 {
+    epoch.wrapping_shl(16 - UNIT_BITS) | now >> UNIT_BITS
 }

@@ -19,6 +19,7 @@
 //!   form 3  no step    small: 2^(small & 7) waits, and 8 if DIR turns before them
 //!                      number: the wait
 //!   0xC0    nothing    one byte, at the end of a frame
+//!   0xD…    power      of a laser: see [`crate::power`]
 //! ```
 //!
 //! Waits are in 2⁻⁸ ticks. Waits of records with less than 64 steps, and of forms 2 and 3, are multiples of
@@ -29,7 +30,8 @@
 use stepwright::Ticks;
 use stepwright::entry::{Entry, EntryParts, NEAR, Wiring};
 
-/// The most axes of a stream. The fourth number of the two bits is free.
+/// The most axes of a stream. The fourth number of the two bits is of [`NOTHING`] and of a laser's
+/// [power](crate::power).
 pub const AXES: usize = 3;
 /// A byte that ends a frame which would otherwise have four bytes of 0xFF in a row.
 pub const NOTHING: u8 = 0xC0;
@@ -346,7 +348,8 @@ pub fn decode(head: u8, trail: &mut Trail, mut byte: impl FnMut() -> u8) -> Reco
     record
 }
 
-/// The axis of a record, from its first byte; `None` for [`NOTHING`] and for the free axis number.
+/// The axis of a record, from its first byte; `None` for [`NOTHING`] and for a change of the
+/// [power](crate::power).
 #[inline(always)]
 pub const fn axis_of(head: u8) -> Option<u8> {
     let axis = head >> 6;

@@ -111,13 +111,20 @@ pub fn wander(seconds: f64, waves: &[(f64, f64)], phase: f64) -> Vec<Step> {
 pub struct Job {
     pub axes: [Vec<Step>; 3],
     next: [usize; 3],
+    /// The powers of a laser from these times on.
+    powers: VecDeque<(f64, u8)>,
     pub end: f64,
 }
 
 impl Job {
     pub fn new(axes: [Vec<Step>; 3]) -> Job {
         let end = axes.iter().filter_map(|axis| axis.last()).map(|step| step.0).fold(0.0, f64::max);
-        Job { axes, next: [0; 3], end }
+        Job { axes, next: [0; 3], powers: VecDeque::new(), end }
+    }
+
+    pub fn with_laser(mut self, powers: &[(f64, u8)]) -> Job {
+        self.powers.extend(powers);
+        self
     }
 
     pub fn feed(&mut self, feeder: &mut StreamFeeder) {
@@ -125,6 +132,11 @@ impl Job {
             let first = (0..3)
                 .filter_map(|n| self.axes[n].get(self.next[n]).map(|step| (n, *step)))
                 .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+            let until = first.map_or(self.end, |(_, (time, _))| time);
+            while let Some(&(time, power)) = self.powers.front().filter(|power| power.0 <= until) {
+                feeder.power(time, power);
+                self.powers.pop_front();
+            }
             match first {
                 Some((axis, (time, forward))) => {
                     self.next[axis] += 1;
@@ -224,7 +236,8 @@ pub fn terms(decels: [f64; 3]) -> FeedTerms {
 /// Runs a job on a board until it is over, or off the path.
 pub fn run(board: &mut impl Target, mut job: Job, terms: FeedTerms, mut line: Line) -> Told {
     let axes = (0..3).filter(|axis| !job.axes[*axis].is_empty()).map(|axis| 1 << axis).sum();
-    let mut feeder = StreamFeeder::new(FeedTerms { axes, ..terms }, 0);
+    let laser = !job.powers.is_empty();
+    let mut feeder = StreamFeeder::new(FeedTerms { axes, laser, ..terms }, 0);
     let (mut to, mut from) = (VecDeque::<(u64, u8)>::new(), VecDeque::<(u64, u8)>::new());
     let (mut free_at, mut text, mut answers, mut bytes) = (0u64, vec![], 0, 0);
     let (mut now, mut begun, mut asked) = (0u64, 0, 0u64);

@@ -83,6 +83,56 @@ impl StreamIo for AvrStreamIo {
     fn enable(&mut self) {
         self.levels.set_enable(false); // on while it is low
     }
+
+    #[cfg(feature = "mega")]
+    const LASER: bool = true;
+
+    #[cfg(feature = "mega")]
+    fn set_power(&mut self, power: u8) {
+        laser::set(power);
+    }
+}
+
+/// A Mega's laser: D46, by timer 5 in fast PWM of 8 bits at 7.8 kHz. The pin is low from power-up on, and
+/// without a pulse while the power is 0.
+#[cfg(feature = "mega")]
+mod laser {
+    use crate::chip::{PORTL, TC5};
+
+    /// D46 on port L: OC5A.
+    const PIN: u8 = 1 << 3;
+    /// Fast PWM of 8 bits (WGM 5), from the clock by 8.
+    const MODE_A: u8 = 1;
+    const MODE_B: u8 = 1 << 3 | 0b010;
+    /// Clears OC5A at a match, sets it at the bottom.
+    const OUTPUT: u8 = 0b10 << 6;
+
+    /// Makes the pin a low output.
+    pub fn start(port: PORTL) {
+        // SAFETY: directions and modes touch no memory; nothing else uses port L and timer 5.
+        unsafe {
+            port.ddrl().write(|w| w.bits(PIN));
+            let timer = TC5::steal();
+            timer.tccr5a().write(|w| w.bits(MODE_A));
+            timer.tccr5b().write(|w| w.bits(MODE_B));
+        }
+    }
+
+    /// Sets the duty, in 256ths less one; 0 is off, and 255 is on without a pause.
+    pub fn set(power: u8) {
+        let (level, mode) = match power {
+            0 => (0, MODE_A),
+            255 => (PIN, MODE_A),
+            _ => (0, MODE_A | OUTPUT),
+        };
+        // SAFETY: as in `start`.
+        unsafe {
+            let timer = TC5::steal();
+            timer.ocr5a().write(|w| w.bits(power.into()));
+            timer.tccr5a().write(|w| w.bits(mode));
+            PORTL::steal().portl().write(|w| w.bits(level));
+        }
+    }
 }
 
 /// The board and its line.
@@ -105,6 +155,8 @@ impl StreamDesk {
         let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
         #[cfg(feature = "mega")]
         let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
+        #[cfg(feature = "mega")]
+        laser::start(chip.PORTL);
         // SAFETY: the only time that anybody asks for it.
         let board = unsafe { BOARD.get() };
         board.io = AvrStreamIo { clock: Clock::start(chip.TC0), levels };

@@ -22,6 +22,7 @@ mod dump;
 mod first_move;
 mod guards;
 mod inputs;
+mod laser;
 mod late;
 mod laws;
 mod laws_line;

@@ -43,6 +43,8 @@ mod statuses;
 mod stdio;
 mod strangers;
 mod streamed;
+#[cfg(unix)]
+mod streamed_laser;
 mod streams;
 mod timed;
 mod typed;

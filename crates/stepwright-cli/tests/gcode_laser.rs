@@ -172,16 +172,7 @@ fn the_drawing_shows_where_it_burns() {
 }
 
 #[test]
-fn a_board_has_no_laser() {
-    let ended = stepwright(&["gcode", ENGRAVE, "--laser", "--port", "/nowhere"]);
-    assert_eq!(ended.code(), Some(2), "{ended:#?}");
-    ended.assert_error(
-        "--laser can't be used with --port: no board that plays streams has an output for a laser",
-    );
-    assert!(
-        ended.stderr.contains("--laser is for the virtual board, and for --plan"),
-        "{ended:#?}"
-    );
+fn options_of_a_laser_are_checked() {
     for (options, said) in [
         (&["--laser-max", "255"][..], "--laser"),
         (&["--laser", "--laser-max", "0"], "no S of full power: 0.001 to 1000000"),

@@ -133,11 +133,13 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let heading = Heading { title: "The virtual board".to_owned(), ..Heading::default() };
     let plot = args.plot.as_ref().map(|file| (file, heading));
     let paths = EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() };
-    let recording = Recording::begin(&description, paths, plot)?;
+    let streams = args.program == "stream";
+    let begin = if streams { Recording::with_laser } else { Recording::begin };
+    let recording = begin(&description, paths, plot)?;
     interrupt::listen(While::Waiting)?;
-    let bench = match &*args.program {
-        "stream" => Bench::stream(description, recording),
-        _ => Bench::new(description, width, recording),
+    let bench = match streams {
+        true => Bench::stream(description, recording),
+        false => Bench::new(description, width, recording),
     };
     let bench = bench.with_switches(&args.switch);
     let mut board = Paced::new(bench, args.fast);

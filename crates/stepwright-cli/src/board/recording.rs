@@ -1,8 +1,9 @@
 //! What a virtual board leaves behind: its edges as files, and what its motors did as a picture.
 
+use stepwright::Rate;
 use stepwright_sim::{AXES, Description, Edge, Pin, Recorder, Shaft};
 
-use super::edge_files::{EdgeFiles, EdgePaths};
+use super::edge_files::{EdgeFiles, EdgePaths, StartLevel};
 use super::edges::EdgeStore;
 use crate::failure::Failure;
 use crate::plot;
@@ -40,8 +41,26 @@ impl Recording {
         paths: EdgePaths,
         plot: Option<(&PlotFile, Heading)>,
     ) -> Result<Recording, Failure> {
+        Recording::begin_with(description, paths, plot, EdgeFiles::begin)
+    }
+
+    /// Likewise, of a board with a laser.
+    pub fn with_laser(
+        description: &Description,
+        paths: EdgePaths,
+        plot: Option<(&PlotFile, Heading)>,
+    ) -> Result<Recording, Failure> {
+        Recording::begin_with(description, paths, plot, EdgeFiles::with_laser)
+    }
+
+    fn begin_with(
+        description: &Description,
+        paths: EdgePaths,
+        plot: Option<(&PlotFile, Heading)>,
+        begin: impl FnOnce(EdgePaths, Rate, &[StartLevel]) -> Result<EdgeFiles, Failure>,
+    ) -> Result<Recording, Failure> {
         let rate = description.board.rate;
-        let files = EdgeFiles::begin(paths, rate, &description.pins().collect::<Vec<_>>())?;
+        let files = begin(paths, rate, &description.pins().collect::<Vec<_>>())?;
         let plot = match plot {
             Some((file, heading)) => {
                 file.check()?;
@@ -107,5 +126,9 @@ impl Recorder for Recording {
             }
         }
         self.edges.edge(edge);
+    }
+
+    fn laser(&mut self, time: u64, power: u8) {
+        self.files.laser(time, f64::from(power) / 255.0);
     }
 }

@@ -6,11 +6,12 @@
 //!            └─ where the board is by now ─► told
 //! ```
 
+use std::iter;
 use std::time::{Duration, Instant};
 
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_path::{AxisPace, Lead, Planned, RouteStep};
-use stepwright_plan::gcode::{GcodeJob, JobPlan};
+use stepwright_plan::gcode::{GcodeJob, JobPlan, PowerChange};
 
 use super::play::tell;
 use super::port::{LOOK, Met, brakes, gone, kill, off, silent, spelt, tells, terms};
@@ -118,6 +119,7 @@ pub fn feed(
     plan: &JobPlan,
     watch: &mut dyn JobWatch,
 ) -> Result<Streamed, Failure> {
+    met.checked_for(plan)?;
     let Met { mut session, name, hz, stagger, .. } = met;
     let decels = [0, 1, 2].map(|n: usize| axes[n].accel / axes[n].step);
     let brakes = brakes(decels, hz).ok_or_else(|| {
@@ -126,13 +128,15 @@ pub fn feed(
     })?;
     let moves = plan.delays().into_iter().zip(0u8..).filter(|(delay, _)| delay.is_some());
     let moving = moves.map(|(_, axis)| 1 << axis).sum();
-    let terms = FeedTerms { axes: moving, ..terms(brakes, hz, stagger, baud) };
+    let laser = plan.laser.is_some();
+    let terms = FeedTerms { axes: moving, laser, ..terms(brakes, hz, stagger, baud) };
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
     let job = GcodeJob::on(job, axes, &plan.terms).map_err(|why| wrong(&why))?;
     let mut run = JobRun {
         feeder: StreamFeeder::new(terms, 0),
-        job: Lead::new(Job(job)),
+        job: Lead::new(Job { job, lit: Vec::new() }),
         obeyed: Obeyed::default(),
+        lit: 0.0,
         before: None,
         steps: [0; 3],
         known: 0.0,
@@ -166,13 +170,20 @@ pub fn feed(
         state => return Err(off(&mut session, &name, state)),
     }
     let (position, late) = tells(&mut session)?;
-    let (seconds, braked) = (run.job.ahead().0.time(), run.obeyed.wish == Wish::Brake);
+    let (seconds, braked) = (run.job.ahead().job.time(), run.obeyed.wish == Wish::Brake);
     Ok(Streamed { position, late, seconds, braked, again: run.feeder.again() })
 }
 
 /// The job as it is planned ahead.
 #[derive(Clone)]
-struct Job(GcodeJob<std::vec::IntoIter<u8>>);
+struct Job {
+    job: GcodeJob<std::vec::IntoIter<u8>>,
+    /// The changes of a laser's power between the last two steps, or up to a rest behind the last one.
+    lit: Vec<PowerChange>,
+}
+
+/// A rest is looked this far into, in s: where it begins a laser goes off.
+const INTO: f64 = 1e-3;
 
 impl Planned for Job {
     /// What is wished, and from when on.
@@ -180,14 +191,18 @@ impl Planned for Job {
 
     fn step(&mut self) -> Option<RouteStep> {
         // What can't be read was said when it was planned.
-        self.0.step().ok().flatten()
+        let step = self.job.step().ok().flatten();
+        let until = step.map_or(self.job.time() + INTO, |step| step.time);
+        self.lit.clear();
+        self.lit.extend(iter::from_fn(|| self.job.power(until)));
+        step
     }
 
     fn obey(&mut self, (wish, at): &(Wish, f64)) {
         match wish {
-            Wish::Go => self.0.resume_at(*at),
-            Wish::Hold => self.0.hold_at(*at),
-            Wish::Brake | Wish::Kill => self.0.cancel_at(*at),
+            Wish::Go => self.job.resume_at(*at),
+            Wish::Hold => self.job.hold_at(*at),
+            Wish::Brake | Wish::Kill => self.job.cancel_at(*at),
         }
     }
 
@@ -196,13 +211,21 @@ impl Planned for Job {
     }
 }
 
+/// A power as a board takes it: 0 is off alone.
+fn byte(power: f64) -> u8 {
+    let byte = (power * 255.0).round() as u8;
+    byte.max(u8::from(power > 0.0))
+}
+
 /// A job, and the feeder of its board.
 struct JobRun {
     feeder: StreamFeeder,
     job: Lead<Job>,
     obeyed: Obeyed,
-    /// What it did before a cut that the board has not taken yet.
-    before: Option<Obeyed>,
+    /// Up to this time the feeder knows the laser's power, in s.
+    lit: f64,
+    /// Both before a cut that the board has not taken yet.
+    before: Option<(Obeyed, f64)>,
     /// Where the board is.
     steps: [i64; 3],
     /// The board was told that no step comes before this time, in s.
@@ -217,20 +240,30 @@ impl JobRun {
             && obeyed.wish < Wish::Brake
             && let Some(cut) = self.feeder.cut(now, wish != Wish::Go)
         {
-            (self.before, self.obeyed) = (Some(obeyed), obeyed.then(wish, cut.time));
+            (self.before, self.obeyed) = (Some((obeyed, self.lit)), obeyed.then(wish, cut.time));
             self.job.cut(cut.steps, &[(wish, cut.time)]);
-            self.known = cut.time;
+            (self.known, self.lit) = (cut.time, self.lit.min(cut.time));
         }
         while self.feeder.wants() {
-            match self.job.plan() {
-                Some(step) => self.feeder.step(step.axis, step.time, step.forward),
-                None if self.job.ahead().0.is_held() => {
-                    let rest = self.feeder.now(now).max(self.job.ahead().0.time()) + REST;
+            let step = self.job.plan();
+            let Job { job, lit } = self.job.ahead();
+            for change in lit.iter().filter(|change| change.time >= self.lit) {
+                self.feeder.power(change.time, byte(change.power));
+            }
+            let time = job.time();
+            match step {
+                Some(step) => {
+                    self.lit = self.lit.max(step.time);
+                    self.feeder.step(step.axis, step.time, step.forward);
+                }
+                None if job.is_held() => {
+                    self.lit = self.lit.max(time);
+                    let rest = self.feeder.now(now).max(time) + REST;
                     self.known = self.known.max(rest);
                     self.feeder.know(self.known);
                     break;
                 }
-                None => self.feeder.end(self.job.ahead().0.time()),
+                None => self.feeder.end(time),
             }
         }
         self.feeder.bytes(now)
@@ -241,7 +274,7 @@ impl JobRun {
         self.feeder.hear(bytes, now);
         if self.feeder.was_late() {
             self.job.undo_cut();
-            self.obeyed = self.before.take().unwrap_or(self.obeyed);
+            (self.obeyed, self.lit) = self.before.take().unwrap_or((self.obeyed, self.lit));
         } else if !self.feeder.is_cutting() {
             self.job.keep_cut();
             self.before = None;
@@ -267,11 +300,95 @@ impl JobRun {
             return self.place_at(self.feeder.time());
         }
         self.pass(f64::INFINITY);
-        self.place_at(self.job.ahead().0.time())
+        self.place_at(self.job.ahead().job.time())
     }
 
     fn place_at(&self, time: f64) -> Place {
         let (obeyed, steps) = (self.obeyed, self.steps);
         Place { seconds: obeyed.without_holds(time), steps, wish: obeyed.wish }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stepwright_plan::gcode::JobTerms;
+    use stepwright_sim::{Description, Edge, Queues, Recorder, StreamBoard};
+    use stepwright_stream::brake::BrakeLaw;
+
+    #[derive(Default)]
+    struct Watch {
+        steps: Vec<u64>,
+        powers: Vec<(u64, u8)>,
+    }
+
+    impl Recorder for Watch {
+        fn edge(&mut self, edge: Edge) {
+            if edge.is_step() {
+                self.steps.push(edge.time);
+            }
+        }
+        fn laser(&mut self, time: u64, power: u8) {
+            self.powers.push((time, power));
+        }
+    }
+
+    /// Held on the way and resumed, some times: the laser is dark from each rest on, and on again with the first
+    /// step behind it, by M3 and by M4.
+    #[test]
+    fn a_hold_is_dark() {
+        let axis =
+            AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
+        for mode in ["M3", "M4"] {
+            let text = format!("{mode} S1000\nG1 X60 F1200\n").into_bytes();
+            let terms = JobTerms { laser: Some(1_000.0), ..JobTerms::default() };
+            let job = GcodeJob::on(text.into_iter(), [axis; 3], &terms).ok().unwrap();
+            let brakes = [BrakeLaw::of(80_000_000, 16_000_000).unwrap(); 3];
+            let fed = FeedTerms { axes: 1, laser: true, ..FeedTerms::avr(brakes) };
+            let mut run = JobRun {
+                feeder: StreamFeeder::new(fed, 0),
+                job: Lead::new(Job { job, lit: Vec::new() }),
+                obeyed: Obeyed::default(),
+                lit: 0.0,
+                before: None,
+                steps: [0; 3],
+                known: 0.0,
+            };
+            let mut queues = Queues::default();
+            let mut board: StreamBoard<Watch> =
+                StreamBoard::new(&mut queues, Description::uno(), Watch::default());
+            let mut millis = 0;
+            while !run.feeder.state().is_end() && millis < 20_000 {
+                millis += 1;
+                board.run_until(millis * 16_000);
+                let said = board.take_answers();
+                run.hear(&said, millis * 1_000);
+                let wish = if millis % 1_000 > 600 { Wish::Hold } else { Wish::Go };
+                let bytes = run.turn(wish, millis * 1_000);
+                board.receive(&bytes);
+            }
+            assert_eq!(run.feeder.state(), FeedState::Over);
+            let watch = board.recorder();
+            assert_eq!(watch.steps.len(), 4_800);
+            let power = |time: u64| {
+                let n = watch.powers.partition_point(|power| power.0 <= time);
+                n.checked_sub(1).map_or(0, |n| watch.powers[n].1)
+            };
+            let mut rests = 0;
+            for pair in watch.steps.windows(2) {
+                let [before, behind] = [pair[0], pair[1]];
+                if behind - before > 16_000 * 100 {
+                    rests += 1;
+                    assert_eq!(power(before + 16_000 * 40), 0, "{mode}: {before}");
+                    assert_eq!(power(behind - 16_000 * 20), 0, "{mode}: {behind}");
+                    // Unless it is over by then.
+                    let moves = watch.steps.last() > Some(&(behind + 16_000 * 90));
+                    assert!(!moves || power(behind + 16_000 * 60) > 240, "{mode}: {behind}");
+                    assert!(power(before - 16_000 * 60) > 240, "{mode}: {before}");
+                }
+            }
+            assert!(rests >= 2, "{rests}");
+            assert_eq!(power(u64::MAX), 0);
+        }
     }
 }

@@ -141,7 +141,7 @@ pub fn play(
     })
 }
 
-/// Runs a job without a laser on the board at this port, which plays streams: `tell` hears as above.
+/// Runs a job on the board at this port, which plays streams: `tell` hears as above.
 ///
 /// # Errors
 /// An error of the job; no such board is there, or it has left the path.

@@ -76,7 +76,8 @@ Examples:
   stepwright gcode job.nc --fast --format csv --vcd edges.vcd
   stepwright gcode job.nc --plan --tolerance 0.01
   stepwright gcode examples/gcode/engrave.nc --laser --fast --xy engrave.svg
-  stepwright gcode job.nc --port /dev/ttyACM0")]
+  stepwright gcode job.nc --port /dev/ttyACM0
+  stepwright gcode job.nc --laser --port /dev/ttyACM0")]
 pub struct Args {
     /// The job; - is standard input
     #[arg(value_name = "FILE")]
@@ -116,7 +117,7 @@ pub struct Args {
 #[command(next_help_heading = "Laser")]
 struct LaserArgs {
     /// M3, M4, M5 and S are a laser's power along the path, which goes on at speed: M3 constant, M4 in
-    /// proportion to the speed, off at rest and in G0
+    /// proportion to the speed, off at rest and in G0. With --port: a Mega has an output, D46
     #[arg(long)]
     laser: bool,
     /// S of its full power, as grbl's $30
@@ -147,13 +148,6 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         file.check()?;
     }
     let laser = args.laser.laser.then_some(args.laser.laser_max);
-    if laser.is_some() && args.port.port.is_some() {
-        return Err(Failure::usage(
-            "--laser can't be used with --port: no board that plays streams \
-             has an output for a laser",
-        )
-        .hint("--laser is for the virtual board, and for --plan"));
-    }
     let axes = args.axes.paces(machine)?;
     let terms = JobTerms { laser, tolerance: args.tolerance };
     if args.plan {

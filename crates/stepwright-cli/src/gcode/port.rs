@@ -7,6 +7,8 @@ use stepwright_feeder::{FeedState, FeedTerms};
 use stepwright_host::Session;
 use stepwright_host::link::Link;
 use stepwright_host::link::serial::Share;
+use stepwright_plan::gcode::JobPlan;
+use stepwright_protocol::{Abilities, Ability};
 use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::credit::{Answered, CreditReader};
 use stepwright_stream::frame::FILL;
@@ -38,6 +40,8 @@ pub struct Met {
     pub hz: u32,
     /// Its axes come this many ticks after one another.
     pub stagger: u32,
+    /// Whether it has an output for a laser.
+    pub laser: bool,
     /// Where its axes are, as far as it knows.
     pub places: [Option<i64>; 3],
 }
@@ -53,8 +57,24 @@ impl Met {
         let hz = word(&about, "hz=").and_then(|hz| u32::try_from(hz).ok()).unwrap_or(16_000_000);
         at_rest(&mut session, &name)?;
         let places = positions(&mut session)?;
-        Ok(Met { session, name, hz, stagger: stagger(&about), places })
+        let (stagger, laser) = (stagger(&about), can(&about, Ability::Laser));
+        Ok(Met { session, name, hz, stagger, laser, places })
     }
+
+    /// Refuses a job with a laser if the board has no output for one.
+    pub fn checked_for(&self, plan: &JobPlan) -> Result<(), Failure> {
+        if plan.laser.is_none() || self.laser {
+            return Ok(());
+        }
+        Err(Failure::usage(format!("{}: this board has no output for a laser", self.name))
+            .hint("a Mega with the program `stream` has one; or run the job without --laser"))
+    }
+}
+
+/// Whether a board says in `can=` of its answer to `?` that it has this ability.
+fn can(about: &str, ability: Ability) -> bool {
+    let words = about.split(' ').find_map(|word| word.strip_prefix("can="));
+    words.is_some_and(|words| Abilities::parse(words.as_bytes()).has(ability))
 }
 
 /// By how many ticks equal axes are kept apart: not at all on a chip of 32 bits, a visit of whose interrupt

@@ -38,7 +38,7 @@ pub struct Fed {
 impl Fed {
     /// Opens the port. The place where the board stands is the machine's zero.
     pub fn open(port: &PortArgs) -> Result<Fed, Failure> {
-        let Met { session, name, hz, stagger, places } = Met::at(port, "grbl")?;
+        let Met { session, name, hz, stagger, places, .. } = Met::at(port, "grbl")?;
         let [Some(x), Some(y), Some(z)] = places else {
             return Err(Failure::new(format!("{name} does not know where its axes are"))
                 .hint("`I` at a terminal makes the present place 0"));

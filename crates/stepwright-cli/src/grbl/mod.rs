@@ -139,7 +139,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         let beyond = [22, 32].into_iter().find(|number| grbl.settings().is_on(*number));
         if let Some(number) = beyond.filter(|_| fed.is_some()) {
             let failure = Failure::new(format!("{} has ${number}=1", path.display()));
-            return Err(failure.hint("a board that plays streams has neither homing nor a laser"));
+            return Err(failure.hint("with --port there is neither homing nor a laser"));
         }
     }
     if let Some(path) = args.keep.as_deref() {

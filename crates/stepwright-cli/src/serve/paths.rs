@@ -85,8 +85,6 @@ const JOB: &str = "On a virtual board of its own, an Uno by its speed, in real t
                    accelerations are those of the machine file. A hold and a stop brake along the path. \
                    A board with the program stream runs jobs with `serve --stream PORT`.";
 
-const NO_LASER: &str = "No board that plays streams has an output for a laser.";
-
 /// What a file is.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -125,11 +123,6 @@ impl PathFiles {
             let declined = Declined::range(format!("the machine file: {}", failure.message()));
             declined.remedy("mend the machine file, and start `stepwright serve` again")
         })
-    }
-
-    /// Whether it has a laser, and the board that it would be run on has none.
-    fn lacks_output(&self, file: &PathFile) -> bool {
-        file.laser.is_some() && self.boards.stream.is_some()
     }
 
     fn playing(&self) -> MutexGuard<'_, Option<Playing>> {
@@ -192,10 +185,7 @@ impl PathReader for PathFiles {
             }
             Kind::Cycles => drawing::draw(&file.name, &file.text),
         };
-        let mut drawn = drawn.map_err(|failure| declined(&failure, file))?;
-        if self.lacks_output(file) {
-            drawn.refused = Some(NO_LASER.to_owned());
-        }
+        let drawn = drawn.map_err(|failure| declined(&failure, file))?;
         Ok(PathDrawing { id: file.id(), ..drawn })
     }
 
@@ -209,10 +199,6 @@ impl PathReader for PathFiles {
         if playing.as_ref().is_some_and(|one| !one.is_over()) {
             return Err(Declined::refused("a file is being run")
                 .remedy("let it end, or stop it: POST /api/stop"));
-        }
-        if self.lacks_output(file) {
-            return Err(Declined::range(format!("{}: {NO_LASER}", file.name))
-                .remedy("run it without a laser"));
         }
         if let Some(refused) = &drawing.refused {
             return Err(Declined::range(format!("{}: {refused}", file.name))
@@ -439,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn a_laser_is_of_a_job_on_a_virtual_board_alone() {
+    fn a_laser_is_of_a_job_alone() {
         let cycles = PathFile { laser: Some(1_000.0), ..files().table().examples[0].clone() };
         let declined = files().draw(&cycles).unwrap_err();
         assert_eq!(declined.what, "drawing.toml is no job: it has no laser");
@@ -450,12 +436,7 @@ mod tests {
         };
         let spindle = PathFile { laser: None, ..job.clone() };
         assert_ne!(job.id(), spindle.id());
-        let boards = PathBoards { stream: Some("/dev/null".into()), ..PathBoards::default() };
-        let on_board = PathFiles { boards, ..files() };
-        let refused = |files: &PathFiles, file| files.draw(file).unwrap().refused;
-        assert_eq!(refused(&files(), &job), None);
-        assert_eq!(refused(&on_board, &job).as_deref(), Some(NO_LASER));
-        assert_eq!(refused(&on_board, &spindle), None);
+        assert_eq!(files().draw(&job).unwrap().refused, None);
     }
 
     #[test]

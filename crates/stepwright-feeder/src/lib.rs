@@ -19,6 +19,7 @@ mod clock;
 mod cut;
 mod laser;
 mod pace;
+mod terms;
 
 use std::collections::VecDeque;
 
@@ -28,89 +29,23 @@ pub use cut::Cut;
 use cut::Cutting;
 use laser::{LaserFeed, LaserMark};
 use pace::Pace;
-use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::credit::{Answered, Credit, CreditReader};
-use stepwright_stream::fit::FitTerms;
 use stepwright_stream::frame::{Kind, MOST};
 use stepwright_stream::pack::{DataBytes, FramePacker};
 use stepwright_stream::record::{AXES, Trail};
-use stepwright_stream::send::{FrameSender, LinkTimes};
+use stepwright_stream::send::FrameSender;
+pub use terms::FeedTerms;
+use terms::fit_terms;
 
 /// Converts ticks to 2⁻⁸ ticks.
 const fn fine(ticks: u64) -> u64 {
     ticks << 8
 }
 
-/// The terms of a run: the board, the line and the axes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FeedTerms {
-    /// Ticks per second of the board's step timer.
-    pub hz: u32,
-    /// The largest deviation of a step from its time, in ns, while the board has enough ahead.
-    pub tolerance: u32,
-    /// How far ahead of the board the feeder sends at most, in µs. The board's FIFO is a bound as well: it holds
-    /// some 0.3 s of three busy axes on an Uno, more than 1 s on a Mega.
-    pub ahead: u32,
-    /// The board brakes after this long without a whole frame, in ms: at most 2,040; 0 for never.
-    pub lease: u32,
-    /// The axes that take part, one bit each. The others rest. An axis that takes part costs the board time,
-    /// even without steps.
-    pub axes: u8,
-    /// The brake of each axis.
-    pub brakes: [BrakeLaw; AXES],
-    /// The inputs that stop the run: see [`Kind::Start`].
-    pub inputs: u8,
-    /// The inputs among these that stop the run when they open.
-    pub high: u8,
-    /// Whether the board's laser takes part: see [`StreamFeeder::power`].
-    pub laser: bool,
-    /// Each axis is this many ticks behind the one before, so that equal axes do not step at once.
-    pub stagger: u32,
-    /// The shortest wait, in ticks.
-    pub shortest: u32,
-    /// The times of the line.
-    pub times: LinkTimes,
-}
-
-impl FeedTerms {
-    /// The terms of an AVR board on a serial line of 115,200 baud.
-    pub const fn avr(brakes: [BrakeLaw; AXES]) -> FeedTerms {
-        FeedTerms {
-            hz: 16_000_000,
-            tolerance: 5_000,
-            ahead: 300_000,
-            lease: 1_000,
-            axes: (1 << AXES) - 1,
-            brakes,
-            inputs: 0,
-            high: 0,
-            laser: false,
-            stagger: 75,
-            shortest: 72,
-            times: LinkTimes::of_baud(115_200),
-        }
-    }
-
-    fn ticks(&self, micros: u64) -> u64 {
-        micros * u64::from(self.hz) / 1_000_000
-    }
-
-    /// An axis without steps for this long is told to wait and may rest, in 2⁻⁸ ticks. A step that comes
-    /// sooner is sent before, so that a board that hears nothing more makes it.
-    fn patience(&self) -> u64 {
-        let taking_part = (0..).zip(&self.brakes).filter(|(axis, _)| self.axes >> axis & 1 != 0);
-        // An axis may rest one step after an interval of 1/√(2a), which is half the slowest one.
-        let slowest = taking_part.map(|(_, law)| u64::from(law.slowest())).max().unwrap_or(0);
-        fine(self.ticks(PATIENCE)).max(slowest / 2)
-    }
-}
-
 /// From the start of the stream to the start of the path, in ticks.
 const LEAD: u64 = 32_000;
 /// The records of a frame start within this time, and a record of several steps lasts no longer, in µs.
 const SPAN: u64 = 8_000;
-/// The least time without steps after which an axis is told to wait, in µs.
-const PATIENCE: u64 = 40_000;
 /// After a cut this much of the new plan is sent before the rest is planned, in µs.
 const FIRST: u64 = 150_000;
 /// A change is over once the board has this much ahead again, in µs.
@@ -599,17 +534,5 @@ impl StreamFeeder {
         if all && packed && !self.ended && self.sender.has_room() {
             self.ended = self.sender.offer(Kind::End, &[], now);
         }
-    }
-}
-
-fn fit_terms(terms: &FeedTerms, tolerance: u32, axis: u64) -> FitTerms {
-    let hz = u64::from(terms.hz);
-    // From this interval on an axis may rest at once.
-    let slowest = terms.brakes.get(axis as usize).map_or(0, |brake| brake.slowest());
-    FitTerms {
-        patience: slowest.max(fine(terms.ticks(2 * SPAN)) as u32),
-        tolerance: (u64::from(tolerance) * hz * 256 / 1_000_000_000) as u32,
-        longest: fine(terms.ticks(SPAN)) as u32,
-        shortest: terms.shortest,
     }
 }

@@ -1,4 +1,4 @@
-//! The files of a command line are different ones: none that is read or written is written over.
+//! Checks that the files of a command line are all different, so that no file is overwritten.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,15 +7,15 @@ use clap::ArgMatches;
 
 use crate::failure::Failure;
 
-/// What names a file that is read.
+/// Arguments that name a file to read: the clap id and the spelling for messages.
 const READ: [(&str, &str); 2] = [("file", "FILE"), ("machine", "--machine")];
 
-/// What names a file that is written.
+/// Arguments that name a file to write.
 const WRITTEN: [(&str, &str); 4] =
     [("plot", "--plot"), ("xy", "--xy"), ("vcd", "--vcd"), ("mcap", "--mcap")];
 
-/// Refuses a command line by which a file would be written over another one that it names. Devices
-/// and pipes keep nothing: they may be named twice.
+/// Refuses a command line in which a file to write is named twice, or is also read. Devices and
+/// pipes store nothing and may be named twice.
 pub fn apart(matches: &ArgMatches) -> Result<(), Failure> {
     let mut command = matches;
     while let Some((_, deeper)) = command.subcommand() {
@@ -23,7 +23,7 @@ pub fn apart(matches: &ArgMatches) -> Result<(), Failure> {
     }
     let mut named: Vec<(&str, PathBuf)> = Vec::new();
     for (id, option) in READ.into_iter().chain(WRITTEN) {
-        // An id that the command has not is an error to clap.
+        // clap returns an error for an id that the command does not have.
         let Ok(Some(mut values)) = command.try_get_raw(id) else { continue };
         let Some(typed) = values.next().map(Path::new) else { continue };
         let Some(place) = place(typed) else { continue };
@@ -37,7 +37,8 @@ pub fn apart(matches: &ArgMatches) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Where a file is, or will be, whatever its path looks like.
+/// The canonical path of a regular file that exists or will be created. `None` for devices and
+/// pipes.
 fn place(typed: &Path) -> Option<PathBuf> {
     if let Ok(there) = fs::canonicalize(typed) {
         return there.is_file().then_some(there);

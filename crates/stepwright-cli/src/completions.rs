@@ -1,4 +1,4 @@
-//! `stepwright completions`: what a shell needs to complete our options.
+//! `stepwright completions`: completion scripts for shells.
 
 use std::io::{self, Write};
 

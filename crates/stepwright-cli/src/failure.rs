@@ -1,4 +1,4 @@
-//! What a command answers when it could not do what was asked.
+//! The error of a command that could not do what was requested.
 
 use std::fmt::{self, Display};
 use std::io::{self, ErrorKind};
@@ -33,7 +33,7 @@ pub struct Failure {
     place: Option<Box<Place>>,
 }
 
-/// Where in a file a mistake stands, for programs.
+/// The position of a mistake in a file, for programs.
 #[derive(Clone, Debug)]
 pub struct Place {
     /// What is wrong there, without the file and its line.
@@ -46,7 +46,7 @@ pub struct Place {
     pub motor: Option<String>,
 }
 
-/// What is wrong, for where it goes by as any other error.
+/// The message alone, without the hint, as for any other error.
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
@@ -56,22 +56,23 @@ impl fmt::Display for Failure {
 impl std::error::Error for Failure {}
 
 impl Failure {
-    /// Refused, or it failed: status 1.
+    /// A refusal or a failure: status 1.
     pub fn new(message: impl Into<String>) -> Failure {
         Failure { message: message.into(), hint: None, status: 1, place: None }
     }
 
-    /// Invalid command line: status 2.
+    /// An invalid command line: status 2.
     pub fn usage(message: impl Into<String>) -> Failure {
         Failure { status: 2, ..Failure::new(message) }
     }
 
-    /// Ctrl-C or another signal ended it before it was done: status 130, as shells have it.
+    /// The command was ended by Ctrl-C or another signal before it was done: status 130, as in
+    /// shells.
     pub fn interrupted(message: impl Into<String>) -> Failure {
         Failure::new(message).status(interrupt::STATUS)
     }
 
-    /// The same with another exit status.
+    /// Sets another exit status.
     pub fn status(self, status: u8) -> Failure {
         Failure { status, ..self }
     }
@@ -81,17 +82,17 @@ impl Failure {
         Failure::new(format!("can't {what} {}: {error}", path.display()))
     }
 
-    /// The same with what the user can do about it.
+    /// Adds what the user can do about it.
     pub fn hint(self, hint: impl Into<String>) -> Failure {
         Failure { hint: Some(hint.into()), ..self }
     }
 
-    /// The same with its place in a file.
+    /// Adds the position in a file.
     pub fn at(self, what: String, line: usize) -> Failure {
         Failure { place: Some(Box::new(Place { what, line, column: None, motor: None })), ..self }
     }
 
-    /// The same with the column of its line.
+    /// Adds the column of the line.
     pub fn column(mut self, column: u16) -> Failure {
         if let Some(place) = &mut self.place {
             place.column = Some(column);
@@ -99,7 +100,7 @@ impl Failure {
         self
     }
 
-    /// The same with the motor that it is about.
+    /// Adds the motor that it is about.
     pub fn motor(mut self, name: &str) -> Failure {
         if let Some(place) = &mut self.place {
             place.motor = Some(name.to_owned());
@@ -107,7 +108,7 @@ impl Failure {
         self
     }
 
-    /// Where in a file it is, if it is in one.
+    /// The position in a file, if the failure has one.
     pub fn place(&self) -> Option<&Place> {
         self.place.as_deref()
     }
@@ -122,8 +123,8 @@ impl Failure {
         self.hint.as_deref()
     }
 
-    /// Says it on standard error, and gives the exit status. For programs it is one line of
-    /// JSON, the last one there.
+    /// Prints the failure on standard error, and returns the exit status. For programs it is one
+    /// line of JSON, the last line of standard error.
     pub fn report(&self) -> ExitCode {
         if is_json() {
             let hint = self.hint.as_deref();
@@ -149,7 +150,7 @@ impl Failure {
 /// Whether failures are said for programs.
 static JSON: AtomicBool = AtomicBool::new(false);
 
-/// Has failures said for programs: the command line asks for `--format json`.
+/// Prints failures as JSON from now on: the command line has `--format json`.
 pub fn say_json() {
     JSON.store(true, Ordering::Relaxed);
 }
@@ -159,8 +160,7 @@ pub fn is_json() -> bool {
     JSON.load(Ordering::Relaxed)
 }
 
-/// An invalid command line, as clap says it: what is wrong, then what would be
-/// right.
+/// An invalid command line, from clap's message: what is wrong, then what would be right.
 impl From<clap::Error> for Failure {
     fn from(error: clap::Error) -> Failure {
         let text = error.to_string();
@@ -218,8 +218,7 @@ impl From<UnitError> for Failure {
     }
 }
 
-/// The end of writing to standard output: a reader that has seen enough
-/// (`| head`) is no failure.
+/// The result of writing to standard output. A reader that closes early (`| head`) is no failure.
 pub fn unless_closed(written: io::Result<()>) -> Result<(), Failure> {
     match written {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {

@@ -85,7 +85,7 @@ impl ValueEnum for Which {
     }
 }
 
-/// Prints, and draws if asked to.
+/// Prints the figure. Draws it if requested.
 pub fn run(args: Args) -> Result<(), Failure> {
     let Some(which) = args.which else { return list(args.format) };
     let drawings: Vec<_> = which.each().into_iter().map(|one| (one, one.draw())).collect();
@@ -134,7 +134,7 @@ fn write(out: &mut impl Write, sheets: &[Sheet], format: SheetFormat) -> io::Res
     Ok(())
 }
 
-/// What there is.
+/// Prints the list of figures and tables.
 fn list(format: SheetFormat) -> Result<(), Failure> {
     let row = |kind: ArticleFigure| vec![kind.name().into(), kind.draw().sheet.title.into()];
     let sheet = Sheet {

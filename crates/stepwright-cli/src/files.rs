@@ -1,4 +1,4 @@
-//! Text files: read within a bound, and replaced as a whole or not at all.
+//! Text files: reading with a size limit, and replacing as a whole or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
@@ -12,8 +12,8 @@ pub fn read(path: &Path, most: usize) -> Result<String, Failure> {
     read_from(file, path, most)
 }
 
-/// Reads what comes, at most `most` bytes, and no more of what never ends. A byte order mark before
-/// the text is left out.
+/// Reads at most `most` bytes of text; longer input is an error, and is not read further. A byte
+/// order mark before the text is left out.
 pub fn read_from(from: impl Read, path: &Path, most: usize) -> Result<String, Failure> {
     let mut bytes = Vec::new();
     let limit = most as u64 + 1;
@@ -35,8 +35,9 @@ pub fn read_from(from: impl Read, path: &Path, most: usize) -> Result<String, Fa
     })
 }
 
-/// Writes a file so that it is there whole, the old one or the new one, whatever happens
-/// meanwhile: beside it first, then renamed. It keeps its permissions; a link stays one.
+/// Replaces a file atomically: after a failure it is either the old or the new one, complete.
+/// Writes a temporary file in the same folder, then renames it. The permissions are kept, and a
+/// link stays a link.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     replace_file(path, bytes).map_err(|error| Failure::file("write", path, &error))
 }
@@ -45,7 +46,7 @@ fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let before = fs::metadata(&target).ok();
     if before.as_ref().is_some_and(|before| !before.is_file()) {
-        // A terminal, a pipe: there is nothing to be kept.
+        // A terminal or a pipe has no old content to protect.
         return fs::write(path, bytes);
     }
     let folder = match target.parent() {
@@ -54,11 +55,11 @@ fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     };
     let mut builder = tempfile::Builder::new();
     builder.prefix(".stepwright-");
-    // As a new file is made; with those of the old one below.
+    // The default permissions of a new file; those of an old file are set below.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     fs::metadata(folder)?;
-    // Its own errors name the file beside it, which nobody has asked for.
+    // The errors of `tempfile` name the temporary file, which the user does not know.
     let new = builder.tempfile_in(folder);
     let mut new = new.map_err(|error| io::Error::from(error.kind()))?;
     new.as_file_mut().write_all(bytes)?;
@@ -70,7 +71,7 @@ fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     }
     new.as_file().sync_all()?;
     new.persist(&target).map_err(|failed| failed.error)?;
-    // The name is in the folder.
+    // Also syncs the folder, which has the file's name.
     #[cfg(unix)]
     File::open(folder)?.sync_all()?;
     Ok(())

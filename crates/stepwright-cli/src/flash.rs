@@ -78,7 +78,7 @@ enum Board {
 }
 
 impl Board {
-    /// As the boot loaders on a serial line have it; `None` for a drive.
+    /// The board of a boot loader on a serial line; `None` for one that is a drive.
     fn on_a_line(self) -> Option<FlashBoard> {
         match self {
             Board::Uno => Some(FlashBoard::Uno),
@@ -89,7 +89,7 @@ impl Board {
     }
 }
 
-/// What is written where, on a serial line.
+/// A firmware, and the board on a serial line to write it to.
 struct Order {
     board: FlashBoard,
     port: PathBuf,
@@ -97,7 +97,7 @@ struct Order {
     image: Firmware,
 }
 
-/// What avrdude calls a board's chip and its boot loader.
+/// avrdude's options for a board's chip and boot loader.
 fn programmer(board: FlashBoard) -> [&'static str; 4] {
     match board {
         FlashBoard::Uno | FlashBoard::Nano => ["-p", "m328p", "-c", "arduino"],
@@ -105,7 +105,7 @@ fn programmer(board: FlashBoard) -> [&'static str; 4] {
     }
 }
 
-/// Writes the firmware, and says what was written.
+/// Writes the firmware, and prints what was written.
 pub fn run(args: Args) -> Result<(), Failure> {
     if args.old_boot_loader && args.board != Board::Nano {
         return Err(Failure::usage("--old-boot-loader is for a Nano"));
@@ -158,7 +158,7 @@ fn has_avrdude() -> bool {
     started.is_ok()
 }
 
-/// Has avrdude write and compare.
+/// Lets avrdude write and verify.
 fn by_avrdude(order: &Order) -> Result<(), Failure> {
     let Order { board, port, image, .. } = order;
     let mut file = tempfile::Builder::new()
@@ -185,7 +185,7 @@ fn by_avrdude(order: &Order) -> Result<(), Failure> {
     }
 }
 
-/// Speaks with the boot loader.
+/// Writes with this command's own code for the boot loader.
 fn by_ourselves(order: &Order) -> Result<(), Failure> {
     let Order { board, port, image, .. } = order;
     let link = crate::order::target::serial(port, image.baud(), Share::Alone)?;
@@ -198,7 +198,7 @@ fn by_ourselves(order: &Order) -> Result<(), Failure> {
     written.map_err(|trouble| explain(&port.display().to_string(), *board, trouble))
 }
 
-/// What is wrong with a boot loader, and what to do.
+/// The failure for an error of a boot loader, with a hint.
 fn explain(port: &str, board: FlashBoard, trouble: LoaderError) -> Failure {
     let name = board.name();
     match trouble {
@@ -228,7 +228,7 @@ fn explain(port: &str, board: FlashBoard, trouble: LoaderError) -> Failure {
     }
 }
 
-/// How to see it at work on a port.
+/// A command that shows the program at work on a port.
 fn seen_with(program: FlashProgram, port: &str) -> String {
     match program {
         FlashProgram::Slave => format!("stepwright status --port {port}"),

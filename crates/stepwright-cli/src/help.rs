@@ -1,4 +1,4 @@
-//! The list of subcommands, by what a reader wants to do.
+//! The list of subcommands in the help, grouped by purpose.
 
 use clap::Command;
 

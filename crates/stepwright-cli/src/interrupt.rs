@@ -1,6 +1,6 @@
-//! Ctrl-C, and every other request to end: a motor is braked, not left running.
+//! Ctrl-C, and every other request to end: a moving motor brakes before the command ends.
 //!
-//! | signal | what comes of it |
+//! | signal | effect |
 //! | --- | --- |
 //! | INT (Ctrl-C), once | an orderly end: the motor brakes along its ramp |
 //! | INT, twice | a hard end: the motor is killed |
@@ -9,8 +9,8 @@
 //! | TTIN, TTOU | nothing: a terminal suspends no command that is in its background |
 //! | STOP | the process stops; the board goes on with its order, and so does the command when it is continued |
 //!
-//! Under `nohup` a closed terminal ends nothing. Signals of a fault in the process itself
-//! that it could not go on after (SEGV, BUS, ILL, FPE) are left alone.
+//! Under `nohup` a closed terminal ends nothing. Signals for a fault in the process itself, after
+//! which it could not continue (SEGV, BUS, ILL, FPE), are left alone.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -23,60 +23,59 @@ use crate::order::terminal;
 static PRESSES: AtomicUsize = AtomicUsize::new(0);
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Exit status of what Ctrl-C ended, as shells have it: 128 + SIGINT.
+/// The exit status after Ctrl-C, as in shells: 128 + SIGINT.
 pub const STATUS: u8 = 130;
 
-/// Ctrl-C so often has no effect on a line that is stuck: the process ends as it is.
+/// After this many Ctrl-C the line is considered stuck, and the process ends at once.
 const ENOUGH: usize = 4;
 
-/// What a command does while it listens.
+/// The activity of a command while it listens for signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum While {
-    /// It holds a motor that moves.
+    /// It controls a moving motor.
     Holding,
-    /// Nothing that could not wait: Ctrl-Z stops it.
+    /// Nothing urgent: Ctrl-Z suspends it.
     Waiting,
 }
 
-/// Has no terminal suspend this process, be it in the background: the motor it holds would run
-/// on alone, and a stop would not be said. To be called before there are threads.
+/// Prevents a terminal from suspending this process, even in the background: its motor would run on
+/// without control, and no stop could be sent. To be called before there are threads.
 pub fn stay_awake() {
     #[cfg(unix)]
     signals::stay_awake();
 }
 
-/// Begins to listen. From now on no signal ends the process before it has come to an
-/// orderly end.
+/// Begins to listen for signals. From now on no signal ends the process before an orderly end.
 pub fn listen(meanwhile: While) -> Result<(), Failure> {
     signals::listen(meanwhile)
         .map_err(|error| Failure::new(format!("can't listen for signals: {error}")))
 }
 
-/// What a request to end does to a conversation that waits.
+/// The effect of a request to end on a session that waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ends {
-    /// The first Ctrl-C brakes, which is for the caller to do; the second kills.
+    /// The first Ctrl-C brakes, which the caller does; the second kills.
     ByBraking,
-    /// The first Ctrl-C kills, and any other signal ends the waiting, where neither can mean to
+    /// The first Ctrl-C kills; any other signal ends the waiting. For sessions in which neither can
     /// brake.
     ByKilling,
 }
 
-/// Ends the waiting of a session when the user asks for it.
+/// An interrupt that ends the waiting of a session at the user's request.
 pub fn guard(ends: Ends) -> Option<Interrupt> {
     Some(Box::new(move |waiting| {
         let most = if ends == Ends::ByBraking { 2 } else { 1 };
         match (ends, waiting) {
             _ if presses() >= most => Some(LinkError::Killed),
             (Ends::ByKilling, _) if asked() => Some(LinkError::Ended),
-            // Nothing moves by us yet, so the first request is enough.
+            // This command has moved nothing yet, so the first request is enough.
             (Ends::ByBraking, Activity::Meeting) if asked() => Some(LinkError::Killed),
             _ => None,
         }
     }))
 }
 
-/// Whether an orderly end was asked for.
+/// Whether an orderly end was requested.
 pub fn asked() -> bool {
     ASKED.load(Ordering::Acquire)
 }
@@ -86,7 +85,7 @@ pub fn presses() -> usize {
     PRESSES.load(Ordering::Relaxed)
 }
 
-/// What the user is told while a motor brakes.
+/// The message to the user while a motor brakes.
 pub fn braking() -> &'static str {
     match (asked(), presses()) {
         (false, _) => "braking",
@@ -95,10 +94,11 @@ pub fn braking() -> &'static str {
     }
 }
 
-/// A signal has come; whether it is Ctrl-C.
+/// Records a signal; `press` if it is Ctrl-C.
 fn come(press: bool) {
     let presses = if press { PRESSES.fetch_add(1, Ordering::Relaxed) + 1 } else { 0 };
-    // After the press: who sees that one has come can tell which.
+    // Stored after the count of presses, so that a reader that sees the request also sees the
+    // count.
     ASKED.store(true, Ordering::Release);
     if presses >= ENOUGH {
         terminal::restore();
@@ -117,21 +117,22 @@ mod signals {
 
     use super::While;
 
-    /// All that end a process by default, but KILL, which can't be caught, and those of a
-    /// fault in it. (A closed pipe is none of them: writing to it is an error.)
+    /// All signals that end a process by default, except KILL, which can't be caught, and those of
+    /// a fault in the process. (SIGPIPE is not among them: writing to a closed pipe is an error.)
     const ENDING: [i32; 14] = [
         SIGHUP, SIGINT, SIGQUIT, SIGALRM, SIGTERM, SIGUSR1, SIGUSR2, SIGPROF, SIGVTALRM, SIGXCPU,
         SIGXFSZ, SIGABRT, SIGSYS, SIGTRAP,
     ];
 
-    /// Blocked, not caught: a write to the terminal would be tried again for ever.
+    /// Blocks the signals instead of catching them: with a handler, a write to the terminal would
+    /// be retried for ever.
     pub fn stay_awake() {
-        // Where it fails the signals do what they did before.
+        // If this fails, the signals keep their default effect.
         let _ = SigSet::from_iter([Signal::SIGTTIN, Signal::SIGTTOU]).thread_block();
     }
 
-    /// What Linux has besides: a poll, a failure of the power, a coprocessor's, and the
-    /// ones that are free for any use.
+    /// Further signals of Linux: IO, power failure, coprocessor fault, and those that are free for
+    /// any use.
     fn others() -> Vec<i32> {
         if !cfg!(target_os = "linux") {
             return Vec::new();
@@ -154,7 +155,7 @@ mod signals {
         Ok(())
     }
 
-    /// Whether HUP is ignored, as under `nohup`. Only Linux says so.
+    /// Whether HUP is ignored, as under `nohup`. Only Linux reports this.
     fn without_terminal() -> bool {
         let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
         let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

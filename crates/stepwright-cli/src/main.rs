@@ -1,21 +1,20 @@
 //! The `stepwright` command: plan, move and watch stepper motors.
 //!
-//! One subcommand is one module with `Args` (what clap reads) and
-//! `run(args) -> Result<(), Failure>`; to add one, write it and name it in
-//! [`Command`]. What several of them share:
+//! Each subcommand is a module with `Args` (for clap) and `run(args) -> Result<(), Failure>`. To
+//! add one, write the module and name it in [`Command`]. Shared modules:
 //!
 //! | module | what |
 //! | --- | --- |
-//! | [`apart`] | a file is named once in a command line |
-//! | [`change`] | what another program changes of a travel |
+//! | [`apart`] | checks that the files of a command line differ |
+//! | [`change`] | changes of a travel by another program |
 //! | [`failure`] | errors, hints and the exit status |
-//! | [`files`] | text files, within a bound and as a whole |
+//! | [`files`] | text files, with a size limit and replaced as a whole |
 //! | [`interrupt`] | Ctrl-C and other signals |
 //! | [`machine`] | the machine file: other defaults for the options |
-//! | [`plot`] | figures into files |
-//! | [`programs`] | the programs that a board may have in it |
-//! | `pty` | a serial port of our own for other programs |
-//! | [`quantity`] | how a motor's steps relate to the world |
+//! | [`plot`] | writes figures into files |
+//! | [`programs`] | the programs for boards |
+//! | `pty` | a serial port for other programs |
+//! | [`quantity`] | units: steps, turns, millimetres |
 //! | [`say`] | lines on standard output and error |
 
 mod apart;
@@ -114,7 +113,7 @@ fn main() -> ExitCode {
     let cli = match read() {
         Ok(cli) => cli,
         Err(Unread::Failure(failure)) => return failure.report(),
-        // Help and the version, too: they are asked for, and fail if they can't be given.
+        // Also for help and the version: printing them may fail.
         Err(Unread::Clap(said)) => {
             if said.use_stderr() && failure::is_json() {
                 return Failure::from(said).report();
@@ -163,13 +162,13 @@ fn main() -> ExitCode {
     }
 }
 
-/// Why there is nothing to run.
+/// Why no command is run.
 enum Unread {
     Clap(clap::Error),
     Failure(Failure),
 }
 
-/// The command line, with the machine's defaults for what it leaves out.
+/// Parses the command line, with the machine's defaults for options that are not given.
 fn read() -> Result<Cli, Unread> {
     let words = quantity::words(std::env::args_os());
     if words.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")

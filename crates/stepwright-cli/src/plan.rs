@@ -1,15 +1,15 @@
-//! `stepwright plan`: a travel on paper, before anything moves.
+//! `stepwright plan`: computes a travel before anything moves.
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `trapezoid`, `ramp`, `austin` … | one law each: its options |
+//! | `trapezoid`, `ramp`, `austin` … | the options of one law each |
 //! | [`limits`] | the options that most of them share |
-//! | [`change`] | the option of a ramp that changes its acceleration on its way |
-//! | [`compare`] | several laws over one another |
-//! | [`work`] | how far a long walk is |
+//! | [`change`] | the option for a change of the acceleration during a ramp |
+//! | [`compare`] | compares several laws |
+//! | [`work`] | the progress of a long calculation |
 //!
-//! The laws, what comes of them and how that is written are `stepwright-plan`. Another law is
-//! another file beside `trapezoid`, and a line in [`Law`].
+//! The laws, their results and the output formats are in `stepwright-plan`. To add a law, add a
+//! file beside `trapezoid` and a line in [`Law`].
 
 mod austin;
 mod austin_fixed;
@@ -61,7 +61,7 @@ enum Law {
     Compare(compare::Args),
 }
 
-/// What is planned.
+/// The laws to plan.
 enum Chosen<'a> {
     One(&'a dyn Planned),
     Several(&'a compare::Args),
@@ -86,13 +86,13 @@ impl Law {
 
 /// A law's options.
 trait Planned {
-    /// What every law takes.
+    /// The options that every law has.
     fn common(&self) -> &Common;
 
-    /// How far, as typed.
+    /// The distance, as typed.
     fn distance(&self) -> &DistanceArg;
 
-    /// The travel, and what was understood.
+    /// The plan of the travel, with the values of the options.
     fn plan(&self, rate: Rate, geometry: &Geometry, watch: Watch<'_>) -> Result<Plan, Failure>;
 }
 
@@ -167,7 +167,7 @@ fn rate(text: &str) -> Result<Rate, String> {
     rate.ok_or_else(|| "a timer has 100000 Hz to 200 MHz: give 16000000 or 16MHz".to_owned())
 }
 
-/// Plans, prints, and draws if asked to.
+/// Plans and prints the travel. Draws it if requested.
 pub fn run(args: Args) -> Result<(), Failure> {
     let chosen = match args.law.chosen() {
         Chosen::One(law) => law,
@@ -188,7 +188,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         let error = (ticks as u32).max(1);
         Closeness { error, longest: rate.hz() / 125 } // as Fit::board, which has 1 µs
     });
-    // Only a list of delays needs no walk beforehand.
+    // Only a plain list of delays needs no survey beforehand.
     let bare = common.format == Format::Csv && common.plot.is_empty();
     let survey = (!bare).then(|| Survey::of(&plan, watch));
     drop(work);

@@ -1,16 +1,16 @@
-//! Figures into files, and a word about each.
+//! Writes figures into files, with a note about each.
 
 use stepwright_plot::{Figure, Picture, PlotError, PlotFile};
 
 use crate::failure::Failure;
 use crate::say;
 
-/// Draws into the file, and says so on standard error.
+/// Draws into the file, and prints a note on standard error.
 pub fn save(file: &PlotFile, figure: &Figure) -> Result<(), Failure> {
     save_picture(file, &figure.title, &figure.picture())
 }
 
-/// The same for a picture that is no figure.
+/// Like [`save`], for a picture that is not a [`Figure`].
 pub fn save_picture(file: &PlotFile, title: &str, picture: &Picture) -> Result<(), Failure> {
     file.save_picture(title, picture)?;
     say::note(format_args!("plot written to {}", file.path().display()));

@@ -1,18 +1,18 @@
-//! The programs that a board may have in it: which one answers, and what to flash for another.
+//! The programs for boards: which one answers, and what to flash for another.
 
 use crate::failure::Failure;
 
-/// A program by its answer to `?`.
+/// A program, recognized by its answer to `?`.
 struct Program {
     /// The first word of the answer.
     greeting: &'static str,
-    /// What it is.
+    /// The program's name in messages.
     what: &'static str,
-    /// What orders it.
+    /// The command for this program.
     order: &'static str,
 }
 
-/// The controller's.
+/// The greeting of the controller.
 pub const CONTROLLER: &str = "stepwright";
 
 /// The greeting of the program `stream`.
@@ -41,12 +41,12 @@ const PROGRAMS: [Program; 5] = [
 /// The controller's name for `--program`.
 pub const SLAVE: &str = "slave";
 
-/// Whether this answer to `?` is of the program that greets with `wanted`; `None` if it is of no
-/// program of ours.
+/// Whether this answer to `?` is from the program that greets with `wanted`; `None` if it is from
+/// no known program.
 ///
 /// # Errors
-/// It is of another one: which, and the program to flash, which may depend on the board that
-/// answers.
+/// The answer is from another program. The failure names it, and the program to flash, which may
+/// depend on the board.
 pub fn is_wanted(
     at: &str,
     answer: &str,
@@ -65,11 +65,11 @@ pub fn is_wanted(
     }
 }
 
-/// How to get a program onto the board that gave this answer.
+/// The command to flash a program onto the board that gave this answer.
 pub fn flash(answer: &str, program: &str) -> String {
     let board = answer.split(' ').nth(1).filter(|name| matches!(*name, "uno" | "nano" | "mega"));
     let board = board.unwrap_or("uno");
-    // The controller needs no naming.
+    // The controller is the default of `--program`.
     let program = if program == SLAVE { String::new() } else { format!(" --program {program}") };
     format!("flash the program for it: `stepwright flash {board}{program} --port PATH`")
 }

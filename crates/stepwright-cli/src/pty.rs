@@ -1,11 +1,11 @@
-//! A pseudo-terminal: a serial port of our own for other programs.
+//! A pseudo-terminal: a serial port for other programs.
 //!
 //! ```text
 //!   a serial program ──open──► /dev/pts/N ══ the kernel ══ master ──► what we are
 //! ```
 //!
-//! Programs come and go. While none has the path open, reading from the master
-//! fails (`EIO`): who serves it then looks again every few milliseconds.
+//! Programs may open and close it at any time. While none has the path open, reading from the
+//! master fails (`EIO`); the server then tries again every few milliseconds.
 
 use std::io;
 use std::os::fd::OwnedFd;
@@ -22,34 +22,34 @@ use rustix::termios::{
 
 use crate::failure::Failure;
 
-/// How soon a program that opens the path is noticed, and Ctrl-C.
+/// The interval of the checks for a program that opens the path, and for Ctrl-C.
 pub const SLICE: Duration = Duration::from_millis(10);
 
-/// What a pseudo-terminal that fails is to the user.
+/// The failure for an error of a pseudo-terminal.
 pub fn failed(error: Errno) -> Failure {
     Failure::new(format!("the pseudo-terminal fails: {}", io::Error::from(error)))
         .hint("`--stdio` needs none")
 }
 
-/// What a look at the line shows.
+/// The result of a wait for input.
 pub struct Seen {
-    /// What has come.
+    /// The bytes that were received.
     pub bytes: Vec<u8>,
-    /// No program has the path open.
+    /// Whether no program has the path open.
     pub nobody: bool,
 }
 
 /// The master's end of a pseudo-terminal.
 pub struct Pty {
     master: OwnedFd,
-    /// What other programs open.
+    /// The path that other programs open.
     pub path: PathBuf,
-    /// Whether a program has come since the last one left.
+    /// Whether a program has opened the path since the last one closed it.
     visited: bool,
 }
 
 impl Pty {
-    /// Opens one.
+    /// Opens a pseudo-terminal.
     pub fn open() -> Result<Pty, Errno> {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
         rustix::io::fcntl_setfd(&master, rustix::io::FdFlags::CLOEXEC)?;
@@ -64,12 +64,12 @@ impl Pty {
         Ok(pty)
     }
 
-    /// Makes the line as the next program should find it: raw, so that our
-    /// answers don't come back to us as an echo, and without old answers.
+    /// Prepares the line for the next program: raw, so that the answers are not echoed back, and
+    /// without old answers.
     fn freshen(&mut self) {
         self.visited = false;
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
-        // If it fails, the next program finds the line as the last one left it.
+        // If this fails, the next program finds the line as the last one left it.
         let Ok(slave) = rustix::fs::open(&self.path, flags, Mode::empty()) else { return };
         let _ = tcflush(&slave, QueueSelector::IFlush);
         if let Ok(mut settings) = tcgetattr(&slave)
@@ -80,7 +80,7 @@ impl Pty {
         }
     }
 
-    /// Waits until something comes, at most this long.
+    /// Waits until there is input, for at most this long.
     pub fn wait(&mut self, to_write: bool, most: Duration) -> Result<Seen, Errno> {
         let mut events = PollFlags::IN;
         if to_write {
@@ -113,21 +113,21 @@ impl Pty {
         }
     }
 
-    /// Says as much as the line takes now.
+    /// Writes as many bytes as the line takes now. Returns their number.
     pub fn write(&mut self, bytes: &[u8]) -> Result<usize, Errno> {
         if bytes.is_empty() {
             return Ok(0);
         }
         match rustix::io::write(&self.master, bytes) {
             Ok(count) => Ok(count),
-            // Nobody reads; or they have just left, which the next look shows.
+            // Nobody reads, or the reader has just closed the path, which the next wait shows.
             Err(Errno::AGAIN | Errno::INTR | Errno::IO) => Ok(0),
             Err(error) => Err(error),
         }
     }
 }
 
-/// Whether the line changes what passes through it.
+/// Whether the line discipline changes the bytes that pass.
 fn is_cooked(settings: &Termios) -> bool {
     let echoes = LocalModes::ECHO | LocalModes::ICANON | LocalModes::ISIG;
     settings.local_modes.intersects(echoes)

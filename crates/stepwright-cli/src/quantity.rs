@@ -1,6 +1,6 @@
-//! How a motor's steps relate to the world, as options; and typed numbers as clap can read them.
+//! The options for a motor's geometry, and the preparation of typed numbers for clap.
 //!
-//! The numbers themselves are `stepwright-units`.
+//! `stepwright-units` parses the numbers.
 
 use std::ffi::OsString;
 use std::ops::RangeInclusive;
@@ -15,7 +15,7 @@ use stepwright_units::{TURN, is_known, needs_motor, number_length};
 
 use crate::failure::Failure;
 
-/// A range as clap takes it.
+/// A range for clap.
 pub const fn bounds(range: RangeInclusive<u32>) -> RangeInclusive<i64> {
     *range.start() as i64..=*range.end() as i64
 }
@@ -34,12 +34,12 @@ pub struct GeometryArgs {
 }
 
 impl GeometryArgs {
-    /// What is known of a motor.
+    /// The known properties of a motor.
     pub fn new(steps_per_rev: Option<u32>, mm_per_rev: Option<MmArg>) -> GeometryArgs {
         GeometryArgs { steps_per_rev, mm_per_rev }
     }
 
-    /// These, and those of another motor where there are none.
+    /// These properties, or those of another motor where they are missing.
     pub fn or(&self, other: &GeometryArgs) -> GeometryArgs {
         GeometryArgs {
             steps_per_rev: self.steps_per_rev.or(other.steps_per_rev),
@@ -47,7 +47,7 @@ impl GeometryArgs {
         }
     }
 
-    /// What the core makes of them.
+    /// The geometry for the core.
     pub fn geometry(&self) -> Result<Geometry, Failure> {
         let geometry = Geometry::new(self.steps_per_rev.unwrap_or(TURN))?;
         Ok(match self.mm_per_rev {
@@ -58,12 +58,12 @@ impl GeometryArgs {
 }
 
 impl GeometryArgs {
-    /// The unit of a machine that is built so.
+    /// The unit of a machine with these properties.
     pub fn unit(&self) -> Option<MachineUnit> {
         MachineUnit::of(self.steps_per_rev, self.mm_per_rev.map(MmArg::nm))
     }
 
-    /// The unit that the page shows positions in, and the steps of one: millimetres where the
+    /// The unit in which the page shows positions, and the steps of one unit: millimetres if the
     /// load moves along a line.
     pub fn page_unit(&self) -> Result<(&'static str, f64), Failure> {
         self.geometry()?;
@@ -72,9 +72,9 @@ impl GeometryArgs {
     }
 }
 
-/// The words of a command line as clap can read them: a number and the unit that was typed
-/// behind it with a space are one word, and `-120rpm` and `-.5mm` have a minus (U+2212) in
-/// place of the hyphen, which clap takes for the beginning of an option.
+/// The words of a command line, prepared for clap: a number and its unit after a space become one
+/// word, and `-120rpm` and `-.5mm` get a minus (U+2212) in place of the hyphen, which clap would
+/// take for the begin of an option.
 pub fn words(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
     let mut words: Vec<OsString> = Vec::new();
     for word in typed {
@@ -88,7 +88,7 @@ pub fn words(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
     words.into_iter().map(minus).collect()
 }
 
-/// Whether this word, or what stands behind its =, is a number whose unit takes a motor.
+/// Whether this word, or the part after its `=`, is a number whose unit depends on the motor.
 pub fn is_of_motor(word: &OsString) -> bool {
     let Some(word) = word.to_str() else { return false };
     let text = word.rsplit('=').next().unwrap_or(word);
@@ -107,16 +107,16 @@ fn is_number(word: &OsString) -> bool {
 fn minus(word: OsString) -> OsString {
     match word.to_str().and_then(|word| word.strip_prefix('-')) {
         Some(rest) if rest.starts_with(|c: char| c == '.' || c.is_ascii_digit()) => {
-            // What clap can read by itself stays as it is.
+            // A number that clap can parse stays unchanged.
             if rest.parse::<f64>().is_ok() { word } else { format!("\u{2212}{rest}").into() }
         }
         _ => word,
     }
 }
 
-/// A result for programs with the member `in_unit`: those of these members that are there, in
-/// the unit of the machine; `steps` is a `distance` there. Where no unit is known, the result as
-/// it is.
+/// Adds the member `in_unit` to a JSON result: those of the members `names` that are present, in
+/// the unit of the machine; `steps` is named `distance` there. Without a unit the result stays
+/// unchanged.
 pub fn in_unit(unit: Option<MachineUnit>, mut result: Value, names: &[&str]) -> Value {
     if let (Some(unit), Value::Object(members)) = (unit, &mut result) {
         let known = names.iter().filter_map(|name| members.get_key_value(*name));
@@ -128,8 +128,8 @@ pub fn in_unit(unit: Option<MachineUnit>, mut result: Value, names: &[&str]) -> 
     result
 }
 
-/// The same of a result whose lists have a number for each axis. Where one axis counts
-/// millimetres and another degrees, there is no unit.
+/// Like [`in_unit`], for a result whose lists have a number for each axis. If one axis is in
+/// millimetres and another in degrees, nothing is added.
 pub fn in_units(units: &[Option<MachineUnit>], mut result: Value, names: &[&str]) -> Value {
     let first = units.first().copied().flatten();
     if units.iter().all(|unit| *unit == first) {
@@ -158,7 +158,7 @@ fn renamed(name: &str) -> String {
     if name == "steps" { "distance".to_owned() } else { name.to_owned() }
 }
 
-/// Numbers divided, also those in lists and objects.
+/// Divides numbers, also those in lists and objects.
 fn divided(value: &Value, by: f64) -> Value {
     match value {
         Value::Number(number) => json!(number.as_f64().map(|steps| steps / by)),

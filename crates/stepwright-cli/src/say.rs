@@ -1,7 +1,7 @@
-//! Speaking to the user without ever falling over.
+//! Output to the user that never panics.
 //!
-//! `println!` panics when nobody listens any more; a command that holds a
-//! motor must not. Results go to standard output, the rest to standard error.
+//! `println!` panics if the reader has closed its end; a command that controls a motor must not
+//! panic. Results go to standard output, all else to standard error.
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -12,11 +12,10 @@ use serde_json::Value;
 /// Whether a result could not be written.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// A line on standard output.
+/// Prints a line on standard output.
 ///
-/// If it can't be written the motor comes first: the command goes on, and its
-/// exit status says so ([`lost`]). A reader that has heard enough (`| head`)
-/// is no failure.
+/// The motor has priority over an error of writing: the command continues, and its exit status
+/// reports the error ([`lost`]). A reader that closes early (`| head`) is no failure.
 pub fn result(line: impl Display) {
     let mut out = io::stdout().lock();
     if let Err(error) = writeln!(out, "{line}").and_then(|()| out.flush())
@@ -27,17 +26,17 @@ pub fn result(line: impl Display) {
     }
 }
 
-/// A line of JSON on standard output, its numbers without noise.
+/// Prints a line of JSON on standard output, with fractions rounded to 12 digits.
 pub fn json(value: Value) {
     result(stepwright_plan::tidy(value));
 }
 
-/// Whether a result was lost on its way to standard output.
+/// Whether a result could not be written to standard output.
 pub fn lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }
 
-/// A line on standard error.
+/// Prints a line on standard error.
 pub fn note(line: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }

@@ -1,4 +1,4 @@
-//! `stepwright selftest`: judges the line that a board's self-test says.
+//! `stepwright selftest`: judges the result line of a board's self-test.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::PathBuf;
@@ -12,10 +12,10 @@ use crate::failure::Failure;
 use crate::order::target::Format;
 use crate::say;
 
-/// Bytes that are read before a line must have come.
+/// The most bytes that are read while waiting for a line.
 const MOST: usize = 65_536;
 
-/// How long a board has for its line: the test takes some seconds.
+/// The longest wait for a board's line; the test takes some seconds.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Judge the line that a board's self-test says
@@ -43,14 +43,14 @@ pub struct Args {
     format: Format,
 }
 
-/// Judges it, and says what was found.
+/// Judges the line, and prints the result.
 pub fn run(args: Args) -> Result<(), Failure> {
     let text = match (&args.port, &args.line[..]) {
         (Some(path), _) => {
             let mut port = SerialPort::open(path, 115_200)
                 .map_err(|error| Failure::file("open", path, &error))?;
             let _ = port.set_read_timeout(Duration::from_secs(1));
-            // Where a port has the line, the board waits for it.
+            // If the port has DTR, the board waits for it.
             let _ = port.set_dtr(true);
             heard(port).map_err(|error| Failure::file("read", path, &error))?
         }
@@ -77,8 +77,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
         .hint(advice(*first)))
 }
 
-/// The first whole line of a self-test among what comes. What a port says before one begins is a
-/// part of another.
+/// The first complete line in the input that begins with [`WORD`]. The bytes of a port may begin in
+/// the middle of another line.
 fn heard(from: impl Read) -> io::Result<Option<String>> {
     let mut from = BufReader::new(from.take(MOST as u64));
     let (begun, mut line) = (Instant::now(), Vec::new());
@@ -90,7 +90,7 @@ fn heard(from: impl Read) -> io::Result<Option<String>> {
                 line.extend_from_slice(&bytes[..end.unwrap_or(bytes.len())]);
                 (end.is_some(), end.map_or(bytes.len(), |end| end + 1))
             }
-            // A port that says nothing yet.
+            // Nothing has come yet.
             Err(error)
                 if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock) =>
             {
@@ -116,7 +116,7 @@ fn heard(from: impl Read) -> io::Result<Option<String>> {
     }
 }
 
-/// Why a line can't be read, and what to do.
+/// The failure for a line that can't be parsed, with a hint.
 fn unread(error: LineError<'_>) -> Failure {
     let hint = match error {
         LineError::Format(format) if format > FORMAT => {
@@ -128,7 +128,7 @@ fn unread(error: LineError<'_>) -> Failure {
     Failure::new(error.to_string()).hint(hint)
 }
 
-/// What to do about a fault.
+/// The hint for a fault.
 fn advice(fault: Fault) -> &'static str {
     match fault {
         Fault::Rate(..) | Fault::Orders(_) | Fault::Plan(..) | Fault::Steps(..) => {

@@ -1,25 +1,25 @@
-//! What whoever plays a file is told meanwhile, from another thread.
+//! Orders to a running player, from another thread.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-/// How a run is to go on: the sterner, the greater.
+/// How a run shall continue. A greater value takes precedence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
-    /// To its end.
+    /// Run to the end.
     Go,
-    /// It brakes along its path, and stands there.
+    /// Brake along the path, and wait there.
     Hold,
-    /// It brakes along its path: the rest is not made.
+    /// Brake along the path, and drop the rest.
     Brake,
-    /// Dead, at once.
+    /// Stop at once, without a ramp.
     Kill,
 }
 
-/// What a run does, and for how long it was held. Times are s since its start.
+/// The wish that a run obeys, and the total time on hold. Times are s since its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Obeyed {
     pub wish: Wish,
-    /// Seconds of the holds before, and since when it does what it does.
+    /// The seconds of the holds before, and the time of the last change.
     held: f64,
     since: f64,
 }
@@ -31,19 +31,20 @@ impl Default for Obeyed {
 }
 
 impl Obeyed {
-    /// From this time on it does something else.
+    /// Changes the wish at this time.
     pub fn then(self, wish: Wish, at: f64) -> Obeyed {
         Obeyed { wish, held: at - self.without_holds(at), since: at }
     }
 
-    /// A time without the holds up to then.
+    /// Converts a time to one without the holds before it.
     pub fn without_holds(self, at: f64) -> f64 {
         let present = if self.wish == Wish::Hold { (at - self.since).max(0.0) } else { 0.0 };
         at - self.held - present
     }
 }
 
-/// What is wished. A run may be held and go on any number of times; an end is only ever sterner.
+/// The present wish. A run may be held and resumed any number of times; an end can only be replaced
+/// by a kill.
 #[derive(Debug, Default)]
 pub struct PlayOrder {
     held: AtomicBool,
@@ -54,22 +55,22 @@ const BRAKE: u8 = 1;
 const KILL: u8 = 2;
 
 impl PlayOrder {
-    /// The motors brake and stand, or go on.
+    /// Holds the run, or resumes it.
     pub fn hold(&self, held: bool) {
         self.held.store(held, Ordering::Relaxed);
     }
 
-    /// The motors brake, and the rest is not played.
+    /// Brakes the motors, and drops the rest.
     pub fn stop(&self) {
         self.end.fetch_max(BRAKE, Ordering::Relaxed);
     }
 
-    /// Nothing more is played.
+    /// Stops the motors at once.
     pub fn kill(&self) {
         self.end.fetch_max(KILL, Ordering::Relaxed);
     }
 
-    /// How it is to go on.
+    /// The present wish.
     pub fn wish(&self) -> Wish {
         match self.end.load(Ordering::Relaxed) {
             BRAKE => Wish::Brake,
@@ -80,14 +81,14 @@ impl PlayOrder {
     }
 }
 
-/// How a file was played to its end.
+/// How the playing of a file ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Played {
-    /// All of it.
+    /// At the end of the file.
     Done,
-    /// Up to an order to brake.
+    /// By an order to brake.
     Stopped,
-    /// Up to an order to kill.
+    /// By an order to kill.
     Killed,
 }
 

@@ -1,4 +1,4 @@
-//! A virtual board on the bench: of either timer width, with its recordings.
+//! A virtual board of either timer width, with its recordings.
 
 use std::io;
 
@@ -21,14 +21,14 @@ pub enum Width {
     Wide,
 }
 
-/// What a board of any width does.
+/// The functions of a virtual board that do not depend on its timer width and program.
 trait Board {
     fn now(&self) -> u64;
     fn receive(&mut self, byte: u8);
     fn take_answers(&mut self) -> Vec<u8>;
     fn run_until(&mut self, time: u64);
     fn is_busy(&mut self) -> bool;
-    /// Whether an axis moves; any, where the board does not tell them apart.
+    /// Whether an axis moves. A board that does not distinguish its axes answers for all of them.
     fn is_moving(&mut self, _axis: u8) -> bool {
         self.is_busy()
     }
@@ -83,7 +83,7 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
     }
 }
 
-/// The program `laws`: one motor, which goes by a law.
+/// The program `laws`: one motor, driven by a ramp law.
 impl Board for LawBoard<'static, Recording> {
     fn now(&self) -> u64 {
         LawBoard::now(self)
@@ -136,7 +136,7 @@ impl Switched for dyn Board {
     }
 }
 
-/// The program `stream`: what a host streams.
+/// The program `stream`: motion streamed by a host.
 impl Board for StreamBoard<'static, Recording> {
     fn now(&self) -> u64 {
         StreamBoard::now(self)
@@ -180,7 +180,7 @@ impl Board for StreamBoard<'static, Recording> {
 pub struct Bench {
     board: Box<dyn Board>,
     description: Description,
-    /// Axes whose position has been other than 0 and certain.
+    /// Axes whose position was at some time not 0, or unknown.
     moved: [bool; AXES],
     switches: Vec<Switch>,
 }
@@ -197,21 +197,21 @@ impl Bench {
         Bench { board, description, moved: [false; AXES], switches: Vec::new() }
     }
 
-    /// Switches a board on that has the program `laws` in it.
+    /// Switches on a board with the program `laws`.
     pub fn laws(description: Description, recording: Recording) -> Bench {
         let queues = Box::leak(Box::<Queues>::default());
         let board = Box::new(LawBoard::new(queues, description, recording));
         Bench { board, description, moved: [false; AXES], switches: Vec::new() }
     }
 
-    /// Switches a board on that has the program `stream` in it.
+    /// Switches on a board with the program `stream`.
     pub fn stream(description: Description, recording: Recording) -> Bench {
         let queues = Box::leak(Box::<Queues>::default());
         let board = Box::new(StreamBoard::new(queues, description, recording));
         Bench { board, description, moved: [false; AXES], switches: Vec::new() }
     }
 
-    /// Puts limit switches on the machine.
+    /// Adds limit switches.
     pub fn with_switches(mut self, switches: &[Switch]) -> Bench {
         self.switches = switches.to_vec();
         self
@@ -233,18 +233,18 @@ impl Bench {
         self.board.is_endless()
     }
 
-    /// Brakes all axes, as a hand on its button would.
+    /// Brakes all axes, as the stop button would.
     pub fn stop(&mut self) {
         self.board.stop();
     }
 
-    /// Where its axes are, one line each, those that never moved left out;
-    /// axis 1 always, and last.
+    /// The positions of the axes, a line each. Axes that never moved are left out, except axis 1,
+    /// which is always the last line.
     pub fn report(&mut self) -> Vec<String> {
         self.notice();
         let late = self.board.late();
         let mut state = |axis: u8| match self.board.position(axis) {
-            // What moves still was cut short.
+            // An axis that still moves was interrupted.
             _ if self.board.is_moving(axis) => "position uncertain".to_owned(),
             Some(steps) => format!("position {steps} ready"),
             None => "position uncertain".to_owned(),

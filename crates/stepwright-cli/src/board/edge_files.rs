@@ -1,4 +1,4 @@
-//! Every edge of a virtual board's pins as files: VCD, MCAP, which has the motions too.
+//! Writes every edge of a virtual board's pins to files: VCD, and MCAP, which also has the motions.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -11,7 +11,7 @@ use stepwright_sim::{Edge, Pin, Recorder};
 
 use crate::failure::Failure;
 
-/// Where edges are wanted.
+/// Paths of the edge files to write.
 #[derive(Clone, Copy, Default)]
 pub struct EdgePaths<'a> {
     /// A Value Change Dump.
@@ -25,7 +25,7 @@ pub type StartLevel = (u8, Pin, Option<bool>);
 
 type Out = BufWriter<File>;
 
-/// The files that are written.
+/// The edge files that are being written.
 #[derive(Default)]
 pub struct EdgeFiles {
     vcd: Option<(PathBuf, VcdWriter<Out>)>,
@@ -38,12 +38,12 @@ fn create(path: &Path) -> Result<Out, Failure> {
 }
 
 impl EdgeFiles {
-    /// Begins the files of these pins, of a board whose timer runs at `rate`.
+    /// Creates the files for these pins of a board whose timer runs at `rate`.
     pub fn begin(paths: EdgePaths, rate: Rate, pins: &[StartLevel]) -> Result<EdgeFiles, Failure> {
         EdgeFiles::begin_with(paths, rate, pins, VcdWriter::levels)
     }
 
-    /// The same, with a laser's power in the dump.
+    /// Like [`begin`](EdgeFiles::begin), with a laser's power in the VCD file.
     pub fn with_laser(
         paths: EdgePaths,
         rate: Rate,
@@ -71,7 +71,7 @@ impl EdgeFiles {
         Ok(files)
     }
 
-    /// Ends them at `time` ticks; their names.
+    /// Finishes the files at `time` ticks. Returns their paths.
     pub fn finish(&mut self, time: u64) -> Result<Vec<PathBuf>, Failure> {
         let mut written = Vec::new();
         if let Some((path, writer)) = self.vcd.take() {
@@ -85,7 +85,7 @@ impl EdgeFiles {
         Ok(written)
     }
 
-    /// The laser's power changes.
+    /// Records a change of the laser's power.
     pub fn laser(&mut self, time: u64, power: f64) {
         if let Some((_, writer)) = &mut self.vcd {
             writer.laser(time, power);
@@ -95,7 +95,7 @@ impl EdgeFiles {
         }
     }
 
-    /// An axis makes a step; its edges are told besides.
+    /// Records a step of an axis. Its edges are recorded separately.
     pub fn step(&mut self, axis: u8, time: u64, forward: bool) {
         if let Some((_, writer)) = &mut self.mcap {
             writer.step(axis, time, forward);
@@ -114,8 +114,8 @@ impl Recorder for EdgeFiles {
     }
 }
 
-/// Edges as MCAP, in ns since the board was switched on, rounded down. An error is kept until the
-/// end; what comes after it is dropped.
+/// Writes edges as MCAP, in ns since the board was switched on, rounded down. After an error,
+/// further edges are dropped; the error is reported at the end.
 struct McapEdges<W: Write> {
     writer: McapWriter<W>,
     hz: u128,

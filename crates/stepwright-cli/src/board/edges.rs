@@ -1,4 +1,4 @@
-//! The last edges of a virtual board's pins, for who looks at them while it runs.
+//! Keeps the last edges of a virtual board's pins, for a view of them while the board runs.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -8,10 +8,10 @@ use stepwright_sim::{Description, Edge, Pin, Recorder};
 
 use super::edge_files::StartLevel;
 
-/// This many edges are kept: 10 s of one axis at 10,000 steps/s.
+/// The number of edges that are kept: 10 s of one axis at 10,000 steps/s.
 const KEPT: usize = 200_000;
 
-/// The edges of the last seconds, shared between the board and who looks at them.
+/// The edges of the last seconds, shared between the board and its viewers.
 #[derive(Clone)]
 pub struct EdgeStore(Arc<Mutex<Kept>>);
 
@@ -20,15 +20,15 @@ struct Kept {
     /// The present, in ticks.
     now: u64,
     edges: VecDeque<Edge>,
-    /// The pins, with their levels before the first edge that is kept. All axes have one enable:
-    /// it is that of the first.
+    /// The pins, with their levels before the first edge that is kept. All axes share one enable
+    /// pin, which is listed as that of the first axis.
     before: Vec<StartLevel>,
-    /// Nothing is known of what was before.
+    /// Ticks: edges before this time are no longer kept.
     since: u64,
 }
 
 impl EdgeStore {
-    /// Of a board that was just switched on.
+    /// The store of a board that was just switched on.
     pub fn new(description: &Description) -> EdgeStore {
         let hz = description.board.rate.hz();
         let before = description.pins().chain([(0, Pin::Enable, None)]).collect();
@@ -37,11 +37,11 @@ impl EdgeStore {
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {
-        // Nothing here is changed by halves.
+        // No change of the store can be left half done by a panic.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// It is this time, in ticks, and the enable pin has changed so meanwhile.
+    /// Sets the present to `now` ticks, and adds the changes of the enable pin up to then.
     pub fn pass(&self, now: u64, enables: &[(u64, bool)]) {
         let mut kept = self.kept();
         kept.now = now;
@@ -78,7 +78,7 @@ impl Kept {
     }
 }
 
-/// The level of a pin after this edge.
+/// Sets the level of the edge's pin.
 fn put(levels: &mut [StartLevel], edge: Edge) {
     let mut pins = levels.iter_mut();
     if let Some(pin) = pins.find(|(axis, pin, _)| (*axis, *pin) == (edge.axis, edge.pin)) {
@@ -94,9 +94,9 @@ impl ScopeSource for EdgeStore {
         let mut levels = kept.before.clone();
         let long = (seconds * f64::from(hz)) as u64;
         let begin = end.saturating_sub(long).max(kept.since);
-        // The board goes on meanwhile.
+        // Releases the lock, so that the board can continue.
         drop(kept);
-        // The enable pin is looked at a little later than the others.
+        // Edges of the enable pin are added a little later than those of the other pins.
         edges.sort_by_key(|edge| edge.time);
         let first = edges.partition_point(|edge| edge.time < begin);
         edges.iter().take(first).for_each(|edge| put(&mut levels, *edge));
@@ -114,7 +114,7 @@ impl ScopeSource for EdgeStore {
             let (mut last, mut level) = (begin, known);
             let mine = |edge: &&Edge| (edge.axis, edge.pin) == (axis, pin);
             for edge in edges.iter().skip(first).filter(mine) {
-                // Its first level, of a pin of which none was known.
+                // The level before the first edge was not known; it follows from that edge.
                 if level.is_none() {
                     signal.level = Some(!edge.level);
                 }
@@ -203,11 +203,11 @@ mod tests {
         assert_eq!(store.kept().edges.len(), KEPT);
         let record = store.record(10.0, 0.0);
         assert_eq!(record.begin, 9990);
-        // But for the level that it has left.
+        // Only the level that the forgotten edge left is known.
         assert_eq!(signal(&record, "dir1").level, Some(false));
         let step = signal(&record, "step1");
         assert_eq!((step.level, step.edges.len(), step.edges[0]), (Some(false), KEPT, 10));
-        // And nothing is older than the longest record.
+        // No edge is older than the longest record.
         store.pass(16_000_000 * 20, &[]);
         assert_eq!(store.kept().edges.len(), 0);
         assert_eq!(signal(&store.record(1.0, 0.0), "step1").level, Some(false));

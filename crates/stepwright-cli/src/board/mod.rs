@@ -1,4 +1,4 @@
-//! `stepwright board`: the virtual board as a program of its own.
+//! `stepwright board`: a virtual board as a separate program.
 
 pub mod bench;
 pub mod edge_files;
@@ -115,18 +115,19 @@ impl Args {
         let rate = Rate::from_hz(self.timer_hz).map_err(|error| {
             Failure::usage(error.to_string()).hint("give --timer-hz, for example 1000000")
         })?;
-        // Its third axis' timer and its step interrupts are an Uno's too.
+        // The default timer: the third axis' timer and the costs of a step are also those of an
+        // Uno.
         if (rate, self.width()) == (uno.board.rate, Width::Narrow) {
             return Ok(Description { axes: self.axes, ..uno });
         }
-        // The same time, rounded up: a step never costs less.
+        // The same time in ticks of this rate, rounded up, so that a step never costs less.
         let cost = |ticks: u32| (u64::from(ticks) * u64::from(rate.hz())).div_ceil(was) as u32;
         let description = Description::at(rate, uno.board.cost.map(cost));
         Ok(Description { axes: self.axes, ..description })
     }
 }
 
-/// Is the board until its line ends, or Ctrl-C.
+/// Runs the virtual board until its input ends or Ctrl-C is pressed.
 pub fn run(args: Args) -> Result<(), Failure> {
     let description = args.description()?.with_drives(&args.drive);
     let width = args.width();

@@ -1,7 +1,7 @@
 //! The board's line on a pseudo-terminal.
 //!
-//! Programs come and go. As on a cable, what the board says meanwhile is lost, and so is what
-//! nobody reads for long.
+//! Programs may open and close it at any time. Bytes that the board sends while no program has it
+//! open are lost, as on a cable; so are bytes that no program reads for a long time.
 
 use std::io::{self, Write};
 use std::thread;
@@ -14,15 +14,14 @@ use crate::{interrupt, say};
 use stepwright_host::link::pace::Paced;
 use stepwright_host::link::simulated::Simulated;
 
-/// Answers that wait for a reader, in bytes; beyond, they are lost.
+/// The most bytes of answers that wait for a reader; the rest is lost.
 const WAITING: usize = 64 * 1024;
 
-/// Serves whoever opens the path, until Ctrl-C.
+/// Serves each program that opens the path, until Ctrl-C.
 pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
     let mut pty = Pty::open().map_err(failed)?;
     let mut out = io::stdout().lock();
-    // A program that waits for the path and then closes its end is no reason
-    // to stop serving it.
+    // A program may read the path and then close its end of the pipe: keep serving.
     let _ = writeln!(out, "pty {}", pty.path.display()).and_then(|()| out.flush());
     drop(out);
     say::note(format_args!(

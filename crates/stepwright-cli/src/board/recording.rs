@@ -1,4 +1,4 @@
-//! What a virtual board leaves behind: its edges as files, and what its motors did as a picture.
+//! The recordings of a virtual board: its edges as files, and the motion of its motors as a plot.
 
 use stepwright::Rate;
 use stepwright_sim::{AXES, Description, Edge, Pin, Recorder, Shaft};
@@ -11,20 +11,20 @@ use crate::quantity::MachineUnit;
 use crate::say;
 use stepwright_plot::{MotionPlot, PlotFile, Traces};
 
-/// What stands above a plot.
+/// The heading of a plot.
 #[derive(Clone, Debug, Default)]
 pub struct Heading {
-    /// What it shows.
+    /// The title.
     pub title: String,
     /// Smaller lines below it.
     pub notes: Vec<String>,
-    /// The unit of its scales, where it is not steps.
+    /// The unit of the scales; steps by default.
     pub unit: Option<MachineUnit>,
-    /// It shows the jerk, too.
+    /// Whether the jerk is plotted too.
     pub jerk: bool,
 }
 
-/// Takes down what was asked for, and where the shafts are.
+/// Writes the requested recordings, and follows the shafts.
 #[derive(Default)]
 pub struct Recording {
     shafts: [Shaft; AXES],
@@ -34,8 +34,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Begins the recordings that are wanted, the plot under this heading. What
-    /// can't be written is known before anything moves.
+    /// Begins the requested recordings, the plot under this heading. A file that can't be written
+    /// is reported here, before anything moves.
     pub fn begin(
         description: &Description,
         paths: EdgePaths,
@@ -44,7 +44,7 @@ impl Recording {
         Recording::begin_with(description, paths, plot, EdgeFiles::begin)
     }
 
-    /// Likewise, of a board with a laser.
+    /// Like [`begin`](Recording::begin), for a board with a laser.
     pub fn with_laser(
         description: &Description,
         paths: EdgePaths,
@@ -75,17 +75,17 @@ impl Recording {
         Ok(Recording { files, plot, edges: None, shafts })
     }
 
-    /// Keeps the last edges here, too.
+    /// Also keeps the last edges in this store.
     pub fn keep(self, edges: EdgeStore) -> Recording {
         Recording { edges: Some(edges), ..self }
     }
 
-    /// Where the last edges are kept.
+    /// The store of the last edges.
     pub fn kept(&self) -> Option<&EdgeStore> {
         self.edges.as_ref()
     }
 
-    /// Where the shaft of an axis is by its edges alone, whatever the board believes.
+    /// The position of an axis' shaft by its edges alone, independent of the board's position.
     pub fn shaft(&self, axis: u8) -> i64 {
         self.shafts.get(usize::from(axis)).map_or(0, Shaft::position)
     }
@@ -99,7 +99,7 @@ impl Recording {
                 say::note("nothing has moved: there is nothing to plot");
             } else {
                 let Heading { title, notes, unit, jerk } = heading;
-                // The minus of a number, not the hyphen of a word.
+                // A minus sign before a number, instead of a hyphen.
                 let title = title.replace(" -", " −");
                 let plot = MotionPlot { title, notes, series, unit, jerk, stacked: false };
                 plot::save(&file, &plot.figure())?;

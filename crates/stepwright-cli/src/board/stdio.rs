@@ -11,11 +11,10 @@ use crate::{interrupt, say};
 use stepwright_host::link::pace::Paced;
 use stepwright_host::link::simulated::Simulated;
 
-/// How soon Ctrl-C is noticed, and the longest stretch of time that passes at
-/// once.
+/// The interval of the checks for Ctrl-C, and the longest time that passes at once.
 const SLICE: Duration = Duration::from_millis(10);
 
-/// Carries out what comes until the input ends, then runs to rest.
+/// Carries out the input until it ends, then runs to rest.
 pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
     let typed = io::stdin().is_terminal();
     if typed {
@@ -24,7 +23,7 @@ pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
              G+4000, E, F, V1; Ctrl-D ends",
         );
     }
-    // A script measures time by its bytes; a person can't.
+    // The time of a script passes by its bytes; that of a person's input does not.
     let by_bytes = board.is_fast() && !typed;
     let input = listen();
     let mut answers = Answers::new();
@@ -38,7 +37,7 @@ pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
                 let bytes = bytes
                     .map_err(|error| Failure::new(format!("can't read standard input: {error}")))?;
                 for byte in bytes {
-                    // At a terminal, Enter gives LF.
+                    // At a terminal the Enter key sends LF.
                     let byte = if typed && byte == b'\n' { b'\r' } else { byte };
                     board.receive(byte);
                     answers.receive(board)?;
@@ -59,7 +58,7 @@ pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Lets time pass while nothing comes.
+/// Lets time pass while there is no input.
 fn pass(board: &mut Paced<Bench>) {
     if !board.is_fast() {
         board.catch_up();
@@ -68,7 +67,7 @@ fn pass(board: &mut Paced<Bench>) {
     }
 }
 
-/// Runs to rest. Brakes what would not come to rest by itself.
+/// Runs until all axes are at rest. Brakes axes that run without end.
 fn rest(board: &mut Paced<Bench>) -> Result<(), Failure> {
     let endless = board.board.is_endless();
     if endless {
@@ -85,8 +84,8 @@ fn rest(board: &mut Paced<Bench>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads standard input on a thread of its own: reading can't be given a time
-/// limit everywhere. The channel closes at the end of the input.
+/// Reads standard input on a separate thread, because a read can't have a time limit on every
+/// system. The channel closes at the end of the input.
 fn listen() -> Receiver<io::Result<Vec<u8>>> {
     let (tell, hear) = mpsc::sync_channel(16);
     thread::spawn(move || {
@@ -108,8 +107,7 @@ fn listen() -> Receiver<io::Result<Vec<u8>>> {
     hear
 }
 
-/// The board's answers on standard output: as they are, or with line feeds
-/// where a person reads them.
+/// Writes the board's answers to standard output: unchanged, or with line feeds at a terminal.
 struct Answers {
     out: io::Stdout,
     read: bool,

@@ -1,4 +1,4 @@
-//! Which timer: the options that `timer`, `range` and `timed` share.
+//! The options that select a timer, shared by `timer`, `range` and `timed`.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use stepwright_plan::calc::TimerKind;
@@ -7,7 +7,7 @@ use stepwright_units::measure::hertz;
 
 use crate::failure::Failure;
 
-/// What there is to divide a clock by.
+/// The parser of the divisors of CLKPR.
 fn dividers() -> impl TypedValueParser<Value = u16> {
     let each = ["1", "2", "4", "8", "16", "32", "64", "128", "256"];
     PossibleValuesParser::new(each).try_map(|text| text.parse::<u16>())
@@ -41,9 +41,9 @@ impl ClockArgs {
     }
 }
 
-/// What the core says of an interval that can't be, with `what` it was.
+/// The failure for an interval that the core refuses. `what` names the value that was given.
 pub fn misfit(what: &str, misfit: Misfit) -> Failure {
-    // The core says "what is wrong; what to do".
+    // The core's message is "what is wrong; what to do".
     let text = misfit.to_string();
     match text.split_once("; ") {
         Some((wrong, todo)) => Failure::new(format!("{what}: {wrong}")).hint(todo),

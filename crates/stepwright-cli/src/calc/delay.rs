@@ -1,4 +1,4 @@
-//! `calc delay`: which delays fit the period of a timer, and how far one can count
+//! `calc delay`: which delays fit the period of a timer, and the ranges of its counters
 //! (stepper_h).
 
 use stepwright_plan::calc::DelayFit;
@@ -42,7 +42,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// What fits.
+    /// The delays that fit.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
         let Args { period, microsteps, delays, distance, steps_per_rev, .. } = self;
         let fit = DelayFit {
@@ -97,7 +97,7 @@ mod tests {
         assert_eq!(fits("--period 200us"), want);
     }
 
-    /// Its smallest delays: three periods.
+    /// stepper_h's smallest delays: three periods.
     #[test]
     fn smallest_delays() {
         for (period, least) in [(10, 30.0), (20, 60.0), (50, 150.0), (100, 300.0), (200, 600.0)] {
@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(fact("--period 200", "rate_hz"), 5000.0);
     }
 
-    /// Its ranges: 9 million km, 2.15 m, 4294 mm, 4294 s; 18 h at 30 µs.
+    /// stepper_h's ranges: 9 million km, 2.15 m, 4294 mm, 4294 s; 18 h at 30 µs.
     #[test]
     fn how_far_one_can_count() {
         let line = "--period 10us";

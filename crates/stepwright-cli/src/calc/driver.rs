@@ -1,4 +1,4 @@
-//! `calc vref` and `calc microstep`: how a driver is set (stepper_h).
+//! `calc vref` and `calc microstep`: the settings of a driver (stepper_h).
 
 use stepwright_plan::calc::StepDriver;
 use stepwright_plan::sheet::Sheet;
@@ -33,7 +33,7 @@ pub struct VrefArgs {
 }
 
 impl VrefArgs {
-    /// Each current.
+    /// The reference voltage for each current.
     pub fn sheet(&self) -> Sheet {
         self.driver.vref(&self.currents, self.sense)
     }

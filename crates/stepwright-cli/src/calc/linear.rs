@@ -1,4 +1,4 @@
-//! `calc belt` and `calc screw`: from turns to millimetres (stepper_h).
+//! `calc belt` and `calc screw`: length of a step and linear speed (stepper_h).
 
 use stepwright_plan::calc::Gearing;
 use stepwright_plan::sheet::Sheet;

@@ -11,7 +11,7 @@
 //! | [`clock`] | the options that say which timer it is |
 //! | [`remote`] | all of them for a page |
 //!
-//! Each has its options here and its [`Sheet`] from `stepwright_plan::calc`.
+//! The options of each calculator are here; its [`Sheet`] comes from `stepwright_plan::calc`.
 
 mod clock;
 mod delay;
@@ -70,7 +70,7 @@ struct Output {
 }
 
 impl Args {
-    /// Computes.
+    /// Computes the sheet.
     fn sheet(&self) -> Result<(Sheet, Output), Failure> {
         Ok(match &self.what {
             What::Timer(args) => (args.sheet()?, args.output),
@@ -84,7 +84,7 @@ impl Args {
         })
     }
 
-    /// Draws into the files that are named.
+    /// Draws into the files that the command line names.
     fn draw(&self) -> Result<(), Failure> {
         if let What::Timed(args) = &self.what { args.draw() } else { Ok(()) }
     }

@@ -1,4 +1,4 @@
-//! `calc range`: what rates a timer can make (the Arduino driver, section 6).
+//! `calc range`: the rates that a timer can make (the Arduino driver, section 6).
 
 use stepwright_plan::calc::range;
 use stepwright_plan::sheet::Sheet;
@@ -28,7 +28,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// All prescalers together, and each.
+    /// The range of all prescalers together, and of each.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
         Ok(range(&self.clock.hardware()?, &self.geometry.geometry()?))
     }
@@ -95,7 +95,7 @@ mod tests {
         }
     }
 
-    /// Nor is the lowest one that the timer would refuse, however slow its clock is.
+    /// The timer accepts the lowest rate, however slow its clock is.
     #[test]
     fn the_lowest_rate_is_kept() {
         for (line, hz, longest) in [

@@ -1,4 +1,4 @@
-//! The calculators for pages and programs, by the same words as on the command line.
+//! The calculators for pages and programs, with the same arguments as on the command line.
 
 use clap::{Arg, ArgMatches, Args as _, Command, FromArgMatches};
 use stepwright_keeper::Declined;
@@ -8,11 +8,12 @@ use super::Args;
 use crate::failure::Failure;
 use stepwright_plan::sheet::Sheet;
 
-/// How the result is printed is nothing to a page, and a server's files are not its.
+/// Options that a page does not get: how the result is printed, and files, which would be the
+/// server's.
 const OUTPUT: [&str; 2] = ["format", FILES];
 const FILES: &str = "plot";
 
-/// All of them.
+/// All calculators.
 pub fn calculators() -> Calculators {
     Calculators { sheets: command().get_subcommands().map(sheet).collect(), answer }
 }
@@ -57,7 +58,7 @@ fn option(arg: &Arg) -> CalcOption {
     }
 }
 
-/// Computes, by the words behind `stepwright calc`.
+/// Computes the answer to the arguments after `stepwright calc`.
 fn answer(words: &[String]) -> Result<CalcAnswer, Declined> {
     let computed = || -> Result<Sheet, Failure> {
         let matches = command().try_get_matches_from(words)?;
@@ -106,7 +107,7 @@ mod tests {
         let travel = &belt.facts[0];
         assert_eq!((travel.value.as_str(), travel.unit.as_str()), ("40", "mm"));
         assert_eq!((belt.rows.len(), belt.rows[0].len()), (6, belt.columns.len()));
-        // 16 MHz / 180 = 88888.9: too much for 16 bits, and an eighth of it fits.
+        // 16 MHz / 180 = 88888.9: too much for 16 bits; divided by 8, it fits.
         let timer = said("timer 180").unwrap();
         assert!(timer.facts.iter().any(|fact| fact.value == "88888"), "{timer:?}");
     }

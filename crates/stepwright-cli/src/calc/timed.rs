@@ -61,7 +61,7 @@ pub struct Args {
     pub(super) output: Output,
 }
 
-/// Seconds; a bare number is in milliseconds, as the Arduino driver has them.
+/// Parses seconds; a bare number is in milliseconds, as in the Arduino driver.
 fn seconds_or_ms(text: &str) -> Result<f64, String> {
     let bare = text.bytes().all(|b| b.is_ascii_digit() || b == b'.');
     let micros = micros(&if bare { format!("{text}ms") } else { text.to_owned() })?;
@@ -92,13 +92,13 @@ impl Args {
         })
     }
 
-    /// The modification, and the table.
+    /// The modification and the table.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
         let (hardware, geometry) = (self.clock.hardware()?, self.geometry.geometry()?);
         Ok(self.table(&hardware)?.sheet(&hardware, &geometry)?)
     }
 
-    /// Draws the curve into the files that are named.
+    /// Draws the curve into the files that the command line names.
     pub fn draw(&self) -> Result<(), Failure> {
         let (hardware, geometry) = (self.clock.hardware()?, self.geometry.geometry()?);
         let table = self.table(&hardware)?;

@@ -42,7 +42,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// Fits it.
+    /// Fits the speed to the timer.
     pub fn sheet(&self) -> Result<Sheet, Failure> {
         let wanted = match &self.speed {
             Some(speed) => TimerSpeed::Speed { speed: speed.clone(), exact: self.exact },
@@ -116,8 +116,8 @@ mod tests {
                 ("turns_s", "0.165"),
             ],
         );
-        // Sections 1 and 7: 200 steps/rev; the example wants 2 and 120 rpm, and takes 6 and 800
-        // steps/s, which are 1.8 and 240.
+        // Sections 1 and 7: 200 steps/rev; the text of the example asks for 2 and 120 rpm, its code
+        // for 6 and 800 steps/s, which are 1.8 and 240 rpm.
         check("100", &[("rpm", "30")]);
         check("2rpm", &[("wanted_steps_s", "6"), ("virtual_top", "2666666")]);
         check("120rpm", &[("wanted_steps_s", "400"), ("rpm", "120")]);
@@ -138,7 +138,7 @@ mod tests {
                 ("interval_percent", "99.999"),
             ],
         );
-        // "Steps per second: 17, expected RPM: 5.1", both without their decimals.
+        // "Steps per second: 17, expected RPM: 5.1": both are printed without further decimals.
         check("--top 0xE2345", &[("wanted_steps_s", "17.26867796")]);
         // Section 7's calls.
         check("--top 32000", &[("rate_steps_s", "500"), ("rpm", "150")]);

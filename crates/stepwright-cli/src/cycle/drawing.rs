@@ -1,6 +1,6 @@
-//! What the motors of a file do, as points with their times and speeds.
+//! The motion of a file's motors, as points with times and speeds.
 //!
-//! The file is played on the virtual board as fast as that goes, and each step is taken down:
+//! The file is played on the virtual board as fast as possible, and each step is recorded:
 //!
 //! ```text
 //!   steps     │    │   │  │ │││││││ │  │   │    │     of each motor, to a tick
@@ -8,7 +8,8 @@
 //!   points    ×      ×    ×       ×    ×      ×  ×     halved where a straight line is furthest
 //! ```
 //!
-//! The speed along a line or an arc is that of its law; of other moves it is the slope.
+//! The speed along a line or an arc is that of its law. For other moves it is the slope of the
+//! path.
 
 use std::collections::BinaryHeap;
 use std::time::{Duration, Instant};
@@ -24,55 +25,55 @@ use super::taken::{Taken, Wanted};
 use super::voice::Aloud;
 use crate::failure::Failure;
 
-/// Steps of a drawing, at most.
+/// The most steps of a drawing.
 const STEPS: usize = 2_000_000;
 
-/// A drawing takes this long to compute, at most.
+/// The longest time to compute a drawing.
 const WITHIN: Duration = Duration::from_secs(10);
 
-/// Points of a drawing, about, and of each of its legs at least.
+/// The approximate number of points of a drawing, and the least of each leg.
 const POINTS: usize = 4_000;
 const LEAST: usize = 8;
 
-/// Points of a leg are no nearer to each other than this part of it.
+/// Two points of a leg are at least this fraction of its duration apart: 1/4096.
 const FINEST: f64 = 4_096.0;
 
-/// Where a gap between two points is divided: of a way there and back the very middle may
-/// lie on a straight line.
+/// Where a gap between two points is divided. The exact middle of a way there and back may lie on a
+/// straight line.
 const MIDDLE: f64 = 0.48;
 
-/// A cycle lasts this many seconds, at most.
+/// The longest duration of a cycle in seconds.
 const LIMIT: u32 = 3_600;
 
-/// Seconds on each side over which a slope is taken.
+/// A slope is taken over this many seconds on each side.
 const SLOPE: f64 = 0.004;
 
-/// A motor that makes no step for this many times its next or last interval stands meanwhile.
+/// A motor stands between two steps if their interval is this many times the next or the last one.
 const WAITS: f64 = 3.0;
 
-/// Where a motor was, from when on, in s.
+/// The time of a step in s, and the motor's position from then on.
 type Step = (f64, f64);
 
-/// What was seen of all motors.
+/// The recorded motion of all motors.
 struct Seen {
     hz: f64,
     begun: Instant,
-    /// How far a step of each leads.
+    /// The distance of a step of each motor.
     ways: Vec<f64>,
     steps: Vec<Vec<Step>>,
     count: usize,
     legs: Vec<Leg>,
 }
 
-/// A part that was seen.
+/// A recorded part of the motion.
 #[derive(Clone)]
 struct Leg {
     kind: &'static str,
     at: usize,
     begin: f64,
-    /// The next one's begin.
+    /// The begin of the next leg.
     end: f64,
-    /// The law of a path, and when it begins.
+    /// The law of a path, and the time of its begin.
     law: Option<(Law, f64)>,
 }
 
@@ -97,7 +98,7 @@ impl Onlooker for Seen {
                 leap |= (place - last).abs() > 1.5 * way;
             }
         }
-        // Its place is called otherwise, as at the end of a homing: no way leads there.
+        // The position was set without a motion, as at the end of a homing: a new leg begins.
         if leap && let Some(leg) = self.legs.last().cloned() {
             self.end(now - 0.5 / self.hz);
             self.legs.push(Leg { begin: now, ..leg });
@@ -118,7 +119,7 @@ impl Onlooker for Seen {
     }
 }
 
-/// Reads a file, and draws what its motors do.
+/// Reads a file, and draws the motion of its motors.
 ///
 /// # Errors
 /// A mistake in the file; a cycle that is refused or cancelled; too many steps.
@@ -153,7 +154,7 @@ fn speed(task: &Task) -> Option<f64> {
     }
 }
 
-/// Where the motors are at a time, and how fast along their path.
+/// The motors' positions at a time, and their speed along the path.
 #[derive(Clone, Debug)]
 struct Point {
     time: f64,
@@ -161,7 +162,7 @@ struct Point {
     places: Vec<f64>,
 }
 
-/// Between two points, and how far a straight line there is from what lies between.
+/// The gap between two points, and the error of a straight line between them.
 struct Gap {
     error: f64,
     from: usize,
@@ -190,14 +191,14 @@ impl Ord for Gap {
 }
 
 impl Seen {
-    /// The leg that there is ends.
+    /// Ends the current leg.
     fn end(&mut self, end: f64) {
         if let Some(leg) = self.legs.last_mut() {
             leg.end = end;
         }
     }
 
-    /// Where a motor is at a time of a leg.
+    /// The position of a motor at a time of a leg.
     fn place(&self, motor: usize, time: f64, leg: &Leg) -> f64 {
         let steps = &self.steps[motor];
         let next = steps.partition_point(|(at, _)| *at <= time);
@@ -211,7 +212,7 @@ impl Seen {
         from + (to - from) * ((time - (at - moves)) / moves).max(0.0)
     }
 
-    /// How fast the motors go along their path at a time of a leg.
+    /// The speed of the motors along their path at a time of a leg.
     fn slope(&self, time: f64, leg: &Leg) -> f64 {
         let (from, to) = ((time - SLOPE).max(leg.begin), (time + SLOPE).min(leg.end));
         if to <= from {
@@ -287,7 +288,7 @@ impl Seen {
         drawing
     }
 
-    /// Points of a leg in the order of time: most where it bends most.
+    /// The points of a leg in the order of time, most of them where it bends most.
     fn points(&self, leg: &Leg, span: f64, most: usize) -> Vec<Point> {
         let long = leg.end - leg.begin;
         let samples = (0..=LEAST).map(|n| leg.begin + long * n as f64 / LEAST as f64);
@@ -302,7 +303,7 @@ impl Seen {
             let off = |a: f64, b: f64, middle: f64| (a + (b - a) * MIDDLE - middle).abs();
             let places = (a.places.iter().zip(&b.places)).zip(&middle.places);
             let way = places.map(|((a, b), middle)| off(*a, *b, *middle)).fold(0.0, f64::max);
-            // A leap of the speed would be halved for ever.
+            // A gap with a jump of the speed would be divided without end.
             let short = b.time - a.time < long / FINEST;
             let parts = |off: f64, all: f64, parts: f64| match all > 0.0 && !short {
                 true => off / all * parts,
@@ -324,17 +325,17 @@ impl Seen {
     }
 }
 
-/// To a µs.
+/// Rounds seconds to a µs.
 fn micros(seconds: f64) -> f64 {
     (seconds * 1e6).round() / 1e6
 }
 
-/// To a tenth of the file's unit.
+/// Rounds a position to a tenth of the file's unit.
 fn tenths(place: f64) -> f64 {
     (place * 10.0).round() / 10.0
 }
 
-/// Six digits.
+/// Rounds a speed to six digits.
 fn rounded(speed: f64) -> f64 {
     if speed <= 0.0 {
         return 0.0;

@@ -1,4 +1,4 @@
-//! A file played in real time on a virtual board of its own, as a real one would play it.
+//! Plays a file in real time on a virtual board, as a real board would play it.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,16 +12,16 @@ use super::voice::Aloud;
 use crate::failure::Failure;
 use crate::wish::{PlayOrder, Played, Wish};
 
-/// Between two looks at the clock: an order is heard so soon.
+/// The time between two checks of the clock and the order.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Between two reports.
+/// The time between two reports.
 const REPORT: Duration = Duration::from_millis(20);
 
-/// A cycle lasts this many seconds, at most.
+/// The longest duration of a cycle in seconds.
 const LIMIT: u32 = 3_600;
 
-/// Lets time pass as it does.
+/// Lets the virtual board's time pass in real time.
 struct RealTime<'a> {
     begun: Instant,
     hz: f64,
@@ -73,8 +73,8 @@ impl Onlooker for RealTime<'_> {
     }
 }
 
-/// Plays a file in real time; it can't be held. `tell` hears how far it is, in s, where the motors are,
-/// and what they obey, also at the end.
+/// Plays a file in real time, without hold. Calls `tell` with the time in s, the motors' positions
+/// and the order that they obey; also at the end.
 ///
 /// # Errors
 /// A mistake in the file; a cycle that is refused or cancelled.

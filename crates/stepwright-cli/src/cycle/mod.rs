@@ -2,11 +2,11 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `text` | the file, read; what it says is `stepwright-cyclefile` |
-//! | `voice` | what is said while it is played; who plays it is `stepwright-play` |
+//! | `text` | reads the file; `stepwright-cyclefile` parses it |
+//! | `voice` | prints messages while `stepwright-play` plays the file |
 //! | `drawing` | points with times and speeds for a drawing |
-//! | `live` | on the virtual board in real time |
-//! | `taken` | what is written down of it: csv, vcd, plots |
+//! | `live` | plays it on the virtual board in real time |
+//! | `taken` | records the motion: csv, vcd, plots |
 
 pub mod drawing;
 pub mod live;
@@ -123,7 +123,7 @@ impl Format {
     }
 }
 
-/// Reads, plays, and draws if asked to.
+/// Reads and plays the file. Draws if requested.
 pub fn run(args: Args) -> Result<(), Failure> {
     let text = text::read(&args.file)?;
     let mut plan = stepwright_cyclefile::read(&text)?;
@@ -148,7 +148,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut session =
         CyclePlayer::new(&plan, &text, taken, args.format.played(), &Aloud, pair, args.limit);
     let played = session.play(&mut stages);
-    // What was recorded of cycles that went wrong is worth a look too.
+    // The recordings are also written after an error.
     let name = title(&args.file);
     let seconds = session.seconds();
     let finished = session.tape(|taken| taken.finish(seconds));
@@ -166,7 +166,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     finished
 }
 
-/// What a plot calls the file: its name alone, without folders and ending.
+/// The title of a plot: the file's name without folders and extension.
 fn title(file: &Path) -> String {
     let stem = file.file_stem().filter(|_| file != Path::new("-"));
     let mut name = stem.map_or_else(|| "Input".into(), |stem| stem.to_string_lossy());
@@ -177,7 +177,7 @@ fn title(file: &Path) -> String {
     name.into_owned()
 }
 
-/// Meets the board at the end of a line.
+/// Connects to the board on a link.
 fn meet(link: Box<dyn Link>) -> Result<CycleSession, Failure> {
     let mut session = Session::new(link);
     let name = session.name();
@@ -186,7 +186,7 @@ fn meet(link: Box<dyn Link>) -> Result<CycleSession, Failure> {
     Ok(board.map_err(|problem| cycle::failure(&name, problem))?)
 }
 
-/// Plays it on a board.
+/// Plays the file on a board.
 fn on_board(
     args: &Args,
     path: &Path,
@@ -205,7 +205,7 @@ fn on_board(
     Ok(played?)
 }
 
-/// The two motors whose way is drawn.
+/// The two motors whose path is drawn.
 fn pair(args: &Args, plan: &CyclePlan) -> Result<Option<(u8, u8)>, Failure> {
     if args.xy.is_none() {
         return Ok(None);

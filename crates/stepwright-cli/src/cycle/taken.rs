@@ -1,4 +1,4 @@
-//! What is written down while cycles play.
+//! Recordings of cycles while they are played.
 
 use stepwright::Rate;
 use stepwright_sim::{Edge, Pin, Recorder, Shaft};
@@ -12,28 +12,28 @@ use stepwright_play::cycle::PlayTape;
 use stepwright_play::gcode::Lit;
 use stepwright_plot::{MotionPlot, PlotFile, Traces};
 
-/// What is asked for.
+/// The requested recordings.
 #[derive(Default)]
 pub struct Wanted<'a> {
     pub inverted: u8,
     pub edges: EdgePaths<'a>,
     pub motions: bool,
     pub events: bool,
-    /// The power of a laser, too.
+    /// Whether the power of a laser is recorded too.
     pub laser: bool,
 }
 
-/// What has been written down.
+/// The recordings so far.
 pub struct Taken {
     rate: Rate,
     files: EdgeFiles,
     traces: Option<Traces>,
     shafts: Vec<Shaft>,
-    /// Motors whose forward is a low DIR.
+    /// Motors for which DIR low is forward, as bits.
     inverted: u8,
-    /// Edges since they were last fetched.
+    /// The edges since the last fetch.
     events: Option<Vec<Edge>>,
-    /// With a laser, edges that wait until its power up to them is known.
+    /// With a laser: edges that wait until its power up to their time is known.
     held: Option<Vec<Edge>>,
 }
 
@@ -47,7 +47,7 @@ const PINS: [(Pin, Option<bool>); 5] = [
 ];
 
 impl Taken {
-    /// Begins what is wanted of this many motors.
+    /// Begins the requested recordings of this many motors.
     pub fn begin(rate: Rate, motors: u8, wanted: &Wanted) -> Result<Taken, Failure> {
         let pins = (0..motors).flat_map(|axis| PINS.map(|(pin, level)| (axis, pin, level)));
         let begin = if wanted.laser { EdgeFiles::with_laser } else { EdgeFiles::begin };
@@ -59,7 +59,7 @@ impl Taken {
         Ok(Taken { rate, files, traces, shafts, inverted, events, held })
     }
 
-    /// Writes down the edges so far, and between them what the laser's power did meanwhile.
+    /// Writes the edges so far, with the changes of the laser's power between them.
     pub fn write_laser(&mut self, lit: &[Lit]) {
         let Some(held) = &mut self.held else { return };
         let mut lit = lit.iter().peekable();
@@ -72,7 +72,7 @@ impl Taken {
         lit.for_each(|change| self.files.laser(change.time, change.power));
     }
 
-    /// Ends the files of edges.
+    /// Finishes the edge files.
     pub fn finish(&mut self, seconds: f64) -> Result<(), Failure> {
         let time = (seconds * f64::from(self.rate.hz())).round() as u64;
         for path in self.files.finish(time)? {
@@ -81,7 +81,7 @@ impl Taken {
         Ok(())
     }
 
-    /// Draws what the motors did in this many seconds.
+    /// Draws the motion of the motors in this many seconds.
     pub fn plot(
         &self,
         file: &PlotFile,
@@ -92,12 +92,12 @@ impl Taken {
         let Some(traces) = &self.traces else { return Ok(()) };
         let mut series = traces.series(0);
         for series in &mut series {
-            // `axis 1` has a name here.
+            // Replaces `axis 1` by the motor's name.
             let number = series.name.rsplit(' ').next().and_then(|n| n.parse::<usize>().ok());
             if let Some(name) = number.and_then(|n| plan.names.get(n - 1)) {
                 series.name.clone_from(name);
             }
-            // It stands before its first step, and behind its last.
+            // The motor is at rest before its first step and after its last.
             let last = series.position.last().map_or(0.0, |(_, position)| *position);
             series.position.insert(0, (0.0, 0.0));
             series.position.push((seconds, last));
@@ -127,7 +127,7 @@ impl Recorder for Taken {
             Some(held) => held.push(edge),
             None => self.files.edge(edge),
         }
-        // As seen by its motor, for which forward may be a low DIR.
+        // The level as seen by the motor, for which forward may be DIR low.
         let turned = edge.pin == Pin::Direction && self.inverted >> edge.axis & 1 != 0;
         let seen = Edge { level: edge.level != turned, ..edge };
         if let Some(shaft) = self.shafts.get_mut(usize::from(edge.axis))

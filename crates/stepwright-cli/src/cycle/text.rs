@@ -1,4 +1,4 @@
-//! The text of a cycle file, whose mistakes end the command.
+//! Reads the text of a cycle file. A mistake in it ends the command.
 
 use std::path::Path;
 

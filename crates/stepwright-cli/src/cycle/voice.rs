@@ -1,4 +1,4 @@
-//! What a player says is said on standard output and standard error; Ctrl-C ends it.
+//! Prints a player's messages on standard output and standard error. Ctrl-C ends the player.
 
 use std::fmt::Display;
 
@@ -7,7 +7,7 @@ use stepwright_play::{PlayError, PlayVoice};
 use crate::failure::Failure;
 use crate::{interrupt, say};
 
-/// Who says it.
+/// The voice of the command line.
 pub struct Aloud;
 
 impl PlayVoice for Aloud {

@@ -1,4 +1,4 @@
-//! A Raspberry Pi Pico, whose boot loader is a drive.
+//! Flashes a Raspberry Pi Pico, whose boot loader is a drive.
 
 use serde_json::json;
 use stepwright_flash::drive::{BootDrive, DriveError};
@@ -10,10 +10,10 @@ use crate::order::progress::Line;
 use crate::order::target::Format;
 use crate::say;
 
-/// How to have the drive.
+/// How to make the drive appear.
 const BOOTSEL: &str = "hold BOOTSEL while you plug the Pico in: it is a drive RPI-RP2 then";
 
-/// Copies the firmware, and says what was copied.
+/// Copies the firmware, and prints what was copied.
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let program = args.program.name();
     let firmware = PicoFirmware::of(args.program).ok_or_else(|| {
@@ -36,7 +36,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         None => BootDrive::find(),
     };
     let found = found.map_err(explain);
-    // What is only shown needs no board.
+    // A dry run needs no board.
     let drive = if args.dry_run { found.ok() } else { Some(found?) };
     if let Some(drive) = drive.as_ref().filter(|_| !args.dry_run) {
         let mut line = Line::new();
@@ -75,7 +75,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is wrong with a drive, and what to do.
+/// The failure for an error of a drive, with a hint.
 fn explain(error: DriveError) -> Failure {
     let hint = match &error {
         DriveError::None | DriveError::NoBootLoader(_) => {

@@ -1,4 +1,4 @@
-//! What the axes of a job can do: typed, or the machine file's, or a usual machine's.
+//! The limits of a job's axes: from options, from the machine file, or those of a usual machine.
 
 use std::fmt::Display;
 use std::str::FromStr;
@@ -16,7 +16,7 @@ const AXES: &str = "Axes";
 /// The names of the axes.
 pub const NAMES: [&str; 3] = ["X", "Y", "Z"];
 
-/// What a usual machine has: a belt of 40 mm a turn, 16 microsteps.
+/// The values of a usual machine: a belt of 40 mm a turn, 16 microsteps.
 const USUAL: [(&str, &str); 5] = [
     ("steps_per_rev", "3200"),
     ("mm_per_rev", "40"),
@@ -51,12 +51,12 @@ pub struct AxesArgs {
 }
 
 impl AxesArgs {
-    /// What X, Y and Z can do, in mm and s. That the machine file counts, is said.
+    /// The limits of X, Y and Z, in mm and s. Prints a note if the machine file is used.
     pub fn paces(&self, machine: &MachineArgs) -> Result<[AxisPace; 3], Failure> {
         self.of(&MachineAxes::read(machine)?)
     }
 
-    /// What X, Y and Z can do, in mm and s, by this machine file.
+    /// The limits of X, Y and Z, in mm and s, with this machine file.
     pub fn of(&self, file: &MachineAxes) -> Result<[AxisPace; 3], Failure> {
         for (name, count) in [
             ("--steps-per-rev", self.steps_per_rev.len()),
@@ -84,7 +84,7 @@ impl AxesArgs {
         let steps = chosen(&self.steps_per_rev, n, file, axis, "steps_per_rev")?;
         let mm = chosen(&self.mm_per_rev, n, file, axis, "mm_per_rev")?;
         let geometry = GeometryArgs::new(Some(steps), Some(mm)).geometry()?;
-        // A step, in mm.
+        // The length of a step in mm.
         let step = mm.nm() as f64 / 1e6 / f64::from(steps);
         let speed = |typed: &[SpeedArg], id: &str, option: &str| {
             let speed: SpeedArg = chosen(typed, n, file, axis, id)?;
@@ -92,7 +92,7 @@ impl AxesArgs {
             Ok::<f64, Failure>(f64::from(speed.value.millisteps()) / 1e3 * step)
         };
         let top = speed(&self.top_speed, "top_speed", "--top-speed")?;
-        // 0 is a motor that starts from rest: an order may say so, a corner can't.
+        // 0 means that the motor starts from rest. That is valid for an order, but not at a corner.
         let jump = speed(&self.start_speed, "start_speed", "--start-speed")?;
         let accel = match file.value(axis, "ramp") {
             Some(ramp) if self.accel.is_empty() => {
@@ -105,7 +105,7 @@ impl AxesArgs {
                 accel.value.millisteps() as f64 / 1e3 * step
             }
         };
-        // One limit for both ways: the lower.
+        // One limit for acceleration and deceleration: the lower one.
         let decel = file.value(axis, "decel").filter(|_| self.accel.is_empty());
         let decel = decel.map(parsed::<AccelArg>).transpose()?;
         let decel = decel.map(|decel| decel.resolve(&geometry, "decel")).transpose()?;
@@ -123,7 +123,7 @@ impl AxesArgs {
     }
 }
 
-/// What was typed for axis `n`, or stands in the file, or is usual.
+/// The value typed for axis `n`, else that of the machine file, else the usual one.
 fn chosen<T: FromStr<Err: Display> + Clone>(
     typed: &[T],
     n: usize,

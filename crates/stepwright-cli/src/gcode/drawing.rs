@@ -1,11 +1,11 @@
-//! A job as points with their times and speeds, for a picture: nothing is played.
+//! A job as points with times and speeds, for a picture. Nothing is played.
 //!
 //! ```text
 //!   stretches   ╱▔▔▔▔╲__╱▔╲      of the plan: times, speeds, places
 //!   points      ×    × × × ×     those that a straight line between others is not near to
 //! ```
 //!
-//! A drawing has a bounded number of points and of parts: that of a long job is coarser.
+//! A drawing has a limited number of points and parts; that of a long job is coarser.
 
 use std::time::Instant;
 
@@ -20,25 +20,26 @@ use super::live::{NM, PageJob, WITHIN, long, wrong};
 use super::thin::{Point, Thin, Tolerance};
 use crate::failure::Failure;
 
-/// Points of a drawing, at most.
+/// The most points of a drawing.
 const POINTS: usize = 20_000;
 
-/// Parts of a drawing, about; of a job with more lines a part is several of them.
+/// The approximate number of parts of a drawing. In a job with more lines a part covers several
+/// lines.
 const PARTS: usize = 400;
 
-/// Points of a third of a stretch, at most, before they are thinned.
+/// The most points of a third of a stretch, before thinning.
 const SAMPLES: f64 = 64.0;
 
-/// Between two moves that are this many s apart the axes stand.
+/// The axes are at rest between two moves if the gap is at least this long, in s.
 const APART: f64 = 1e-9;
 
-/// Stretches from one look at the clock to the next.
+/// The number of stretches between two checks of the clock.
 const STRIDE: u32 = 1_000;
 
-/// Reads a job, and draws what its axes do, and its laser, if it has one.
+/// Reads a job, and draws the motion of its axes, and the power of its laser if it has one.
 ///
 /// # Errors
-/// The first error of the job; one that takes too long to be drawn.
+/// The first error of the job; drawing takes too long.
 pub fn draw(file: &PageJob) -> Result<PathDrawing, Failure> {
     let begun = Instant::now();
     let (plan, kinds) = (file.planned()?, kinds(file.text));
@@ -61,7 +62,7 @@ pub fn draw(file: &PageJob) -> Result<PathDrawing, Failure> {
     Ok(sketch.drawing(&plan, &file.axes))
 }
 
-/// What each line does, by its number; of several moves of a line the last one counts.
+/// The kind of each line, by line number. If a line has several moves, the last one counts.
 fn kinds(text: &str) -> Vec<&'static str> {
     let (mut reader, mut kinds) = (Reader::new(Options::default()), Vec::new());
     let bytes = text.bytes().map(Some).chain([None]);
@@ -69,7 +70,7 @@ fn kinds(text: &str) -> Vec<&'static str> {
         Some(byte) => reader.push(byte),
         None => reader.finish(),
     });
-    // There is no error: the job has been planned.
+    // There are no errors: the job has been planned.
     for block in blocks.flatten() {
         let kind = block.effects().fold("", |before, effect| match effect {
             Effect::Move(part) => match part.kind {
@@ -87,10 +88,10 @@ fn kinds(text: &str) -> Vec<&'static str> {
     kinds
 }
 
-/// A part of a drawing in the making.
+/// A part of an unfinished drawing.
 struct Part {
     kind: &'static str,
-    /// The first line, the last one, and how many of them move or wait.
+    /// The first and the last line, and the number of lines between that move or wait.
     lines: [u32; 2],
     count: usize,
     begin: f64,
@@ -100,25 +101,25 @@ struct Part {
     way: Thin,
 }
 
-/// A drawing in the making.
+/// An unfinished drawing.
 struct Sketch<'a> {
     kinds: &'a [&'static str],
-    /// Lines of a part.
+    /// The number of lines in a part.
     each: usize,
     tolerance: Tolerance,
     parts: Vec<Part>,
-    /// Points of parts that have ended.
+    /// The points in the parts that have ended.
     points: usize,
-    /// When and where the axes are.
+    /// The time and the axes' positions so far.
     now: f64,
     place: [f64; 3],
-    /// S of a laser's full power; infinite without one, for then it is off.
+    /// The S of the laser's full power; infinite without a laser, so that its power is 0.
     most: f64,
 }
 
 impl<'a> Sketch<'a> {
     fn new(plan: &JobPlan, axes: &[AxisPace; 3], kinds: &'a [&'static str]) -> Sketch<'a> {
-        // The start, 0, is one of the places.
+        // The span includes the start, 0.
         let spans = plan.survey.extents.0.into_iter().flatten();
         let span = spans.map(|[from, to]| to.max(0.0) - from.min(0.0)).fold(0.0, f64::max);
         let speeds = plan.peaks.iter().zip(axes).map(|(peak, axis)| peak.rate * axis.step);
@@ -130,7 +131,7 @@ impl<'a> Sketch<'a> {
         Sketch { kinds, each, tolerance, parts, points: 0, now: 0.0, place, most }
     }
 
-    /// What the axes do next, by a move of this line, and a laser along it.
+    /// Adds a stretch of a move of this line, with the laser's power along it.
     fn add(&mut self, line: u32, stretch: &Stretch<3>, along: LaserMove) {
         self.rest(line, stretch.times[0]);
         let kind = self.kinds.get(line as usize).copied().unwrap_or_default();
@@ -147,7 +148,7 @@ impl<'a> Sketch<'a> {
             [[first, middle], [middle; 2], [middle, last]].into_iter().enumerate()
         {
             let (begin, time) = (stretch.times[n], stretch.times[n + 1] - stretch.times[n]);
-            // How far a parabola in time, and an arc, are from their chords.
+            // The distance of a parabola in time, and of an arc, from their chords.
             let off = (to - from).abs() * time + bend * stretch.ways[n];
             let samples = (off / (8.0 * self.tolerance.place)).sqrt().clamp(1.0, SAMPLES).ceil();
             for sample in (1..=samples as u32).filter(|_| time > 0.0) {
@@ -167,7 +168,7 @@ impl<'a> Sketch<'a> {
         }
     }
 
-    /// The axes stand until then; the next move is in this line.
+    /// Adds a rest until this time, before a move of this line.
     fn rest(&mut self, line: u32, until: f64) {
         if until - self.now < APART {
             return;
@@ -186,7 +187,7 @@ impl<'a> Sketch<'a> {
         }
     }
 
-    /// The part of this line, a new one if need be.
+    /// Continues the current part with this line, or begins a new part.
     fn enter(&mut self, kind: &'static str, line: u32) {
         if let Some(part) = self.parts.last_mut() {
             let same = part.lines[1] == line && (part.kind == kind || self.each > 1);
@@ -197,7 +198,7 @@ impl<'a> Sketch<'a> {
             }
         }
         self.close();
-        // Several lines do this and that.
+        // The lines of a part may be of several kinds.
         let kind = if self.each > 1 { "lines" } else { kind };
         let way = Thin::new(self.tolerance);
         let (begin, lines) = (self.now, [line; 2]);
@@ -212,7 +213,7 @@ impl<'a> Sketch<'a> {
         }
     }
 
-    /// The part that there is ends; what is too much is left out.
+    /// Ends the current part. If there are too many points, thins all parts.
     fn close(&mut self) {
         let Some(part) = self.parts.last_mut() else { return };
         part.way.end();
@@ -220,7 +221,7 @@ impl<'a> Sketch<'a> {
         if self.points <= POINTS {
             return;
         }
-        // So that it is not done for every part that follows.
+        // Thins to half the limit, so that not every further part needs thinning.
         while self.points > POINTS / 2 && self.tolerance.speed < f64::MAX {
             self.tolerance = self.tolerance.wider();
             self.parts.iter_mut().for_each(|part| part.way.again(self.tolerance));
@@ -230,7 +231,7 @@ impl<'a> Sketch<'a> {
 
     fn drawing(mut self, plan: &JobPlan, axes: &[AxisPace; 3]) -> PathDrawing {
         if self.parts.is_empty() {
-            // Nothing moves: it stands where it is.
+            // Nothing moves: a rest at the start.
             self.enter("rest", 1);
             self.put(0.0, 0.0, self.place, 0.0);
         }
@@ -277,8 +278,8 @@ impl<'a> Sketch<'a> {
     }
 }
 
-/// Where the axes are after this share of a stretch: on the cubic that has its places and its
-/// directions at both ends, which is a straight line where the stretch is one.
+/// The axes' positions after this share of a stretch: on the cubic with the stretch's positions and
+/// directions at both ends. The cubic of a straight stretch is a straight line.
 fn place(stretch: &Stretch<3>, share: f64) -> [f64; 3] {
     let ([from, to], [first, last]) = (stretch.places, stretch.directions);
     let way = stretch.way[1] - stretch.way[0];
@@ -289,12 +290,12 @@ fn place(stretch: &Stretch<3>, share: f64) -> [f64; 3] {
     })
 }
 
-/// To a tenth of a percent of full power.
+/// Rounds to a tenth of a percent of full power.
 fn tenth_percent(power: f64) -> f64 {
     (power * 1e3).round() / 1e3
 }
 
-/// To a µs.
+/// Rounds to a µs.
 fn micros(seconds: f64) -> f64 {
     (seconds * 1e6).round() / 1e6
 }

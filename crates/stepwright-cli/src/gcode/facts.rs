@@ -1,4 +1,4 @@
-//! What a plan says of a job, in words for a page.
+//! The facts of a job's plan, as text for a page.
 
 use stepwright_plan::gcode::JobPlan;
 use stepwright_plan::gcode::MoveSum;
@@ -65,7 +65,7 @@ fn fact(name: &str, value: String) -> PathFact {
     PathFact { name: name.to_owned(), value, line: None }
 }
 
-/// To a µm, without zeros behind.
+/// Millimetres to a µm, without trailing zeros.
 fn mm(value: f64) -> String {
     let text = format!("{value:.3}");
     match text.trim_end_matches('0').trim_end_matches('.') {
@@ -74,7 +74,7 @@ fn mm(value: f64) -> String {
     }
 }
 
-/// A time of a minute or more as a clock has it.
+/// A time of a minute or more as minutes and seconds, or hours; empty for less.
 fn clock(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match (whole / 3_600, whole / 60 % 60, whole % 60) {

@@ -1,4 +1,4 @@
-//! A job on a board that plays streams: its steps are planned here and sent as they are needed.
+//! Streams a job to a board: the steps are planned here and sent as they are needed.
 //!
 //! ```text
 //!   wish ─► cut: what was sent ahead is taken back, and the plan goes on from there
@@ -21,46 +21,46 @@ use crate::order::target::PortArgs;
 use crate::wish::{Obeyed, Wish};
 use crate::{interrupt, say};
 
-/// Between two reports of where the board is.
+/// The time between two reports of the board's position.
 const REPORT: Duration = Duration::from_millis(20);
-/// Between two reports for a terminal.
+/// The time between two reports on a terminal.
 const SHOWN: Duration = Duration::from_millis(100);
-/// What rests is told so for this long, in s.
+/// The board is told of a rest this far ahead, in s.
 const REST: f64 = 0.25;
 
-/// Who watches a run.
+/// An observer that watches and controls a run.
 pub trait JobWatch {
-    /// How it is to go on.
+    /// How the run shall continue.
     fn wish(&mut self) -> Wish;
-    /// How far it is.
+    /// Reports the progress.
     fn tell(&mut self, place: &Place);
 }
 
-/// Where a run is.
+/// The progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Seconds of the path, the time that it was held left out.
+    /// Seconds of the path, without the time on hold.
     pub seconds: f64,
     /// Steps of each axis since the start.
     pub steps: [i64; 3],
-    /// What it obeys.
+    /// The wish that it obeys.
     pub wish: Wish,
 }
 
-/// What became of a job on a board.
+/// The result of a job on a board.
 pub struct Streamed {
-    /// Where the axes are, in steps; `None` where that is not known.
+    /// The axes' positions in steps; `None` if unknown.
     pub position: [Option<i64>; 3],
-    /// Steps that came late, since the board was switched on.
+    /// Late steps since the board was switched on.
     pub late: u64,
     /// Seconds of the path.
     pub seconds: f64,
     pub braked: bool,
-    /// How often the line had to be called, and frames sent again.
+    /// How often the line had to be polled, and frames sent again.
     pub again: u64,
 }
 
-/// Ctrl-C, and a line on the terminal.
+/// Watches for Ctrl-C, and shows the progress on the terminal.
 struct Terminal<'a> {
     plan: &'a JobPlan,
     line: Line,
@@ -90,7 +90,7 @@ impl JobWatch for Terminal<'_> {
     }
 }
 
-/// Streams a job that has been planned, and is not refused, for the one at the terminal.
+/// Streams a job that has been planned and admitted, for the user at the terminal.
 pub fn stream(
     port: &PortArgs,
     job: Vec<u8>,
@@ -110,7 +110,7 @@ pub fn stream(
     streamed
 }
 
-/// Streams a job that has been planned, and is not refused, to a board that was met.
+/// Streams a job that has been planned and admitted to a connected board.
 pub fn feed(
     met: Met,
     baud: u32,
@@ -174,23 +174,24 @@ pub fn feed(
     Ok(Streamed { position, late, seconds, braked, again: run.feeder.again() })
 }
 
-/// The job as it is planned ahead.
+/// The job, which is planned ahead of the board.
 #[derive(Clone)]
 struct Job {
     job: GcodeJob<std::vec::IntoIter<u8>>,
-    /// The changes of a laser's power between the last two steps, or up to a rest behind the last one.
+    /// The changes of the laser's power between the last two steps, or up to a rest after the last
+    /// step.
     lit: Vec<PowerChange>,
 }
 
-/// A rest is looked this far into, in s: where it begins a laser goes off.
+/// Power changes are read up to this far into a rest, in s: the laser goes off at its begin.
 const INTO: f64 = 1e-3;
 
 impl Planned for Job {
-    /// What is wished, and from when on.
+    /// A wish, and the time from which it counts.
     type Order = (Wish, f64);
 
     fn step(&mut self) -> Option<RouteStep> {
-        // What can't be read was said when it was planned.
+        // Errors were reported when the job was planned.
         let step = self.job.step().ok().flatten();
         let until = step.map_or(self.job.time() + INTO, |step| step.time);
         self.lit.clear();
@@ -211,29 +212,29 @@ impl Planned for Job {
     }
 }
 
-/// A power as a board takes it: 0 is off alone.
+/// A power as a byte for the board. Only off is 0.
 fn byte(power: f64) -> u8 {
     let byte = (power * 255.0).round() as u8;
     byte.max(u8::from(power > 0.0))
 }
 
-/// A job, and the feeder of its board.
+/// A job, and the feeder for its board.
 struct JobRun {
     feeder: StreamFeeder,
     job: Lead<Job>,
     obeyed: Obeyed,
-    /// Up to this time the feeder knows the laser's power, in s.
+    /// The feeder has the laser's power up to this time, in s.
     lit: f64,
-    /// Both before a cut that the board has not taken yet.
+    /// `obeyed` and `lit` before a cut that the board has not accepted yet.
     before: Option<(Obeyed, f64)>,
-    /// Where the board is.
+    /// The board's position.
     steps: [i64; 3],
     /// The board was told that no step comes before this time, in s.
     known: f64,
 }
 
 impl JobRun {
-    /// Obeys a wish, and gives the bytes for the line. Times are µs since the start.
+    /// Obeys a wish, and returns the bytes to send. Times are µs since the start.
     fn turn(&mut self, wish: Wish, now: u64) -> Vec<u8> {
         let obeyed = self.obeyed;
         if wish != obeyed.wish
@@ -269,7 +270,7 @@ impl JobRun {
         self.feeder.bytes(now)
     }
 
-    /// Takes bytes of the line.
+    /// Takes bytes from the line.
     fn hear(&mut self, bytes: &[u8], now: u64) {
         self.feeder.hear(bytes, now);
         if self.feeder.was_late() {
@@ -282,19 +283,19 @@ impl JobRun {
         self.pass(self.feeder.now(now));
     }
 
-    /// The board has made all steps up to this time, in s.
+    /// Counts the steps that the board has made up to this time, in s.
     fn pass(&mut self, time: f64) {
         while let Some(step) = self.job.pass(time) {
             self.steps[step.axis] += if step.forward { 1 } else { -1 };
         }
     }
 
-    /// Where the board is, by its clock.
+    /// The board's progress at its present time.
     fn place(&self, now: u64) -> Place {
         self.place_at(self.feeder.now(now).max(0.0))
     }
 
-    /// Where the run has ended.
+    /// The progress at the end of the run.
     fn last(&mut self) -> Place {
         if self.feeder.state() != FeedState::Over {
             return self.place_at(self.feeder.time());
@@ -333,8 +334,8 @@ mod tests {
         }
     }
 
-    /// Held on the way and resumed, some times: the laser is dark from each rest on, and on again with the first
-    /// step behind it, by M3 and by M4.
+    /// Holds and resumes a job several times, with M3 and with M4. The laser goes off at each rest,
+    /// and on again with the first step after it.
     #[test]
     fn a_hold_is_dark() {
         let axis =
@@ -381,7 +382,7 @@ mod tests {
                     rests += 1;
                     assert_eq!(power(before + 16_000 * 40), 0, "{mode}: {before}");
                     assert_eq!(power(behind - 16_000 * 20), 0, "{mode}: {behind}");
-                    // Unless it is over by then.
+                    // Unless the job has ended by then.
                     let moves = watch.steps.last() > Some(&(behind + 16_000 * 90));
                     assert!(!moves || power(behind + 16_000 * 60) > 240, "{mode}: {behind}");
                     assert!(power(before - 16_000 * 60) > 240, "{mode}: {before}");

@@ -1,5 +1,5 @@
-//! A job for a page: planned within a bounded time, and run in real time, on a virtual board of its
-//! own or on one that plays streams.
+//! A job for a page: planned within a limited time, and run in real time, on a virtual board or on
+//! a board that plays streams.
 
 use std::cell::Cell;
 use std::thread;
@@ -18,36 +18,36 @@ use crate::interrupt;
 use crate::order::target::PortArgs;
 use crate::wish::{Obeyed, PlayOrder, Played, Wish};
 
-/// A job is planned, and a drawing made, within this long, or not at all.
+/// The longest time to plan a job and make its drawing; beyond, it is refused.
 pub const WITHIN: Duration = Duration::from_secs(10);
 
-/// nm in a mm. What a page is told counts in them: whole numbers say where a run is.
+/// nm in a mm. Positions for a page are in nm, as whole numbers.
 pub const NM: f64 = 1e6;
 
-/// Bytes from one look at the clock to the next.
+/// The number of bytes between two checks of the clock.
 const BYTES: u32 = 256;
 
-/// Between two looks at the clock: an order is heard so soon.
+/// The time between two checks of the clock and the order.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Between two reports.
+/// The time between two reports.
 const REPORT: Duration = Duration::from_millis(20);
 
-/// A job that a page has.
+/// A job of a page.
 #[derive(Clone, Copy)]
 pub struct PageJob<'a> {
     pub name: &'a str,
     pub text: &'a str,
     pub axes: [AxisPace; 3],
-    /// S of full power, of one with a laser.
+    /// The S of full power, if the job has a laser.
     pub laser: Option<f64>,
 }
 
 impl PageJob<'_> {
-    /// Plans it.
+    /// Plans the job.
     ///
     /// # Errors
-    /// Its first error, with line and column; it takes too long.
+    /// The first error of the job, with line and column; planning takes too long.
     pub fn planned(&self) -> Result<JobPlan, Failure> {
         let (begun, late, mut next) = (Instant::now(), Cell::new(false), BYTES);
         let bytes = self.text.bytes().take_while(|_| {
@@ -60,14 +60,14 @@ impl PageJob<'_> {
         });
         let terms = JobTerms { laser: self.laser, ..JobTerms::default() };
         let plan = JobPlan::on(bytes, self.axes, &terms, &Description::uno().board, |_, _| {});
-        // The end of what was read is not that of the job.
+        // Reading was cut off before the end of the job.
         if late.get() {
             return Err(long());
         }
         plan.map_err(|error| super::failure(self.name, &error))
     }
 
-    /// Plans it, and it is not refused.
+    /// Plans the job. A job that the board refuses is an error.
     fn admitted(&self) -> Result<JobPlan, Failure> {
         let plan = self.planned()?;
         match &plan.refused {
@@ -77,22 +77,22 @@ impl PageJob<'_> {
     }
 }
 
-/// It takes too long.
+/// The failure for a job that takes too long to draw.
 pub fn long() -> Failure {
     Failure::new(format!("too long to draw here: more than {} s", WITHIN.as_secs()))
         .hint("`stepwright gcode FILE --plan` plans any job")
 }
 
-/// Axes that can't be planned for.
+/// The failure for axes that can't be planned.
 pub fn wrong(why: Unplannable) -> Failure {
     Failure::new(format!("the axes of the machine file: {why}"))
 }
 
-/// Runs a job in real time. `tell` hears how far it is, in s without the time that it was held, where the
-/// axes are, in nm, and what it obeys, also at the end.
+/// Runs a job in real time. Calls `tell` with the time in s, without the time on hold, the axes'
+/// positions in nm, and the wish that the job obeys; also at the end.
 ///
 /// # Errors
-/// An error of the job, or what the board refuses.
+/// An error of the job; a refusal of the board.
 pub fn play(
     file: &PageJob,
     order: &PlayOrder,
@@ -141,10 +141,10 @@ pub fn play(
     })
 }
 
-/// Runs a job on the board at this port, which plays streams: `tell` hears as above.
+/// Runs a job on the stream board at this port. Calls `tell` like [`play`].
 ///
 /// # Errors
-/// An error of the job; no such board is there, or it has left the path.
+/// An error of the job; no such board at the port; the board has left the path.
 pub fn play_on(
     port: &PortArgs,
     file: &PageJob,
@@ -176,14 +176,14 @@ struct Page<'a> {
     order: &'a PlayOrder,
     axes: [AxisPace; 3],
     tell: &'a mut dyn FnMut(f64, &[i64], Wish),
-    /// Where it was last.
+    /// The last reported position.
     steps: [i64; 3],
     killed: bool,
 }
 
 impl JobWatch for Page<'_> {
     fn wish(&mut self) -> Wish {
-        // The server ends: its board brakes.
+        // If the server ends, the board brakes.
         let end = if interrupt::asked() { Wish::Brake } else { Wish::Go };
         let wish = self.order.wish().max(end);
         self.killed |= wish == Wish::Kill;

@@ -1,13 +1,13 @@
-//! `stepwright gcode`: a G-code job, planned, or run on the virtual board.
+//! `stepwright gcode`: plans a G-code job, or runs it on a board or a virtual board.
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `axes` | what the axes can do |
-//! | `play` | on the virtual board |
-//! | `port`, `feed` | streamed to a board: how that is met, and fed |
-//! | `drawing`, `thin` | for a page: points with their times and speeds; as few as a picture takes |
-//! | `facts` | what its plan says, in words |
-//! | `live` | for a page, in real time: on a virtual board, or streamed to one |
+//! | `axes` | the limits of the axes |
+//! | `play` | runs a job on the virtual board |
+//! | `port`, `feed` | streams a job to a board: connecting, and feeding |
+//! | `drawing`, `thin` | for a page: points with times and speeds, thinned for a picture |
+//! | `facts` | the facts of a plan, as text |
+//! | `live` | for a page: in real time on a virtual board, or streamed to a board |
 //!
 //! The job itself, its plan and its steps are `stepwright_plan::gcode`.
 
@@ -138,10 +138,10 @@ fn tolerance(text: &str) -> Result<Length, String> {
     length(mm).filter(|_| (0.0..=1e3).contains(&mm)).ok_or_else(wrong)
 }
 
-/// What the virtual board is.
+/// The virtual board's name in messages.
 const BOARD: &str = "An Uno";
 
-/// Plans the job, and runs it if that is wanted.
+/// Plans the job. Runs it unless only the plan was requested.
 pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let name = args.file.display().to_string();
     if let Some(file) = &args.xy {
@@ -156,7 +156,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         let sheet = plan.sheet(format!("G-code job {name}"), BOARD);
         return unless_closed(sheet.write(&mut out, args.format).and_then(|()| out.flush()));
     }
-    // Planned while it is read: what is no job ends the reading.
+    // The job is planned while it is read; an error ends the reading.
     let mut job = Vec::new();
     let plan = read(&args.file, |bytes| {
         plan(&mut bytes.inspect(|byte| job.push(*byte)), axes, &terms, &name)
@@ -198,7 +198,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     report(&args, &plan, &axes, &played)
 }
 
-/// Reads the file: what can't be read ends it, and is said first.
+/// Reads the file. A read error ends the reading, and takes precedence over other errors.
 fn read<T>(
     path: &Path,
     with: impl FnOnce(&mut dyn Iterator<Item = u8>) -> Result<T, Failure>,
@@ -220,7 +220,7 @@ fn read<T>(
     }
 }
 
-/// Plans the job; of a long one it is said how far that is.
+/// Plans the job. Shows the progress of a long one.
 fn plan(
     bytes: &mut dyn Iterator<Item = u8>,
     axes: [AxisPace; 3],
@@ -240,7 +240,7 @@ fn plan(
     planned.map_err(|error| failure(name, &error))
 }
 
-/// What the board refuses.
+/// The failure for a job that the board refuses.
 fn refusal(name: &str, refused: &BoardRefusal) -> Failure {
     let failure = Failure::new(format!("{name}: {}", refused.words(BOARD)));
     failure.at(refused.words(BOARD), refused.line as usize)
@@ -257,7 +257,7 @@ fn failure(name: &str, error: &JobError) -> Failure {
     }
 }
 
-/// Says what became of it.
+/// Prints the result of a run on the virtual board.
 fn report(
     args: &Args,
     plan: &JobPlan,
@@ -295,7 +295,7 @@ fn report(
     Ok(())
 }
 
-/// Says what became of it on a board.
+/// Prints the result of a run on a board.
 fn report_streamed(
     args: &Args,
     plan: &JobPlan,

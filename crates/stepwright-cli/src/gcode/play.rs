@@ -1,4 +1,4 @@
-//! A job on the virtual board: an Uno's timer and steps as long as its.
+//! Runs a job on the virtual board, which has the timer and the step costs of an Uno.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -20,7 +20,7 @@ use crate::order::motion::seconds;
 use crate::order::progress::Line;
 use crate::{interrupt, say};
 
-/// What is wanted of a run.
+/// The requested outputs of a run.
 pub struct Wanted<'a> {
     pub csv: bool,
     pub fast: bool,
@@ -28,15 +28,15 @@ pub struct Wanted<'a> {
     pub way: bool,
 }
 
-/// What became of it.
+/// The result of a run.
 pub struct Played {
     pub rate: Rate,
-    /// Ticks from the start to that of the path, and from there to its end.
+    /// Ticks from the start to the begin of the path, and from there to its end.
     pub lead: Ticks,
     pub ticks: u64,
-    /// In steps.
+    /// The positions in steps.
     pub position: [i64; 3],
-    /// Steps that came later than planned.
+    /// Late steps.
     pub late: u32,
     pub braked: bool,
     pub way: Option<SpeedWay>,
@@ -48,16 +48,16 @@ impl Played {
     }
 }
 
-/// Between two looks at the clock.
+/// The time between two checks of the clock.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Points of a picture are this part of its longer side apart.
+/// Points of a picture are at least 1/1200 of its longer side apart.
 const FINE: f64 = 1_200.0;
 
-/// Seconds without a step, after which a speed is measured from there on.
+/// After this many seconds without a step, the measurement of a speed begins anew.
 const REST: f64 = 0.05;
 
-/// Plays a job that has been planned, and is not refused.
+/// Plays a job that has been planned and admitted.
 pub fn play(
     job: Vec<u8>,
     axes: [AxisPace; 3],
@@ -75,7 +75,7 @@ pub fn play(
     begin(job, axes, plan, taken, |begun| follow(begun, axes, plan, wanted))
 }
 
-/// Follows a run to its end, as it is wanted.
+/// Follows a run to its end, with the requested outputs.
 fn follow(
     mut job: BegunJob<Taken>,
     axes: [AxisPace; 3],
@@ -85,7 +85,7 @@ fn follow(
     let mut rows = wanted.csv.then(|| Rows::begin(plan.laser.is_some(), job.rate));
     let rate = job.rate;
     let hz = f64::from(rate.hz());
-    // Of a laser, its power up to now.
+    // The power of a laser at the present.
     let mut power = plan.laser.map(|_| 0.0);
     let mut drawn = wanted.way.then(|| Drawn::new(plan, &axes));
     let mut line = Line::new();
@@ -140,14 +140,14 @@ fn follow(
     Ok(Played { rate, lead, ticks, position, late, braked, way: drawn.map(Drawn::end) })
 }
 
-/// How far it is, and how long it still takes: exactly, for that is known.
+/// Shows the progress, and the exact time that is left.
 pub fn tell(line: &mut Line, now: f64, all: f64, braked: bool) {
     let plain = progress(now, all, braked);
     let long = format!("{plain} of {}", seconds(all));
     line.show(&[&long, &plain], &plain, false);
 }
 
-/// A board ends some ms behind the plan: no time is left then.
+/// The text of the progress. A board ends some ms after the plan; no time is left then.
 fn progress(now: f64, all: f64, braked: bool) -> String {
     let left = (all - now).max(0.0);
     let left = if braked { "braking".into() } else { format!("{} left", seconds(left)) };
@@ -155,10 +155,10 @@ fn progress(now: f64, all: f64, braked: bool) -> String {
     format!("{part:.0} %  {left}")
 }
 
-/// What happens, as rows of CSV.
+/// Prints events as rows of CSV.
 struct Rows {
     rate: Rate,
-    /// Of a laser, its power.
+    /// The power of a laser.
     power: Option<f64>,
 }
 
@@ -169,7 +169,7 @@ impl Rows {
         Rows { rate, power: laser.then_some(0.0) }
     }
 
-    /// What the pins have done since the last call, and the laser.
+    /// Prints the edges since the last call, and the changes of the laser's power.
     fn print(&mut self, board: &mut GcodeBoard<Taken>, lit: &[Lit]) {
         let mut lit = lit.iter().peekable();
         for Edge { time, axis, pin, level } in board.with_recorder(Taken::fetch) {
@@ -179,7 +179,7 @@ impl Rows {
             let (event, value) = match pin {
                 Pin::Step => ("step", level),
                 Pin::Direction => ("dir", level),
-                // Low turns a driver on.
+                // A low level turns a driver on.
                 Pin::Enable => ("enable", !level),
                 Pin::Coil(_) | Pin::Min | Pin::Max => continue,
             };
@@ -200,18 +200,19 @@ impl Rows {
     }
 }
 
-/// The way of X and Y, by the steps that were made, with their speed, or with the power of a laser in
-/// percent: pale where it is off.
+/// The path of X and Y by the steps that were made, with the speed, or with the power of a laser in
+/// percent. It is pale where the laser is off.
 struct Drawn {
     way: SpeedWay,
     /// mm a step.
     steps: [f64; 2],
-    /// Points are that far apart, in mm.
+    /// The least distance of two points in mm.
     fine: f64,
-    /// Where it was seen last, and when; and since when a speed is measured, from where.
+    /// The last position and its time. `from` is the position and time at which the measurement of
+    /// the speed begins.
     last: ([i64; 2], f64),
     from: ([f64; 2], f64),
-    /// The power on the way to `last`.
+    /// The power on the path to `last`.
     power: Option<f64>,
 }
 
@@ -221,7 +222,7 @@ impl Drawn {
         let mut way = SpeedWay::new(["X", "Y"], "mm", if power.is_some() { "%" } else { "mm/s" });
         way.go(0.0, 0.0, 0.0);
         let [x, y, _] = plan.survey.extents.0;
-        // The start, 0, is one of the places.
+        // The span includes the start, 0.
         let span = [x, y].into_iter().flatten().map(|[from, to]| to.max(0.0) - from.min(0.0));
         let steps = [axes[0].step, axes[1].step];
         let fine = (span.fold(0.0, f64::max) / FINE).max(4.0 * steps[0].max(steps[1]));
@@ -236,14 +237,14 @@ impl Drawn {
         let place = |at: [i64; 2]| [0, 1].map(|n| at[n] as f64 * steps[n]);
         let ends = self.power.is_some_and(|known| (known > 0.0) != (power > Some(0.0)));
         if ends {
-            // It went on or off at the last step.
+            // The laser went on or off at the last step.
             let [x, y] = place(self.last.0);
             self.go(x, y, 0.0);
             self.from = ([x, y], self.last.1);
         }
         self.power = power;
         if time - self.last.1 > REST {
-            // It stood: it moves from here and now on.
+            // After a rest, the motion begins here.
             self.from = (place(at), time);
         }
         self.last = (at, time);
@@ -263,7 +264,7 @@ impl Drawn {
         }
     }
 
-    /// The way, to its very end.
+    /// Returns the path up to its last step.
     fn end(mut self) -> SpeedWay {
         let [x, y] = [0, 1].map(|n| self.last.0[n] as f64 * self.steps[n]);
         self.go(x, y, 0.0);

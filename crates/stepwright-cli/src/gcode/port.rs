@@ -1,4 +1,4 @@
-//! A board that plays streams: how it is met, and what it says in text.
+//! A board that plays streams: connecting to it, and its text answers.
 
 use std::io;
 use std::time::Duration;
@@ -19,30 +19,30 @@ use crate::order::places::{self, ask};
 use crate::order::target::{self, PortArgs};
 use crate::{programs, say};
 
-/// Between two looks at the line.
+/// The time between two reads of the line.
 pub const LOOK: Duration = Duration::from_millis(1);
 
-/// What is sent before it is played, in µs, as far as the board has the room: a computer that does other
-/// things as well may pause for some 0.4 s.
+/// How far ahead the stream is sent, in µs, as far as the board has room. A computer with other
+/// tasks may pause for some 0.4 s.
 const AHEAD: u32 = 500_000;
 
-/// How often a kill is said, and how long its answer is waited for each time.
+/// How often a kill is sent, and how long to wait for each answer.
 const KILLS: (usize, Duration) = (5, Duration::from_millis(300));
 
-/// A board that moves still is waited for.
+/// How long to wait for a moving board to come to rest.
 const REST: Duration = Duration::from_secs(30);
 
 /// A board that plays streams, at rest.
 pub struct Met {
     pub session: Session,
     pub name: String,
-    /// Its step timer.
+    /// The rate of its step timer.
     pub hz: u32,
-    /// Its axes come this many ticks after one another.
+    /// Equal axes are this many ticks apart.
     pub stagger: u32,
     /// Whether it has an output for a laser.
     pub laser: bool,
-    /// Where its axes are, as far as it knows.
+    /// The axes' positions; `None` if the board does not know one.
     pub places: [Option<i64>; 3],
 }
 
@@ -50,7 +50,8 @@ impl Met {
     /// Opens the port for a command, and waits until nothing moves.
     pub fn at(port: &PortArgs, command: &str) -> Result<Met, Failure> {
         let mut session = port.open(command, Share::Alone)?;
-        // A board that somebody has left in the middle of a frame hears nothing else.
+        // A board that was left in the middle of a frame takes all bytes as part of that frame:
+        // fill it.
         let _ = session.link().write(&[FILL; 4]);
         let about = target::met_program(&mut session, programs::STREAM, |_| "stream")?;
         let name = session.name();
@@ -71,14 +72,14 @@ impl Met {
     }
 }
 
-/// Whether a board says in `can=` of its answer to `?` that it has this ability.
+/// Whether the board's answer to `?` lists this ability in `can=`.
 fn can(about: &str, ability: Ability) -> bool {
     let words = about.split(' ').find_map(|word| word.strip_prefix("can="));
     words.is_some_and(|words| Abilities::parse(words.as_bytes()).has(ability))
 }
 
-/// By how many ticks equal axes are kept apart: not at all on a chip of 32 bits, a visit of whose interrupt
-/// makes the steps of all at once.
+/// The ticks by which equal axes are kept apart. 0 on 32-bit chips, where one interrupt makes the
+/// steps of all axes.
 pub fn stagger(about: &str) -> u32 {
     match about.split(' ').nth(1) {
         Some("uno" | "mega" | "virtual") => 75,
@@ -86,19 +87,20 @@ pub fn stagger(about: &str) -> u32 {
     }
 }
 
-/// How the axes brake, by these decelerations in steps/s²; `None` if one is below what a board brakes by.
+/// The braking laws of the axes with these decelerations in steps/s²; `None` if one is below a
+/// board's lowest.
 pub fn brakes(decels: [f64; 3], hz: u32) -> Option<[BrakeLaw; 3]> {
     let [x, y, z] = decels.map(|decel| BrakeLaw::of((decel * 1_000.0).floor() as u64, hz));
     Some([x?, y?, z?])
 }
 
-/// How a board with this step timer is fed over a line of this many baud.
+/// The terms for feeding a board with this step timer over a line of this many baud.
 pub fn terms(brakes: [BrakeLaw; 3], hz: u32, stagger: u32, baud: u32) -> FeedTerms {
     let times = LinkTimes::of_baud(baud);
     FeedTerms { hz, stagger, times, ahead: AHEAD, ..FeedTerms::avr(brakes) }
 }
 
-/// Waits until nothing moves any more.
+/// Waits until all axes are at rest.
 pub fn at_rest(session: &mut Session, name: &str) -> Result<(), Failure> {
     let end = session.now() + REST;
     let mut told = false;
@@ -116,13 +118,14 @@ pub fn at_rest(session: &mut Session, name: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Stops everything at once, wherever in a frame the board is; what came of it.
+/// Stops all axes at once, even if the board is in the middle of a frame. Returns the result as a
+/// failure.
 pub fn kill(session: &mut Session) -> Failure {
     let name = session.name();
     let (tries, patience) = KILLS;
     let link = session.link();
     for _ in 0..tries {
-        // Half a frame would take the line for a part of itself.
+        // Fills an incomplete frame, which would otherwise take the line as its own bytes.
         let said = link.write(&[FILL; 4]).and_then(|()| link.write(b"K\r"));
         if said.is_err() {
             break;
@@ -137,7 +140,7 @@ pub fn kill(session: &mut Session) -> Failure {
     .hint("switch off the motors' power; a board that hears nothing brakes when it runs short")
 }
 
-/// Whether a line comes that says yes, among what answers frames.
+/// Whether a line with a positive answer comes, between the answers to frames.
 fn says_yes(link: &mut dyn Link, patience: Duration) -> bool {
     let end = link.now() + patience;
     let (mut reader, mut line, mut yes) = (CreditReader::new(), Vec::new(), false);
@@ -156,7 +159,7 @@ fn says_yes(link: &mut dyn Link, patience: Duration) -> bool {
     yes
 }
 
-/// Why the board has left the path, where it is, and what to do.
+/// The failure for a board that has left the path: the reason, its position, and a hint.
 pub fn off(session: &mut Session, name: &str, state: FeedState) -> Failure {
     let why = match state {
         FeedState::Tripped => "an input that stops it has closed",
@@ -177,39 +180,39 @@ pub fn off(session: &mut Session, name: &str, state: FeedState) -> Failure {
         .hint("the positions are known; a slower job, or a computer with less to do")
 }
 
-/// Where all axes are; `None` of one that a kill has lost.
+/// The positions of all axes; `None` for an axis that lost its position by a kill.
 pub fn positions(session: &mut Session) -> Result<[Option<i64>; 3], Failure> {
     let (name, places) = (session.name(), places::places(session, 3));
     let places = places.map_err(|trouble| target::lost(&name, &trouble))?;
     places.try_into().map_err(|_| Failure::new(format!("{name} has fewer than 3 axes")))
 }
 
-/// Positions as words: ? is one that is not known.
+/// Positions as text; ? is an unknown position.
 pub fn spelt(places: [Option<i64>; 3]) -> String {
     places.map(|place| place.map_or("?".to_owned(), |place| place.to_string())).join(" ")
 }
 
-/// Where all axes are, and how many steps came late since the board was switched on.
+/// The positions of all axes, and the number of late steps since the board was switched on.
 pub fn tells(session: &mut Session) -> Result<([Option<i64>; 3], u64), Failure> {
     let (name, places) = (session.name(), positions(session)?);
     let about = ask(session, b"?").map_err(|trouble| target::lost(&name, &trouble))?;
     Ok((places, word(&about, "late=").unwrap_or(0)))
 }
 
-/// The port fails while the board plays.
+/// The failure for a port that fails while the board plays.
 pub fn gone(name: &str, error: &io::Error) -> Failure {
     Failure::new(format!("{name}: {error}"))
         .hint("the board plays what it has, and brakes by itself: its position stays known")
 }
 
-/// The board says nothing more while it plays for this command.
+/// The failure for a board that stops answering while it plays for this command.
 pub fn silent(name: &str, command: &str) -> Failure {
     Failure::new(format!("{name} does not answer any more")).hint(format!(
         "what it has is played, and then it brakes; `stepwright {command}` again tells where it is"
     ))
 }
 
-/// The number behind a word of the answer to `?`.
+/// The number after a word of the answer to `?`.
 fn word(about: &str, name: &str) -> Option<u64> {
     about.split(' ').find_map(|word| word.strip_prefix(name))?.parse().ok()
 }

@@ -1,4 +1,4 @@
-//! Points of a motion, as few as a picture takes.
+//! Thins the points of a motion to as few as a picture needs.
 //!
 //! ```text
 //!   from ●───────────╳──────     a straight line from the last point that was kept leads past
@@ -6,10 +6,10 @@
 //!           ╲______╱             becomes narrower, and a point outside keeps the one before
 //! ```
 //!
-//! One pass, a few divisions a point, no memory but the points that are kept.
+//! It takes one pass, a few divisions a point, and no memory except the kept points.
 
-/// Where the axes are at a time, in mm and s, how fast along their path, and the power of a laser, from
-/// 0 to 1.
+/// The axes' positions at a time, in mm and s, their speed along the path, and the power of a laser
+/// from 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point {
     pub time: f64,
@@ -25,19 +25,19 @@ impl Point {
     }
 }
 
-/// How far a straight line between two points may be from what lies between.
+/// The largest distance of a straight line between two points from the points between.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// mm.
     pub place: f64,
     /// mm/s.
     pub speed: f64,
-    /// Of full power.
+    /// A fraction of full power.
     pub power: f64,
 }
 
 impl Tolerance {
-    /// Twice as much; of places less, since they are looked at first.
+    /// A tolerance twice as wide; 1.4 times for positions, where errors are seen first.
     pub fn wider(self) -> Tolerance {
         Tolerance { place: self.place * 1.4, speed: self.speed * 2.0, power: self.power * 2.0 }
     }
@@ -47,14 +47,14 @@ impl Tolerance {
     }
 }
 
-/// Points that are kept, in the order of time.
+/// The kept points, in the order of time.
 #[derive(Clone, Debug)]
 pub struct Thin {
     tolerance: Tolerance,
     pub points: Vec<Point>,
-    /// The last point, if it is not yet kept.
+    /// The last point, if it is not kept yet.
     last: Option<Point>,
-    /// Slopes from the point that was kept last.
+    /// The possible slopes from the last kept point.
     cone: [[f64; 2]; 5],
 }
 
@@ -66,13 +66,13 @@ impl Thin {
         Thin { tolerance, points: Vec::new(), last: None, cone: OPEN }
     }
 
-    /// Adds a point. One that is not later than the one before is none, unless a laser's power jumps
-    /// there: then both are kept.
+    /// Adds a point. A point that is not later than the one before is ignored, unless the laser's
+    /// power jumps there: then both are kept.
     pub fn put(&mut self, point: Point) {
         let Some(from) = self.points.last().copied() else { return self.points.push(point) };
         let before = self.last.unwrap_or(from);
         if point.time <= before.time {
-            // By less it is the same power but for rounding, or none that is seen.
+            // A smaller difference is a rounding error, or not visible.
             if (point.power - before.power).abs() > self.tolerance.power {
                 self.end();
                 self.points.push(Point { time: before.time, ..point });
@@ -109,7 +109,7 @@ impl Thin {
         self.cone = OPEN;
     }
 
-    /// Fewer of the points that are kept.
+    /// Thins the kept points again, with another tolerance.
     pub fn again(&mut self, tolerance: Tolerance) {
         let mut fewer = Thin::new(tolerance);
         self.points.iter().for_each(|point| fewer.put(*point));
@@ -168,7 +168,7 @@ mod tests {
             thin.put(Point { time, speed: 5.0, place: [time, 2.0 * time, 0.0], power: 0.0 });
         }
         let stands = Point { speed: 0.0, place: [100.0, 200.0, 0.0], ..Point::default() };
-        // Not later: none.
+        // Not later than the point before: ignored.
         thin.put(Point { time: 100.0, place: [0.0; 3], ..stands });
         thin.put(Point { time: 100.5, ..stands });
         thin.put(Point { time: 190.0, ..stands });
@@ -193,7 +193,7 @@ mod tests {
         let jumps = [(0.0, 0.0), (10.0, 0.0), (10.0, 0.5), (20.0, 0.5), (20.0, 1.0), (30.0, 1.0)];
         let kept = |thin: &Thin| thin.points.iter().map(|p| (p.time, p.power)).collect::<Vec<_>>();
         assert_eq!(kept(&thin), jumps);
-        // Another power by its last digit is none.
+        // A power that differs in its last digit is no jump.
         thin.put(Point {
             time: 30.0,
             speed: 5.0,

@@ -1,4 +1,4 @@
-//! The motors of a board that plays streams.
+//! Motors on a board that plays streams.
 
 use std::time::Duration;
 
@@ -11,32 +11,32 @@ use crate::gcode::port::{LOOK, Met, at_rest, brakes, gone, kill, positions, sile
 use crate::order::target::PortArgs;
 use crate::say;
 
-/// So long nothing comes from a board that has nothing to say.
+/// A board that sends nothing for this long has nothing more to send.
 const QUIET: Duration = Duration::from_millis(20);
-/// Alarms: a switch has closed; and what the board has left or lost.
+/// Alarms: a switch has closed; the board has left the path or was lost.
 const LIMIT: u8 = 1;
 const LOST: u8 = 3;
 
-/// A board.
+/// The board.
 pub struct Fed {
     session: Session,
     name: String,
     hz: u32,
     stagger: u32,
     baud: u32,
-    /// What the board counts where the machine's zero is.
+    /// The board's positions at the machine's zero.
     zero: [i64; 3],
-    /// Its run, and the link's time when that began.
+    /// The current run, and the link's time at its begin.
     run: Option<(FedRun, Duration)>,
-    /// Seconds of the session, and the link's time at the last look.
+    /// Seconds of the session, and the link's time at the last read.
     now: f64,
     seen: Duration,
-    /// It is to be stopped dead.
+    /// Whether the board is to be killed.
     pub dead: bool,
 }
 
 impl Fed {
-    /// Opens the port. The place where the board stands is the machine's zero.
+    /// Opens the port. The board's present position becomes the machine's zero.
     pub fn open(port: &PortArgs) -> Result<Fed, Failure> {
         let Met { session, name, hz, stagger, places, .. } = Met::at(port, "grbl")?;
         let [Some(x), Some(y), Some(z)] = places else {
@@ -64,10 +64,10 @@ impl Fed {
         self.run.is_some()
     }
 
-    /// Feeds the board, and hears it for a millisecond.
+    /// Feeds the board, and reads its answers for a millisecond.
     ///
     /// # Errors
-    /// The board is lost: the session has its alarm.
+    /// The board is lost; the session has been given its alarm.
     pub fn turn(&mut self, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
         if self.dead {
             return Err(kill(&mut self.session));
@@ -107,7 +107,7 @@ impl Fed {
         if state.is_end() { self.ended(state, grbl) } else { Ok(()) }
     }
 
-    /// For a run; `None` where the board could not brake by the settings.
+    /// A feeder for a run; `None` if the board could not brake with these settings.
     fn feeder(&self, settings: &GrblSettings) -> Option<StreamFeeder> {
         let decels = [0, 1, 2].map(|n| settings.get(120 + n) * settings.get(100 + n));
         let brakes = brakes(decels, self.hz)?;
@@ -118,7 +118,7 @@ impl Fed {
         Some(StreamFeeder::new(terms, 0))
     }
 
-    /// The board has come to the end of a run, or has left it.
+    /// Handles the end of a run: regular, or off the path.
     fn ended(&mut self, state: FeedState, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
         self.run = None;
         self.drain()?;
@@ -127,7 +127,7 @@ impl Fed {
         }
         let name = self.name.clone();
         at_rest(&mut self.session, &name)?;
-        // What it said of its rest.
+        // Drops the board's messages about its rest.
         self.drain()?;
         let places = positions(&mut self.session)?;
         self.seen = self.session.now();
@@ -143,7 +143,7 @@ impl Fed {
         Ok(())
     }
 
-    /// Leaves out what the board says of its frames: a part of that could be taken for a line.
+    /// Drops the board's answers to frames: a part of one could be taken for a line.
     fn drain(&mut self) -> Result<(), Failure> {
         let mut buffer = [0; 256];
         let gone = |error| Failure::new(format!("{}: {error}", self.name));
@@ -151,7 +151,7 @@ impl Fed {
         Ok(())
     }
 
-    /// The positions and the late steps, as the board tells.
+    /// The board's positions and its number of late steps.
     pub fn tells(&mut self) -> Result<([Option<i64>; 3], u64), Failure> {
         tells(&mut self.session)
     }

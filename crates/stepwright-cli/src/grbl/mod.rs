@@ -17,13 +17,13 @@ use crate::{files, say};
 use fed::Fed;
 use wire::Wire;
 
-/// From look to look, while an axis moves and while none does.
+/// The time between two reads, while an axis moves and while none does.
 const LOOKS: (Duration, Duration) = (Duration::from_millis(2), Duration::from_millis(10));
 
-/// Answers that wait for a reader, in bytes; beyond, they are lost.
+/// The most bytes of answers that wait for a reader; the rest is lost.
 const UNHEARD: usize = 256 * 1024;
 
-/// The largest file of kept values.
+/// The largest size of the file of kept values, in bytes.
 const KEPT: usize = 64 * 1024;
 
 /// Run a machine that any G-code sender can drive, by grbl 1.1's protocol
@@ -118,7 +118,7 @@ fn address(text: &str) -> Result<SocketAddr, String> {
     text.parse().map_err(|_| format!("{text} is no address: write 127.0.0.1:2323"))
 }
 
-/// Is the machine until the line ends, or Ctrl-C.
+/// Runs the machine until its input ends or Ctrl-C is pressed.
 pub fn run(args: Args) -> Result<(), Failure> {
     let mut grbl = Grbl::new(machine(&args));
     let mut fed = None;
@@ -143,7 +143,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         }
     }
     if let Some(path) = args.keep.as_deref() {
-        // Said before anything moves.
+        // A file that can't be written is reported before anything moves.
         files::replace(path, grbl.kept().as_bytes())?;
     }
     interrupt::listen(While::Holding)?;
@@ -167,10 +167,10 @@ fn machine(args: &Args) -> VirtualMill {
     machine
 }
 
-/// Seconds since it was switched on.
+/// The time since the machine was switched on, in seconds.
 struct Clock {
     begun: Instant,
-    /// Seconds that were skipped, if it is to be fast.
+    /// The seconds that were skipped, in fast mode.
     skipped: Option<f64>,
 }
 
@@ -189,21 +189,21 @@ struct Served {
     wire: Wire,
     clock: Clock,
     fed: Option<Fed>,
-    /// Answers that the line has yet to take.
+    /// Answers that are not sent yet.
     unheard: Vec<u8>,
     kept: Kept,
 }
 
-/// What stays when the power goes off.
+/// The values that outlast a loss of power.
 struct Kept {
     path: Option<PathBuf>,
     last: String,
-    /// The file can't be written, which was said.
+    /// Whether the file could not be written, and this was reported.
     failed: bool,
 }
 
 impl Kept {
-    /// Writes what has changed. A machine goes on without its file.
+    /// Writes the values if they have changed. The machine continues if the file can't be written.
     fn write(&mut self, now: String) {
         let Some(path) = &self.path else { return };
         if now == self.last {
@@ -226,7 +226,7 @@ impl Served {
         self.fed.as_ref().map_or_else(|| self.clock.now(), Fed::now)
     }
 
-    /// Whether something moves, or a board still has what moves it.
+    /// Whether an axis moves, or a board still has a run.
     fn is_moving(&self) -> bool {
         self.grbl.is_moving() || self.fed.as_ref().is_some_and(Fed::is_busy)
     }
@@ -236,7 +236,7 @@ impl Served {
         while !(interrupt::asked() || ended && !self.is_moving()) {
             if !ended && self.pass(false)? {
                 ended = true;
-                // The last line may have no end of its own.
+                // The last line may lack a line end.
                 self.grbl.finish_line(self.now());
                 self.answer(false)?;
             } else if ended {
@@ -252,7 +252,7 @@ impl Served {
             self.brake()?;
         }
         if self.kept.failed {
-            // Once more.
+            // Tries to write the file again.
             self.kept.last.clear();
         }
         self.kept.write(self.grbl.kept());
@@ -277,13 +277,13 @@ impl Served {
         }
     }
 
-    /// A look at the line, and a slice of time; whether the line has ended.
+    /// Reads the line, and lets a slice of time pass. Returns whether the line has ended.
     fn pass(&mut self, ended: bool) -> Result<bool, Failure> {
         if let Some(fed) = &mut self.fed {
             fed.dead = interrupt::presses() >= 2;
             if let Err(failure) = fed.turn(&mut self.grbl) {
                 self.answer(false)?;
-                // The sender hears the alarm before the port is gone.
+                // Lets the sender receive the alarm before the port closes.
                 std::thread::sleep(Duration::from_millis(300));
                 return Err(failure);
             }
@@ -298,11 +298,11 @@ impl Served {
         }
         let now = self.now();
         if heard.came {
-            // Neither half a line nor answers of the one before.
+            // A new sender gets neither half a line nor answers of the sender before.
             self.grbl.hang_up();
             self.unheard.clear();
             _ = self.grbl.take_answers();
-            // A port that is opened resets an Arduino; a job is not ended by that.
+            // Opening a port resets an Arduino. A running job continues, however.
             if self.grbl.is_idle() {
                 self.grbl.receive(now, b"\x18");
             }
@@ -312,14 +312,15 @@ impl Served {
         Ok(heard.ended)
     }
 
-    /// Says what the line takes of the answers.
+    /// Sends as many of the answers as the line takes.
     fn answer(&mut self, nobody: bool) -> Result<(), Failure> {
         let new = self.grbl.take_answers();
-        // What is answered is kept. A board that is fed does not wait for a disk: at rest, then.
+        // Writes the values before the answer is sent. While a board is fed, nothing waits for a
+        // disk: the values are written at rest.
         if !new.is_empty() && (self.fed.is_none() || !self.is_moving()) {
             self.kept.write(self.grbl.kept());
         }
-        // Whole lines are lost where nobody reads them.
+        // Drops whole lines if nobody reads them.
         if self.unheard.len() + new.len() <= UNHEARD {
             self.unheard.extend(new);
         }
@@ -331,7 +332,7 @@ impl Served {
         Ok(())
     }
 
-    /// Comes to rest, as by a reset.
+    /// Brakes to rest, as after a reset.
     fn brake(&mut self) -> Result<(), Failure> {
         if self.is_moving() {
             say::note(interrupt::braking());

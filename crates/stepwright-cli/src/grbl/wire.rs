@@ -10,15 +10,15 @@ use crate::failure::Failure;
 #[cfg(unix)]
 use crate::pty::{Pty, failed};
 
-/// What has come.
+/// The result of a read.
 #[derive(Default)]
 pub struct Heard {
     pub bytes: Vec<u8>,
-    /// A sender has come, as when a serial port is opened.
+    /// Whether a sender has connected, as when a serial port is opened.
     pub came: bool,
-    /// Nobody hears what is said.
+    /// Whether no sender is connected.
     pub nobody: bool,
-    /// Nothing will come any more.
+    /// Whether the input has ended.
     pub ended: bool,
 }
 
@@ -57,7 +57,8 @@ impl Wire {
         Ok(Wire::Tcp { listener, sender: None })
     }
 
-    /// Reads on a thread of its own: standard input can't be given a time limit everywhere.
+    /// Reads standard input on a separate thread, because a read can't have a time limit on every
+    /// system.
     pub fn stdio() -> Wire {
         let (tell, input) = mpsc::sync_channel(16);
         thread::spawn(move || {
@@ -79,7 +80,7 @@ impl Wire {
         Wire::Stdio { input }
     }
 
-    /// Waits for bytes, at most this long; `full` reads none.
+    /// Waits for bytes for at most this long. If `full`, reads none.
     pub fn hear(&mut self, most: Duration, full: bool) -> Result<Heard, Failure> {
         match self {
             _ if full => {
@@ -105,7 +106,7 @@ impl Wire {
         }
     }
 
-    /// Says as much as the line takes now.
+    /// Sends as many bytes as the line takes now.
     pub fn say(&mut self, bytes: &[u8]) -> Result<usize, Failure> {
         if bytes.is_empty() {
             return Ok(0);
@@ -114,7 +115,7 @@ impl Wire {
             #[cfg(unix)]
             Wire::Pty { pty, .. } => pty.write(bytes).map_err(failed),
             Wire::Tcp { sender, .. } => Ok(match sender {
-                // Whether it has gone the next look shows.
+                // The next read shows whether the sender has disconnected.
                 Some(stream) => stream.write(bytes).unwrap_or(0),
                 None => bytes.len(),
             }),
@@ -130,13 +131,13 @@ impl Wire {
     }
 }
 
-/// One sender at a time: a second waits until the first has gone.
+/// Serves one sender at a time. A second one waits until the first disconnects.
 fn hear_tcp(listener: &TcpListener, sender: &mut Option<TcpStream>, most: Duration) -> Heard {
     let mut heard = Heard::default();
     if sender.is_none()
         && let Ok((stream, _)) = listener.accept()
     {
-        // Without, an answer may wait for the sender's next line.
+        // Without `TCP_NODELAY`, an answer may be delayed until the sender's next line.
         _ = stream.set_nodelay(true);
         if stream.set_nonblocking(true).is_ok() {
             (*sender, heard.came) = (Some(stream), true);

@@ -1,4 +1,4 @@
-//! A machine file on a disk: `stepwright-machine` says what stands in it.
+//! Reads machine files. `stepwright-machine` defines their content.
 
 use std::fs;
 use std::path::Path;
@@ -8,10 +8,10 @@ pub use stepwright_machine::{About, Key, Machine, Values, readable};
 use crate::failure::Failure;
 use crate::files;
 
-/// A machine file has this many bytes at most.
+/// The largest size of a machine file, in bytes.
 const MOST: usize = 100_000;
 
-/// The text of a machine file. Nobody waits for a pipe whose other end writes nothing.
+/// The text of a machine file. Pipes are refused, since reading one could wait without end.
 pub fn text(path: &Path) -> Result<String, Failure> {
     let about = fs::metadata(path).map_err(|error| Failure::file("read", path, &error))?;
     if !about.is_file() {
@@ -21,7 +21,7 @@ pub fn text(path: &Path) -> Result<String, Failure> {
     files::read(path, MOST)
 }
 
-/// What stands in this text; `path` is for the message.
+/// Parses this text. `path` is for the message.
 pub fn parse(text: &str, path: &Path) -> Result<Machine, Failure> {
     Machine::parse(text).map_err(|misread| {
         let (line, why) = (misread.line, misread.why);

@@ -1,4 +1,4 @@
-//! `stepwright init`: asks how a machine is built, and writes the machine file.
+//! `stepwright init`: asks for the properties of a machine, and writes the machine file.
 
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -69,13 +69,13 @@ pub struct Args {
     accel: Option<String>,
 }
 
-/// Asks, writes, and says what to do next.
+/// Asks, writes the file, and prints what to do next.
 pub fn run(args: Args) -> Result<(), Failure> {
     let before = match args.file.try_exists() {
         Ok(true) => file::text(&args.file)?,
         _ => String::new(),
     };
-    // What is there is right before anything is asked.
+    // An existing file must be valid before anything is asked.
     file::parse(&before, &args.file)?;
     let mut file: DocumentMut = before
         .parse()
@@ -122,7 +122,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is to be asked of a number without a unit, on an axis that has millimetres.
+/// The failure text for a number without a unit, on an axis that has millimetres.
 fn bare(file: &DocumentMut, axis: u8, key: &str, answer: &str) -> Option<String> {
     let unit = match key {
         "top-speed" => "s",
@@ -136,7 +136,7 @@ fn bare(file: &DocumentMut, axis: u8, key: &str, answer: &str) -> Option<String>
     ))
 }
 
-/// What is wrong with an option, which no file has yet.
+/// The failure for an option whose value no file has yet.
 fn wrong(key: &str, failure: Failure) -> Failure {
     let why = failure.place().and_then(|place| place.what.strip_prefix(&format!("{key} = ")));
     match why {
@@ -156,7 +156,7 @@ impl Args {
 
 /// The questions.
 struct Asked<'a> {
-    /// Whether options have answered all that is to be answered.
+    /// Whether options were given instead of answers.
     any: bool,
     file: &'a Path,
 }
@@ -175,7 +175,7 @@ impl Asked<'_> {
         let mut line = String::new();
         let read = io::stdin().lock().read_line(&mut line);
         if !line.ends_with('\n') || !io::stdin().is_terminal() {
-            // No Enter has ended the line of the question.
+            // No Enter key has ended the line of the question.
             say::note("");
         }
         match read {
@@ -187,8 +187,8 @@ impl Asked<'_> {
     }
 }
 
-/// The table of an axis, made if it is not there; written `[axis.1]` or in braces. `None`
-/// if there is something else.
+/// The table of an axis, `[axis.1]` or inline; created if it is missing. `None` if the key holds
+/// anything else.
 fn axis_of(file: &mut DocumentMut, number: u8) -> Option<&mut dyn TableLike> {
     let axes = file.entry("axis").or_insert_with(|| {
         let mut table = Table::new();
@@ -199,7 +199,7 @@ fn axis_of(file: &mut DocumentMut, number: u8) -> Option<&mut dyn TableLike> {
     axes.entry(&number.to_string()).or_insert(Item::Table(Table::new())).as_table_like_mut()
 }
 
-/// Sets a key, as a number if it is one; nothing if there is no answer.
+/// Sets a key, as a number if the answer is one. Does nothing without an answer.
 fn set(table: &mut dyn TableLike, key: &str, answer: Option<String>) {
     let Some(answer) = answer else { return };
     let item = match (answer.parse::<i64>(), answer.parse::<f64>()) {

@@ -1,13 +1,12 @@
-//! The machine file: how a machine's axes are built, so that nobody types it twice.
+//! The machine file: the properties of a machine's axes, so that they need not be typed each time.
 //!
 //! ```text
 //!   stepwright.toml ──► file::Machine ──► defaults of the options ──► clap
 //! ```
 //!
-//! The file gives options of the command line other defaults, and nothing else: an option
-//! that is typed wins, and whatever a subcommand checks, it checks as if it had been typed.
-//! The command line is read twice, because the defaults depend on the subcommand and its
-//! `--axis`.
+//! The file changes the defaults of command-line options, and nothing else. An option that is typed
+//! takes precedence, and a subcommand checks a default of the file as if it had been typed. The
+//! command line is parsed twice, because the defaults depend on the subcommand and its `--axis`.
 
 mod file;
 pub mod init;
@@ -27,21 +26,21 @@ use file::{About, Key, Values};
 use stepwright_keeper::report::{MachineSheet, MachineValue};
 use stepwright_protocol::AxisId;
 
-/// Those of them that ask for each axis how its motor is built.
+/// The orders that look up the motor's properties for each axis themselves.
 const EACH: [&str; 2] = ["line", "serve"];
 
-/// The file that is found where the command is run.
+/// The machine file in the current folder.
 const HERE: &str = "stepwright.toml";
-/// Instead of a file: none.
+/// The name that stands for no file.
 const NONE: &str = "none";
-/// Names the file, or none, where `--machine` doesn't.
+/// The environment variable that names the file, or none, if `--machine` is not given.
 const VARIABLE: &str = "STEPWRIGHT_MACHINE";
 /// The subcommands that order a board, or plan.
 const ORDERS: [&str; 16] = [
     "move", "line", "run", "home", "jog", "retarget", "watch", "stop", "kill", "status",
     "position", "zero", "send", "settings", "plan", "serve",
 ];
-/// Those of them that no file may hold up.
+/// The orders that an error in the file must not prevent.
 const STOPS: [&str; 2] = ["stop", "kill"];
 
 /// The option that names the machine file.
@@ -68,7 +67,7 @@ impl MachineArgs {
     }
 }
 
-/// Where a user keeps settings.
+/// The machine file among a user's settings.
 fn of_user() -> Option<PathBuf> {
     let folder = match env::var_os(if cfg!(windows) { "APPDATA" } else { "XDG_CONFIG_HOME" }) {
         Some(folder) if !folder.is_empty() => PathBuf::from(folder),
@@ -77,11 +76,11 @@ fn of_user() -> Option<PathBuf> {
     Some(folder.join("stepwright").join("machine.toml"))
 }
 
-/// What was typed, with the machine's defaults for what wasn't. `machine` is the option
-/// as the first reading of the command line has it.
+/// The typed options, with the machine's defaults for the others. `machine` is the option from the
+/// first parse of the command line.
 ///
-/// A motor must be stopped whatever a file holds: `stop` and `kill` take of it what can be
-/// read, and say what is wrong with it.
+/// An error in the file must not prevent a stop: `stop` and `kill` use the values that can be read,
+/// and report the error.
 pub fn read(
     command: impl Fn() -> Command,
     words: &[OsString],
@@ -118,14 +117,14 @@ pub fn read(
         return Ok(first);
     }
     say::note(format_args!("machine: {}", from.display()));
-    // Only options that are there can be given a default this way.
+    // Only existing options can be given a default this way.
     *below = mem::take(below).mut_args(|option| {
         match defaults.iter().find(|(id, _)| option.get_id() == id) {
             Some((_, value)) => option.default_value(value.clone()),
             None => option,
         }
     });
-    // What is wrong with a default, the file has been told.
+    // A `stop` or `kill` ignores defaults that do not fit.
     command.try_get_matches_from(words).or_else(|error| match stops {
         true => Ok(first),
         false => {
@@ -134,7 +133,7 @@ pub fn read(
     })
 }
 
-/// The values of the file for the axis that was typed, or those that its axes have in common.
+/// The file's values for the typed axis, or those that its axes have in common.
 fn values(text: &str, from: &Path, typed: &ArgMatches) -> Result<Values, Failure> {
     let machine = file::parse(text, from)?;
     let axis = match typed.try_get_one::<AxisId>("axis") {
@@ -149,8 +148,8 @@ fn alike(from: &Path) -> Result<bool, Failure> {
     Ok(file::parse(&file::text(from)?, from)?.built_alike())
 }
 
-/// That a turn of every axis of the file has the same steps and millimetres, if a number that was
-/// typed takes that.
+/// Checks that a turn of every axis of the file has the same steps and millimetres, if a typed
+/// number needs that.
 fn built_alike(from: &Path, words: &[OsString]) -> Result<(), Failure> {
     match words.iter().find(|word| is_of_motor(word)) {
         Some(word) if !alike(from)? => {
@@ -165,7 +164,7 @@ fn built_alike(from: &Path, words: &[OsString]) -> Result<(), Failure> {
     }
 }
 
-/// What stands in the machine file, for people who look at a board.
+/// The content of the machine file, to show beside a board.
 pub fn shown(machine: &MachineArgs) -> Result<Option<MachineSheet>, Failure> {
     let Some(from) = machine.path() else { return Ok(None) };
     let machine = file::parse(&file::text(&from)?, &from)?;
@@ -182,7 +181,7 @@ pub fn shown(machine: &MachineArgs) -> Result<Option<MachineSheet>, Failure> {
     Ok(Some(MachineSheet { file: from.display().to_string(), values }))
 }
 
-/// What the axes of the machine file count in.
+/// The units of the axes in the machine file.
 pub fn units(machine: &MachineArgs) -> Result<Vec<(AxisId, MachineUnit)>, Failure> {
     let Some(from) = machine.path() else { return Ok(Vec::new()) };
     let machine = file::parse(&file::text(&from)?, &from)?;
@@ -190,8 +189,8 @@ pub fn units(machine: &MachineArgs) -> Result<Vec<(AxisId, MachineUnit)>, Failur
     Ok(machine.axes().iter().filter_map(unit).collect())
 }
 
-/// How far the limit switch of each axis may be, in steps, where the machine file says it. What
-/// was typed of the motors counts more than the file.
+/// The greatest distance to the limit switch of each axis, in steps, if the machine file has it.
+/// Typed motor properties take precedence over the file.
 pub fn home_within(
     machine: &MachineArgs,
     typed: &GeometryArgs,
@@ -217,12 +216,12 @@ pub fn home_within(
     Ok(all)
 }
 
-/// What the machine file says of each axis, for a command that moves several by limits of their
-/// own.
+/// The machine file's values for each axis, for a command that moves several axes with separate
+/// limits.
 pub struct MachineAxes(Vec<(AxisId, Values)>);
 
 impl MachineAxes {
-    /// Reads the file, and says that it counts; without one there is nothing.
+    /// Reads the file, and prints a note that it is used. Empty without a file.
     pub fn read(machine: &MachineArgs) -> Result<MachineAxes, Failure> {
         let axes = MachineAxes::quiet(machine)?;
         if let Some(from) = machine.path().filter(|_| !axes.0.is_empty()) {
@@ -231,20 +230,20 @@ impl MachineAxes {
         Ok(axes)
     }
 
-    /// Reads the file.
+    /// Reads the file without a note.
     pub fn quiet(machine: &MachineArgs) -> Result<MachineAxes, Failure> {
         let Some(from) = machine.path() else { return Ok(MachineAxes(Vec::new())) };
         let machine = file::parse(&file::text(&from)?, &from)?;
         Ok(MachineAxes(machine.axes().to_vec()))
     }
 
-    /// Without a file.
+    /// The values without a file.
     #[cfg(test)]
     pub fn none() -> MachineAxes {
         MachineAxes(Vec::new())
     }
 
-    /// How the motor of an axis is built: as typed, or as it stands there.
+    /// The motor properties of an axis: as typed, else as in the file.
     pub fn geometry(&self, axis: AxisId, typed: &GeometryArgs) -> GeometryArgs {
         match self.0.iter().find(|(known, _)| *known == axis) {
             Some((_, values)) => typed.or(&built(values)),
@@ -252,7 +251,7 @@ impl MachineAxes {
         }
     }
 
-    /// The value of an option of an axis, as it stands there.
+    /// The value of an option of an axis, as in the file.
     pub fn value(&self, axis: AxisId, id: &str) -> Option<&str> {
         let (_, values) = self.0.iter().find(|(known, _)| *known == axis)?;
         value(values, id)
@@ -264,13 +263,13 @@ fn value<'a>(values: &'a Values, id: &str) -> Option<&'a str> {
     values.iter().find(|(key, _)| key.id == id).map(|(_, text)| text.as_str())
 }
 
-/// How the motor of an axis with these values is built.
+/// The motor properties of an axis with these values.
 fn built(values: &Values) -> GeometryArgs {
     let steps = value(values, "steps_per_rev").and_then(|text| text.parse().ok());
     GeometryArgs::new(steps, value(values, "mm_per_rev").and_then(|text| text.parse().ok()))
 }
 
-/// The subcommand that was typed, by its names from the outermost, and its options.
+/// The names of the typed subcommand from the outermost, and its options.
 fn deepest(matches: &ArgMatches) -> (Vec<String>, &ArgMatches) {
     let (mut path, mut deepest) = (Vec::new(), matches);
     while let Some((name, below)) = deepest.subcommand() {
@@ -280,24 +279,25 @@ fn deepest(matches: &ArgMatches) -> (Vec<String>, &ArgMatches) {
     (path, deepest)
 }
 
-/// The options of this subcommand, by id, that the machine gives another default. `order` is
-/// the outermost subcommand.
+/// The options of this subcommand for which the machine has another default, by id. `order` is the
+/// outermost subcommand.
 fn defaults(
     values: Values,
     order: &str,
     typed: &ArgMatches,
     subcommand: &Command,
 ) -> Vec<(&'static str, String)> {
-    // The definition is asked: what was typed knows no names of options in a release build.
+    // Uses the definition, because `ArgMatches` does not know the names of options in a release
+    // build.
     let has = |id: &str| subcommand.get_arguments().any(|option| option.get_id() == id);
     let is_typed = |id: &str| has(id) && typed.value_source(id) == Some(ValueSource::CommandLine);
-    // What only a virtual board has is asked of one.
+    // An option that only a virtual board has selects one.
     let own = ["virtual", "fast", "vcd", "mcap", "plot", "switch", "drive"];
     let virtual_board = own.into_iter().any(is_typed);
-    // A ramp is one thing: the file's is another one than the one that was typed.
+    // If a part of the ramp is typed, no other part of it is taken from the file.
     let ramp_typed = ["ramp", "accel"].into_iter().any(is_typed);
     let wanted = |name: &str, about: About| match about {
-        // A motor that is left alone has none: nobody would hold it.
+        // A detached motor has no lease, because nobody would renew it.
         About::Board if name == "lease" && is_typed("detach") => false,
         About::Board => !virtual_board,
         About::Units => true,

@@ -1,5 +1,5 @@
-//! What an order asks of a board that not every board can do: refused before anything
-//! moves, with the one reason.
+//! Checks that a board can carry out an order that not every board can. A refusal comes before
+//! anything moves.
 
 use stepwright_host::Session;
 use stepwright_host::settings::NoCurves;
@@ -8,7 +8,7 @@ use stepwright_protocol::Order;
 use super::target;
 use crate::failure::Failure;
 
-/// That the board bends ramps, if the order has a jerk.
+/// Checks that the board has S-curves, if the order has a jerk.
 pub fn to_bend(session: &mut Session, order: &Order) -> Result<(), Failure> {
     let missing = session.no_curves(order).map_err(target::trouble(session))?;
     let name = session.name();

@@ -1,5 +1,5 @@
-//! `move` and `run` by one of Austin's laws: on a board with the program for it, or a virtual
-//! one.
+//! `move` and `run` by one of Austin's laws, on a board with a program for it or on a virtual
+//! board.
 
 use std::time::Duration;
 
@@ -32,36 +32,36 @@ use stepwright_plan::RampChange;
 use stepwright_plot::GAP;
 use stepwright_sim::Description;
 
-/// Where to, as typed.
+/// The target, as typed.
 #[derive(Clone, Copy)]
 pub enum Goal {
-    /// This many steps from where it stands.
+    /// This many steps from the present position.
     By(i64),
     /// To a position.
     To(i64),
-    /// Until it is stopped: true is forward.
+    /// Endless, until it is stopped: true is forward.
     Endless(bool),
 }
 
 /// An order by a law.
 pub struct LawOrder<'a> {
-    /// Which law.
+    /// The law.
     pub law: LawName,
     /// Its options.
     pub options: &'a LawArgs,
     /// Its accelerations.
     pub ramps: &'a RampArgs,
-    /// Its top speed; where none is typed the usual one, or the highest that the board can.
+    /// The top speed. By default the usual one, or the highest that the board can make.
     pub top: Option<&'a SpeedArg>,
-    /// Where to.
+    /// The target.
     pub goal: Goal,
-    /// How long an endless one lasts.
+    /// The duration of an endless travel.
     pub time: Option<Duration>,
     /// How to write the result.
     pub format: Format,
 }
 
-/// What was understood.
+/// The values of the options.
 struct Understood {
     top: Rounded<Speed>,
     accel: Rounded<Accel>,
@@ -70,14 +70,15 @@ struct Understood {
 }
 
 impl LawOrder<'_> {
-    /// Carries it out.
+    /// Carries out the order.
     pub fn run(&self, axis: AxisId, port: &PortArgs, virt: &VirtualArgs) -> Result<(), Failure> {
         if axis != AxisId::FIRST {
             return Err(Failure::usage(format!("a law moves axis 1, not {}", axis.number()))
                 .hint("leave --axis out"));
         }
         let geometry: Geometry = self.ramps.geometry()?;
-        // What no timer can hold is known before anything is opened; a virtual board begins at 0.
+        // A travel that no timer can represent is refused before anything is opened. A virtual
+        // board begins at 0.
         let steps = self.steps(0)?;
         let held = match self.top {
             Some(top) => self.understood(&geometry, top)?,
@@ -95,12 +96,12 @@ impl LawOrder<'_> {
         let mut board =
             LawSession::of(session, about).map_err(|problem| failure(self.law, &at, problem))?;
         let result = self.on(&mut board, &held);
-        // Also what was recorded of a motion that went wrong is worth a look.
+        // The recordings are also written after an error.
         let finished = target::finish(board.session());
         result.and(finished)
     }
 
-    /// What was typed, with this top speed.
+    /// The values of the options, with this top speed.
     fn understood(&self, geometry: &Geometry, top: &SpeedArg) -> Result<Understood, Failure> {
         let name = match self.goal {
             Goal::Endless(_) => "the speed",
@@ -112,7 +113,8 @@ impl LawOrder<'_> {
         Ok(Understood { top, accel, decel, changes })
     }
 
-    /// The same with the usual top speed, or the highest that a board can by this law.
+    /// The values of the options with the usual top speed, or the highest that a board can make by
+    /// this law.
     fn suited(&self, geometry: &Geometry, steps: i32) -> Result<Understood, Failure> {
         let held = self.understood(geometry, &SpeedArg::of_steps(TOP))?;
         let recipe = self.recipe(&held, steps)?;
@@ -143,7 +145,7 @@ impl LawOrder<'_> {
         Ok(Box::new(VirtualLink::new(Bench::laws(description, recording), virt.fast)))
     }
 
-    /// Steps from `from`, and the pulses that they take.
+    /// The steps from `from` to the target; 0 if endless.
     fn steps(&self, from: i64) -> Result<i32, Failure> {
         let steps = match self.goal {
             Goal::By(steps) => steps,
@@ -163,7 +165,7 @@ impl LawOrder<'_> {
         self.options.recipe(self.law, pulses, held.top.value, accel, decel)
     }
 
-    /// What was understood, for people.
+    /// The values of the options, as text.
     fn rows(&self, held: &Understood) -> Vec<String> {
         let mut rows = vec![
             format!("  {:<12}{}, from rest", "law", self.law.name()),
@@ -300,7 +302,7 @@ impl LawOrder<'_> {
     }
 }
 
-/// A board that goes by a law is left alone by nobody.
+/// The failure for `--detach` and `--lease`: a board with a law must be watched to the end.
 pub fn watched() -> Failure {
     Failure::usage("a board that goes by a law is watched to the end")
         .hint("leave --detach and --lease out")
@@ -318,7 +320,7 @@ fn program(law: LawName, about: &str) -> &'static str {
     }
 }
 
-/// Why a row was not obeyed, before anything moved.
+/// The failure for a row that was not carried out, before anything moved.
 fn failure(law: LawName, at: &str, problem: LawProblem) -> Failure {
     let name = law.name();
     let (line, reason) = match problem {

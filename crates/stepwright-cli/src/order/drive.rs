@@ -1,4 +1,4 @@
-//! How the motion of an axis ended, in the command's words and with its exit status.
+//! The end of an axis' motion, as a failure of the command with its exit status.
 
 use stepwright_host::motion::{Adrift, NotBegun, RestPlace, Sight};
 use stepwright_host::{LinkError, Session};
@@ -8,19 +8,18 @@ use super::refused;
 use crate::failure::Failure;
 use crate::interrupt;
 
-/// How a watch ended.
+/// The end of a watched motion.
 #[derive(Debug)]
 pub struct Ended {
-    /// Where.
+    /// The position at rest.
     pub end: RestPlace,
-    /// Whether it was braked before it was done.
+    /// Whether the axis was braked before the end of its order.
     pub braked: bool,
-    /// Why it is not as it should be.
+    /// The failure, if the motion did not end as ordered.
     pub failure: Option<Failure>,
 }
 
-/// What became of a watched axis, whatever happened: after a second Ctrl-C
-/// everything is killed here.
+/// Concludes the watch of an axis. After a second Ctrl-C, kills all axes.
 pub fn conclude(session: &mut Session, axis: AxisId, watched: Result<Sight, LinkError>) -> Ended {
     let ended = session.conclude(axis, watched);
     let failure = ended.adrift.map(|adrift| failure(session, &adrift));
@@ -53,12 +52,12 @@ fn lost(session: &Session, what: &str, todo: &str) -> Failure {
     if interrupt::asked() { failure.status(interrupt::STATUS) } else { failure }
 }
 
-/// Whether a plan is worth showing. One that is refused as too slow says its numbers itself.
+/// Whether the plan shall be shown. The refusal of a plan that is too slow has its numbers.
 pub fn has_plan(start: &Result<(), NotBegun>) -> bool {
     !matches!(start, Err(NotBegun::Refused(_, Some(Refusal::TooSlow))))
 }
 
-/// The failure of the start of this order.
+/// The failure if this order was not begun.
 pub fn order_not_begun(session: &mut Session, not: NotBegun, order: &Order) -> Failure {
     match not {
         NotBegun::Refused(_, Some(Refusal::TooSlow)) => refused::as_slow(&session.name(), order),
@@ -66,7 +65,7 @@ pub fn order_not_begun(session: &mut Session, not: NotBegun, order: &Order) -> F
     }
 }
 
-/// The failure of a start.
+/// The failure if an order was not begun.
 pub fn not_begun(session: &mut Session, not: NotBegun) -> Failure {
     let name = session.name();
     match not {

@@ -1,55 +1,55 @@
-//! Which key of a jog is held, by the bytes that a terminal sends.
+//! Which key of a jog is held, from the bytes that a terminal sends.
 //!
 //! ```text
 //!   bytes ──► Decoder ──► keys ──► Hold ──► which way the motor is to run now
 //! ```
 //!
-//! A terminal says that a key goes down, and says so again while it stays down; most do not
-//! say that it comes up. So a key counts as held for a while after each word of it: longer
-//! after the first one, for repeats begin late. Terminals that follow kitty's keyboard
-//! protocol are asked to say it, and then letting go counts at once.
+//! A terminal reports that a key goes down, and repeats the report while the key is held. Most
+//! terminals do not report that a key comes up. So a key counts as held for a while after each
+//! report: longer after the first one, because repeats begin late. Terminals with kitty's keyboard
+//! protocol are asked to report releases; there a release counts at once.
 
 use std::time::Duration;
 
 use stepwright_protocol::Direction;
 
-/// From a key to its first repeat: 660 ms under X, less elsewhere.
+/// The time from a key to its first repeat: 660 ms under X, less elsewhere.
 const FIRST: Duration = Duration::from_millis(700);
 
-/// Between two repeats: 30 to 90 ms, and what a connection adds.
+/// The time between two repeats: 30 to 90 ms, plus the delay of a connection.
 const NEXT: Duration = Duration::from_millis(250);
 
-/// Asks a terminal to say when a key comes up; others ignore it.
+/// Asks a terminal to report released keys. Other terminals ignore it.
 pub const ASK_RELEASES: &str = "\x1b[>2u";
 
-/// Takes [`ASK_RELEASES`] back.
+/// Undoes [`ASK_RELEASES`].
 pub const NO_RELEASES: &str = "\x1b[<u";
 
 /// A key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Key {
-    /// An arrow goes down, or still is: → and ↑ forward, ← and ↓ backward.
+    /// An arrow goes down or repeats: → and ↑ forward, ← and ↓ backward.
     Down(Direction),
     /// An arrow comes up.
     Up(Direction),
     /// A letter or a sign.
     Sign(u8),
-    /// A key that a jog has no use for.
+    /// A key without a function in a jog.
     Other,
 }
 
-/// Puts bytes together to keys. Sequences may be torn anywhere.
+/// Assembles bytes to keys. Sequences may be split anywhere.
 #[derive(Default)]
 pub struct Decoder {
-    /// What came since ESC, without it.
+    /// The bytes since ESC, without ESC.
     sequence: Option<Vec<u8>>,
 }
 
-/// No sequence of a key is longer.
+/// The longest sequence of a key.
 const LONGEST: usize = 24;
 
 impl Decoder {
-    /// Takes a byte; the key that it completes.
+    /// Takes a byte. Returns the key that it completes.
     pub fn take(&mut self, byte: u8) -> Option<Key> {
         if byte == b'\x1b' {
             self.sequence = Some(Vec::new());
@@ -61,7 +61,7 @@ impl Decoder {
             // SS3: one byte follows.
             [b'O'] => false,
             [b'['] => false,
-            // CSI: up to a letter or one of @^_`{|}~.
+            // CSI: the sequence ends with a letter or one of @^_`{|}~.
             [b'[', ..] => (b'@'..=b'~').contains(&byte),
             _ => true,
         };
@@ -87,17 +87,17 @@ fn arrow(sequence: &[u8]) -> Key {
     if inside.ends_with(b":3") { Key::Up(way) } else { Key::Down(way) }
 }
 
-/// What is held.
+/// The state of the held key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Free,
-    /// This way, until then.
+    /// A key of this direction is held until this time.
     Held(Direction, Duration),
-    /// Still held, perhaps, but of no effect any more.
+    /// A key that may still be held, but has no effect any more.
     Spent(Direction, Duration),
 }
 
-/// Which way the motor is to run.
+/// The direction in which the motor shall run, from the held key.
 pub struct Hold(State);
 
 impl Hold {
@@ -128,14 +128,14 @@ impl Hold {
         }
     }
 
-    /// What is held has no effect any more, until it is let go and pressed again.
+    /// Makes the held key ineffective until it is released and pressed again.
     pub fn spend(&mut self, now: Duration) {
         if let State::Held(way, _) = self.0 {
             self.0 = State::Spent(way, now + FIRST);
         }
     }
 
-    /// The way that is held.
+    /// The direction of the held key.
     pub fn wanted(&self, now: Duration) -> Option<Direction> {
         match self.0 {
             State::Held(way, until) if now < until => Some(way),
@@ -174,14 +174,14 @@ mod tests {
             assert_eq!(keys(bytes), [key], "{bytes:?}");
         }
         assert_eq!(keys(b"\x1b\x1b[Cq"), [Key::Down(Forward), Key::Sign(b'q')]);
-        // What has no end is none, and what follows is read.
+        // A sequence without an end is no key, and the bytes after it are read.
         let mut endless = b"\x1b[".to_vec();
         endless.extend([b'1'; 23]);
         assert_eq!(keys(&[endless, b"q".to_vec()].concat()), [Key::Other, Key::Sign(b'q')]);
     }
 
-    /// What is wanted every 10 ms, while these keys come: `+` forward, `-` backward, `^` up
-    /// from forward, `x` spends.
+    /// The wanted direction every 10 ms, with these keys: `+` forward, `-` backward, `^` release of
+    /// forward, `x` spends.
     fn wanted(script: &[(u64, char)], until: u64) -> String {
         let mut hold = Hold::new();
         let mut all = String::new();
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn a_key_is_held_until_it_repeats_no_more() {
-        // A tap: 700 ms, or as long as the terminal says.
+        // A tap counts for 700 ms, or until the terminal reports the release.
         assert_eq!(wanted(&[(0, '+')], 690), "+");
         assert_eq!(wanted(&[(0, '+')], 720), "+.");
         assert_eq!(wanted(&[(0, '+'), (50, '^')], 60), "+.");
@@ -214,7 +214,7 @@ mod tests {
         held.insert(0, (0, '+'));
         assert_eq!(wanted(&held, 3000), "+");
         assert_eq!(wanted(&held, 3300), "+.");
-        // The other arrow takes its place; the first one's release is nothing to it.
+        // The other arrow replaces the first; the release of the first has no effect.
         assert_eq!(wanted(&[(0, '+'), (100, '-'), (150, '^')], 700), "+-");
     }
 

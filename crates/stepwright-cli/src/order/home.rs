@@ -1,4 +1,4 @@
-//! `stepwright home`: finds 0 by a limit switch, as [`homing`] says.
+//! `stepwright home`: finds position 0 with a limit switch, by [`homing`].
 
 use stepwright_protocol::{AxisId, Command, Direction, Distance, Setting, Travel, Value};
 
@@ -20,10 +20,10 @@ use stepwright_host::motion::{Action, NotBegun};
 use stepwright_host::{LinkError, Session};
 use stepwright_sim::Switch;
 
-/// Where the switch of a virtual machine stands.
+/// The position of a virtual machine's switch.
 const VIRTUAL_SWITCH: i64 = -1000;
 
-/// How far it may be there.
+/// The greatest distance to a virtual machine's switch.
 const VIRTUAL_WITHIN: i32 = 2000;
 
 /// Find position 0 by the limit switch of an axis
@@ -70,9 +70,9 @@ pub struct Args {
     on: AxisArgs,
 }
 
-/// Homes, and says where the axis is.
+/// Homes the axis, and prints its position.
 pub fn run(args: Args) -> Result<(), Failure> {
-    // What makes no sense is said before anything moves.
+    // Invalid options are refused before anything moves.
     args.distance(&args.back_off, "--back-off")?;
     args.within()?;
     args.motion(&args.slow, "--slow", Travel::Endless(Direction::Backward))?;
@@ -89,7 +89,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     finished
 }
 
-/// A virtual board with a switch on its machine, which it knows.
+/// A virtual board with a limit switch that is set in its settings.
 fn virtual_machine(args: &Args) -> Result<Session, Failure> {
     let title = format!("Axis {} homing", args.on.axis.number());
     let heading = Heading { title, unit: args.order.ramps.unit(), ..Heading::default() };
@@ -120,7 +120,7 @@ impl Args {
         Ok(steps)
     }
 
-    /// How far the switch may be, in steps.
+    /// The greatest distance to the switch, in steps.
     fn within(&self) -> Result<i32, Failure> {
         match &self.within {
             Some(within) => self.distance(within, "--within"),
@@ -132,7 +132,7 @@ impl Args {
         }
     }
 
-    /// The side of its switch, by the settings of the board.
+    /// The side of the axis' switch, by the settings of the board.
     fn side(&self, session: &mut Session) -> Result<SwitchSide, Failure> {
         let listed = settings::ask(session)?;
         SwitchSide::of(self.on.axis, &listed).map_err(|switches| {
@@ -146,7 +146,7 @@ impl Args {
     }
 }
 
-/// Homes the axis; where it is then.
+/// Homes the axis. Returns its position.
 fn home(session: &mut Session, args: &Args) -> Result<i64, Failure> {
     target::has_axis(session, args.on.axis)?;
     let side = args.side(session)?;
@@ -197,7 +197,7 @@ fn home(session: &mut Session, args: &Args) -> Result<i64, Failure> {
     }
 }
 
-/// The failure of a homing; after a second Ctrl-C everything is killed here.
+/// The failure of a homing. After a second Ctrl-C, kills all axes.
 fn failed(session: &mut Session, axis: AxisId, not: NotHomed) -> Failure {
     match not {
         NotHomed::Failed(failure, leg) => match leg.is_towards() {

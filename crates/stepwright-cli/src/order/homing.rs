@@ -1,10 +1,10 @@
-//! Why an axis was not homed, in the command's words.
+//! The failures of a homing, as messages of the command.
 
 use stepwright_host::homing::HomingFailure;
 
 use crate::failure::Failure;
 
-/// What went wrong, and what to do about it.
+/// The message, and a hint.
 pub fn failure(why: HomingFailure) -> Failure {
     let failure = Failure::new(why.to_string());
     match why {

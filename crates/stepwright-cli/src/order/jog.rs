@@ -66,11 +66,11 @@ pub struct Args {
     lease: LeaseArgs,
 }
 
-/// What the keys are, for the user.
+/// The keys, for the user.
 const HELP: &str =
     "keys: arrows run while held; . , a step; + - faster, slower; space stop; 0 zero; q end";
 
-/// Between two looks at the keys and the motor.
+/// The time between two polls of the keys and the motor.
 const POLL: Duration = Duration::from_millis(20);
 
 impl Args {
@@ -79,7 +79,7 @@ impl Args {
     }
 }
 
-/// Jogs, and says where to.
+/// Jogs, and prints the final position.
 pub fn run(args: Args) -> Result<(), Failure> {
     let step = Way::of(Some(&args.step), None, &args.order.ramps.geometry()?)?.steps(0)?;
     if step.get() < 1 {
@@ -104,7 +104,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     finished
 }
 
-/// Follows the keys until the end; where the axis is then.
+/// Follows the keys until the end. Returns the axis' position.
 fn jog(session: &mut Session, args: &Args, step: i32, motion: Motion) -> Result<i64, Failure> {
     target::has_axis(session, args.on.axis)?;
     let lease = args.lease.or_hands(session)?;
@@ -158,7 +158,7 @@ fn jog(session: &mut Session, args: &Args, step: i32, motion: Motion) -> Result<
     Err(ended.failure.unwrap_or_else(|| Failure::interrupted("interrupted while it moved")))
 }
 
-/// Has the terminal say when keys come up, and no longer when it is dropped.
+/// Makes the terminal report released keys, until this is dropped.
 struct Releases;
 
 impl Releases {
@@ -174,7 +174,7 @@ impl Drop for Releases {
     }
 }
 
-/// A word to the terminal. One that can't be said is none that a motor waits for.
+/// Sends a sequence to the terminal. Errors are ignored: no motor waits for it.
 fn say_raw(word: &str) {
     if terminal::has_sequences() {
         let mut err = io::stderr().lock();
@@ -182,7 +182,7 @@ fn say_raw(word: &str) {
     }
 }
 
-/// Why the keys are followed no longer.
+/// Why the jog ended.
 enum Stopped {
     Trouble(LinkError),
     Failure(Failure),
@@ -194,34 +194,34 @@ impl From<LinkError> for Stopped {
     }
 }
 
-/// An order on its way.
+/// An order in execution.
 struct Moving {
-    /// The way that has to stay held; `None` for a step.
+    /// The direction whose key must stay held; `None` for a step.
     way: Option<Direction>,
     braking: bool,
 }
 
-/// A hand on a motor.
+/// The state of a jog.
 struct Jog {
     axis: AxisId,
-    /// What is said before each order: the lease.
+    /// The commands before each order: the lease.
     lines_before: Vec<Command>,
     step: i32,
-    /// In 0.001 steps/s.
+    /// The top speed in 0.001 steps/s.
     top: u32,
     line: Line,
     hold: Hold,
-    /// Steps that were asked for and not begun, + forward.
+    /// Steps that were requested and not begun, positive forward.
     steps_due: i32,
     moving: Option<Moving>,
-    /// Whether it moved when it was last looked at.
+    /// Whether the axis moved at the last poll.
     moved: bool,
     at: i64,
     leaving: bool,
 }
 
 impl Jog {
-    /// Where the axis rests in the end.
+    /// Follows the keys. Returns the final position of the axis.
     fn follow(&mut self, session: &mut Session, args: &Args, keys: &Keys) -> Result<i64, Stopped> {
         let mut decoder = Decoder::default();
         loop {
@@ -256,7 +256,7 @@ impl Jog {
         }
     }
 
-    /// Does what a key says; the arrows are seen to by the loop.
+    /// Carries out a key. The loop in `follow` carries out the arrows.
     fn key(&mut self, session: &mut Session, key: Key) -> Result<(), LinkError> {
         let now = session.now();
         match key {
@@ -291,7 +291,7 @@ impl Jog {
         Ok(())
     }
 
-    /// Sets the top speed, in 0.001 steps/s, of what runs and of what comes.
+    /// Sets the top speed, in 0.001 steps/s, of the order in execution and of further ones.
     fn change_top(&mut self, session: &mut Session, top: u32) -> Result<(), LinkError> {
         let top = MilliSpeed::clamped(top);
         let runs = self.moving.as_ref().is_some_and(|moving| !moving.braking);
@@ -308,7 +308,7 @@ impl Jog {
         Ok(())
     }
 
-    /// Starts an order; one that the board refuses is told, and its key is spent.
+    /// Starts an order. If the board refuses it, prints the refusal and spends its key.
     fn begin(
         &mut self,
         session: &mut Session,
@@ -347,7 +347,7 @@ impl Jog {
         Ok(())
     }
 
-    /// Looks at the axis, and tells where it is.
+    /// Polls the axis, and shows its position.
     fn look(&mut self, session: &mut Session) -> Result<(), Stopped> {
         let mut word = "ready";
         if let Some(moving) = &self.moving {

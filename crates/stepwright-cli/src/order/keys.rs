@@ -1,43 +1,43 @@
 //! Keys while a motor moves: faster, slower, stop.
 //!
-//! On a terminal each key is read as it is pressed; elsewhere there are none.
-//! Ctrl-C stays what it is.
+//! On a terminal each key is read as it is pressed; elsewhere there are no keys.
+//! Ctrl-C keeps its function.
 
 use stepwright_host::Conversation;
 use stepwright_protocol::{Command, MilliSpeed, Order, Refusal};
 
 use super::terminal::{self, Keys};
 
-/// What the keys are, for the user.
+/// The keys, for the user.
 pub const HELP: &str = "keys: + faster, - slower, s stop";
 
-/// A tenth of the top speed is a press.
+/// A press changes the top speed by a tenth.
 const PART: u32 = 10;
 
-/// What a key has come to.
+/// The action of a key.
 pub enum Act {
-    /// The motor is to be braked.
+    /// Brake the motor.
     Stop,
-    /// This line is to be said.
+    /// Send this line.
     Say(Command),
-    /// The keys are to be told.
+    /// Print the keys.
     Help,
 }
 
-/// A hand on a moving motor.
+/// The control of a moving motor by keys.
 pub struct KeyControl {
     keys: Option<Keys>,
     /// The top speed of the travel in progress, and the lowest it can have, in
     /// 0.001 steps/s.
     top: u32,
     least: u32,
-    /// The top speed that was asked for, and not answered yet.
+    /// The top speed that was requested and not confirmed yet.
     wanted: u32,
 }
 
 impl KeyControl {
-    /// Listens to the keys if there are any, for a motor that follows this
-    /// order. A board that knows only the Nano slave's lines can't change its speed.
+    /// Listens to the keys, if there are any, for a motor that follows this order. The speed can't
+    /// be changed on a board that knows only the Nano slave's lines.
     pub fn on(talk: &Conversation, order: &Order) -> KeyControl {
         let (top, start) = (order.top.millisteps(), order.start.millisteps());
         let able = terminal::is_there() && talk.info().is_some();
@@ -50,7 +50,7 @@ impl KeyControl {
         self.keys.is_some()
     }
 
-    /// What the next key says.
+    /// The action of the next key.
     pub fn act(&mut self) -> Option<Act> {
         let key = self.keys.as_ref().and_then(Keys::next)?;
         let step = part(self.top);
@@ -63,7 +63,7 @@ impl KeyControl {
         Some(Act::Say(changed_top(self.wanted)))
     }
 
-    /// What has come of the line that was said, for the user.
+    /// The result of the line that was sent, for the user.
     pub fn said(&mut self, line: Command, taken: Result<(), Option<Refusal>>) -> String {
         match taken {
             Ok(()) => {
@@ -76,7 +76,7 @@ impl KeyControl {
     }
 }
 
-/// A tenth of a speed in 0.001 steps/s; of one above 10 steps/s in whole steps/s.
+/// A tenth of a speed in 0.001 steps/s; in whole steps/s above 10 steps/s.
 pub fn part(top: u32) -> u32 {
     let part = top / PART;
     (if part >= 1000 { part / 1000 * 1000 } else { part }).max(1)
@@ -88,7 +88,7 @@ pub fn changed_top(top: u32) -> Command {
     Command::top(speed).unwrap_or(Command::Milli(MilliSpeed::clamped(top)))
 }
 
-/// A speed in 0.001 steps/s for people, in steps/s.
+/// A speed in 0.001 steps/s, as steps/s for display.
 pub fn shown(millisteps: u32) -> f64 {
     f64::from(millisteps) / 1000.0
 }

@@ -1,4 +1,4 @@
-//! `--law`: which ramps, and the numbers that some of them take.
+//! `--law`: the ramp law, and the parameters of some laws.
 
 use clap::ValueEnum;
 use stepwright::fixed::Q32;
@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::plan::change::{ChangeArg, changes};
 use crate::plan::linear_factor::thousandths;
 
-/// Above the options of a ramp law.
+/// The help heading of the options of a ramp law.
 pub const LAW: &str = "Ramp law";
 
 /// The laws that move a motor.
@@ -67,10 +67,10 @@ from rest: austin, austin-fixed, linear-factor, power, piecewise [default: trape
 }
 
 impl LawArgs {
-    /// Which of Austin's laws it is; `None` for those that a controller plans.
+    /// The selected law, if it is one of Austin's; `None` for those that a controller plans.
     ///
     /// # Errors
-    /// An option is another law's.
+    /// An option belongs to another law.
     pub fn austin(&self, has_jerk: bool) -> Result<Option<LawName>, Failure> {
         use LawArg as L;
         let law = self.law;

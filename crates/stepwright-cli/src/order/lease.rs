@@ -15,7 +15,7 @@ pub struct LeaseArgs {
     lease: Option<LeaseMillis>,
 }
 
-/// The lease of a hand at the keys, which are looked at every 20 ms.
+/// The lease of a jog, whose keys are polled every 20 ms.
 const HANDS: LeaseMillis = LeaseMillis::clamped(500);
 
 /// Whether a board grants leases.
@@ -24,13 +24,13 @@ fn grants(session: &Session) -> bool {
 }
 
 impl LeaseArgs {
-    /// Whether there is to be one: the motor must be watched then.
+    /// Whether a lease was requested: then the motor must be watched.
     pub fn is_asked(&self) -> bool {
         self.lease.is_some()
     }
 
-    /// The lease that a board grants to a hand at its keys: the one that is asked for, or
-    /// [`HANDS`]. None of a board that grants none, where none is asked for.
+    /// The lease of a jog: the requested one, or [`HANDS`]. `None` if none was requested and the
+    /// board grants none.
     pub fn or_hands(&self, session: &Session) -> Result<Option<LeaseMillis>, Failure> {
         let mut lines = Vec::new();
         if self.is_asked() {
@@ -40,8 +40,8 @@ impl LeaseArgs {
         Ok(grants(session).then_some(HANDS))
     }
 
-    /// Puts the lease before the lines of an order, so that every attempt to give it asks
-    /// for the lease again.
+    /// Puts the lease before the lines of an order, so that every attempt to send the order renews
+    /// the lease.
     pub fn before(&self, session: &Session, lines: &mut Vec<Command>) -> Result<(), Failure> {
         let Some(lease) = self.lease else { return Ok(()) };
         if !grants(session) {
@@ -57,7 +57,7 @@ impl LeaseArgs {
         Ok(())
     }
 
-    /// Gives the lease back at the end, if there was one.
+    /// Returns the lease at the end, if there was one.
     pub fn give_back(&self, session: &mut Session) {
         if self.is_asked() {
             give_back(session);
@@ -65,7 +65,7 @@ impl LeaseArgs {
     }
 }
 
-/// Gives a lease back. Where that fails it runs out by itself.
+/// Returns a lease. If that fails, the lease expires by itself.
 pub fn give_back(session: &mut Session) {
     let _ = session.ask(Command::Lease(LeaseMillis::SMALLEST));
 }

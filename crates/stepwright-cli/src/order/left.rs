@@ -1,13 +1,13 @@
-//! How long a travel still takes, also after it was changed on its way.
+//! The time that is left of a travel, also after changes.
 
 use stepwright_oracle::IdealTrapezoid;
 use stepwright_protocol::{Command, Order, Ramp, Travel};
 
-/// What a motor is on its way to, in steps and seconds.
+/// The target and the limits of a travel, in steps and seconds.
 pub struct Aim {
-    /// Where the travel began: targets count from there.
+    /// The start of the travel, from which targets count.
     from: f64,
-    /// Where it is to end; `None` if nowhere.
+    /// The target; `None` if endless.
     target: Option<f64>,
     start: f64,
     top: f64,
@@ -16,7 +16,7 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// Of an order that begins at `from`.
+    /// The aim of an order that begins at `from`.
     pub fn of(order: &Order, from: i64) -> Aim {
         let from = from as f64;
         let (start, top) = (steps(order.start.millisteps()), steps(order.top.millisteps()));
@@ -31,7 +31,7 @@ impl Aim {
         Aim { from, target, start, top, accel: slope(order.up), decel: slope(order.down) }
     }
 
-    /// What a line changes of the travel.
+    /// Applies a line that changes the travel.
     pub fn change(&mut self, line: Command) {
         match line {
             Command::Top(top) => self.top = f64::from(top.get()),
@@ -43,19 +43,19 @@ impl Aim {
         }
     }
 
-    /// Steps of the whole travel; `None` if it has no end.
+    /// The steps of the whole travel; `None` if endless.
     pub fn whole(&self) -> Option<f64> {
         self.target.map(|target| (target - self.from).abs())
     }
 
-    /// Seconds to the target from a place and a speed there, + forward; `None` if there is
-    /// no target.
+    /// Seconds to the target from a position and a speed, positive forward; `None` if there is no
+    /// target.
     pub fn seconds(&self, at: f64, speed: f64) -> Option<f64> {
         let left = self.target? - at;
-        // Towards the target, which then lies ahead.
+        // Mirrored, so that the target is ahead.
         let (left, speed) = if left < 0.0 { (-left, -speed) } else { (left, speed) };
         if speed < 0.0 {
-            // It goes away: down to rest, and back from there.
+            // It moves away from the target: it brakes to rest, and travels back.
             let speed = -speed;
             let beyond = self.braking(speed);
             return Some(self.slow(speed) + self.ahead(left + beyond, self.start));
@@ -82,7 +82,7 @@ impl Aim {
         let (up, down) = (self.accel.max(1e-3), self.decel.max(1e-3));
         let end = self.start.min(self.top);
         if speed > self.top {
-            // Down to the new top speed first.
+            // It brakes to the new top speed first.
             let way = (speed * speed - self.top * self.top) / (2.0 * down);
             let time = (speed - self.top) / down;
             return time + self.ahead((steps - way).max(0.0), self.top);
@@ -121,7 +121,7 @@ mod tests {
             let order = order(steps);
             let law = Course::of(&order.into()).unwrap().duration();
             let seconds = Aim::of(&order, 70).seconds(70.0, 0.0).unwrap();
-            // The law's pulses are whole; the last one comes a moment before the rest.
+            // The law has whole pulses; the last one comes a moment before the rest.
             assert!((seconds - law).abs() < 0.02, "{steps}: {seconds} {law}");
         }
     }
@@ -138,10 +138,11 @@ mod tests {
         aim.change(Command::Top(TopSpeed::new(500).unwrap()));
         // Down to 500 in 0.5 s and 375 steps, 2500 level, 125 down in 0.5 s.
         close(aim.seconds(1000.0, 1000.0), 0.5 + 5.0 + 0.5);
-        // Behind: 1 s and 500 steps to rest, then 1500 back: 62.5 up, 1312.5 level, 125 down.
+        // A target behind: 1 s and 500 steps to rest, then 1500 back: 62.5 up, 1312.5 level, 125
+        // down.
         aim.change(Command::Retarget(Distance::new(0)));
         close(aim.seconds(1000.0, 1000.0), 1.0 + 0.25 + 1312.5 / 500.0 + 0.5);
-        // Too near to stop at: 500 steps to rest, then 400 back.
+        // A target too near to stop at: 500 steps to rest, then 400 back.
         aim.change(Command::Retarget(Distance::new(1100)));
         close(aim.seconds(1000.0, 1000.0), 1.0 + 0.25 + 212.5 / 500.0 + 0.5);
         assert_eq!(aim.whole(), Some(1100.0));

@@ -19,7 +19,7 @@ use stepwright_host::line::{NoLine, apart, furthest, shares};
 use stepwright_host::motion::{NotBegun, POLL, Start};
 use stepwright_host::{LinkError, Session};
 
-/// Between two lines about where the axes are.
+/// The time between two lines with the axes' positions.
 const LINES: Duration = Duration::from_secs(1);
 
 /// Move several axes along a straight line: all begin together and end together
@@ -61,7 +61,7 @@ pub struct Args {
     order: MotionArgs,
 }
 
-/// Moves, and says where to.
+/// Moves the axes, and prints their positions.
 pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let file = MachineAxes::quiet(machine)?;
     let count = args.distance.len().max(args.to.len());
@@ -82,7 +82,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     interrupt::listen(While::Holding)?;
     let title = format!("A line of {} steps", numbers(line.steps()));
     let mut heading = line.motion.heading(title);
-    // One unit for all, or steps.
+    // The unit that all axes share, or steps.
     heading.unit = heading.unit.filter(|unit| units(&built).all(|other| other == Some(*unit)));
     let mut session = args.order.port.or_virtual(&args.order.virt, "line", heading)?;
     let result = go(&mut session, &args, &axes, &ways, &built);
@@ -90,18 +90,18 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     result.and(finished)
 }
 
-/// What each axis counts in.
+/// The unit of each axis.
 fn units(built: &[GeometryArgs]) -> impl Iterator<Item = Option<MachineUnit>> {
     built.iter().map(GeometryArgs::unit)
 }
 
-/// What the axes are ordered.
+/// The orders of a line.
 struct Line {
-    /// Of each axis.
+    /// The steps of each axis.
     steps: Vec<Distance>,
-    /// Of the axis that goes furthest.
+    /// The motion of the axis that goes furthest.
     motion: Motion,
-    /// Of each axis that moves.
+    /// The order of each axis that moves.
     orders: Vec<(AxisId, Order)>,
 }
 
@@ -130,7 +130,7 @@ impl Line {
     }
 }
 
-/// What can be done about a line that has no orders.
+/// The failure for a line that can't be ordered, with a hint.
 fn unshared(why: NoLine) -> Failure {
     let failure = Failure::new(why.to_string());
     match why {
@@ -187,7 +187,7 @@ fn go(
     }
     if let Err(not) = start {
         return Err(match not {
-            // What may have begun by then is killed as well.
+            // Axes that may have begun by then are killed as well.
             NotBegun::Trouble { trouble: LinkError::Killed, .. } => {
                 lost(session, &LinkError::Killed)
             }
@@ -210,7 +210,7 @@ fn go(
             return Err(lost(session, &trouble));
         }
     };
-    // Another terminal may have sent an axis elsewhere.
+    // Another terminal may have retargeted an axis.
     let ordered = from.iter().zip(line.steps()).map(|(from, by)| from.saturating_add(by));
     let targets = axes.iter().zip(ordered);
     let targets: Vec<i64> =
@@ -256,7 +256,7 @@ fn go(
     }
 }
 
-/// Some rest elsewhere: the first that something has stopped, and why.
+/// The failure if an axis is not at its target: the first axis that was stopped, and the reason.
 fn stopped(session: &mut Session, axes: &[AxisId]) -> Failure {
     let why = axes.iter().find_map(|axis| Some((axis.number(), session.stop_of(*axis)?)));
     match why {
@@ -271,7 +271,7 @@ fn stopped(session: &mut Session, axes: &[AxisId]) -> Failure {
     }
 }
 
-/// Waits until all rest; whether they were braked, and where each is, if that is known.
+/// Waits until all axes are at rest. Returns whether they were braked, and each position, if known.
 fn watch(session: &mut Session, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64>>), LinkError> {
     let (mut braked, mut told) = (false, Instant::now());
     while session.is_busy(Selection::All)? {
@@ -301,7 +301,7 @@ fn watch(session: &mut Session, axes: &[AxisId]) -> Result<(bool, Vec<Option<i64
     Ok((braked, at))
 }
 
-/// The failure of a watch: after a second Ctrl-C everything is killed here.
+/// The failure of a watch. After a second Ctrl-C, kills all axes.
 fn lost(session: &mut Session, trouble: &LinkError) -> Failure {
     let look =
         "the motors may still be moving: look at them, and switch off their power if they are";
@@ -315,7 +315,7 @@ fn lost(session: &mut Session, trouble: &LinkError) -> Failure {
     Failure::new(format!("{}: {trouble}", session.link().name())).hint(look)
 }
 
-/// Numbers with their signs.
+/// Numbers with their signs, separated by spaces.
 fn numbers(all: impl Iterator<Item = i64>) -> String {
     all.map(|n| format!("{n:+}")).collect::<Vec<_>>().join(" ")
 }

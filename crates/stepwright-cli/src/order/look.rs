@@ -1,4 +1,4 @@
-//! `stepwright status`, `position` and `zero`: where the axes are.
+//! `stepwright status`, `position` and `zero`: the positions of the axes.
 
 use serde_json::{Map, Value, json};
 use stepwright_protocol::{
@@ -77,27 +77,27 @@ pub struct OneArgs {
 }
 
 impl OneArgs {
-    /// What the machine counts in, where that is known.
+    /// The machine's unit, if known.
     pub fn unit(&self) -> Option<MachineUnit> {
         self.geometry.unit()
     }
 }
 
-/// What an axis is doing.
+/// The state of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct State {
-    /// Which one.
+    /// The axis.
     pub axis: AxisId,
     /// Whether it moves.
     pub busy: bool,
-    /// Where it is, if that is known.
+    /// Its position, if known.
     pub position: Option<i64>,
-    /// Why it has stopped before the end of its order.
+    /// The reason if it stopped before the end of its order.
     pub stop: Option<Stop>,
 }
 
 impl State {
-    /// What it is doing: `busy`.
+    /// The state as a word: `uncertain`, `busy` or `ready`.
     pub fn word(&self) -> &'static str {
         match (self.position, self.busy) {
             (None, _) => "uncertain",
@@ -111,7 +111,7 @@ impl State {
         last_line(self.word(), self.position, None)
     }
 
-    /// `position 4000 ready (10 mm)`, and why, if something has stopped it.
+    /// `position 4000 ready (10 mm)`, and the reason if it was stopped.
     pub fn line_in(&self, unit: Option<MachineUnit>, why: Option<Stop>) -> String {
         let word = if why.is_some() { "stopped" } else { self.word() };
         let shown = unit.zip(self.position).map(|(unit, at)| format!(" ({})", unit.shown(at)));
@@ -119,7 +119,7 @@ impl State {
     }
 }
 
-/// Asks for the state of one axis, or of all.
+/// Requests the state of one axis, or of all.
 pub fn states(session: &mut Session, only: Option<AxisId>) -> Result<Vec<State>, LinkError> {
     let axes = session.info().map_or(1, |info| info.axes);
     let mut states = Vec::new();
@@ -132,17 +132,17 @@ pub fn states(session: &mut Session, only: Option<AxisId>) -> Result<Vec<State>,
     for state in states.iter_mut().filter(|state| !state.busy) {
         state.stop = stops.and_then(|stops| stops.of(state.axis));
     }
-    // As a master finds it that knows of one axis only.
+    // Leaves axis 1 selected, for a host that knows only one axis.
     session.select(Selection::FIRST)?;
     Ok(states)
 }
 
-/// The states for programs.
+/// The states as JSON.
 pub fn json(states: &[State]) -> Value {
     json_in(&[], states)
 }
 
-/// The same, also in the units of the axes.
+/// The states as JSON, also in the units of the axes.
 fn json_in(units: &Units, states: &[State]) -> Value {
     let one = |state: &State| {
         let told = json!({
@@ -156,14 +156,14 @@ fn json_in(units: &Units, states: &[State]) -> Value {
     states.iter().map(one).collect()
 }
 
-/// What axes of a machine count in.
+/// The units of a machine's axes.
 type Units = [(AxisId, MachineUnit)];
 
 fn unit_of(units: &Units, axis: AxisId) -> Option<MachineUnit> {
     units.iter().find(|(known, _)| *known == axis).map(|(_, unit)| *unit)
 }
 
-/// That all positions are known.
+/// Checks that all positions are known.
 pub fn all_known(name: &str, states: &[State]) -> Result<(), Failure> {
     match states.iter().find(|state| state.position.is_none()) {
         None => Ok(()),
@@ -179,7 +179,7 @@ pub fn all_known(name: &str, states: &[State]) -> Result<(), Failure> {
     }
 }
 
-/// Says what the board is and does.
+/// Prints the board and the states of its axes.
 pub fn status(args: StatusArgs, machine: &MachineArgs) -> Result<(), Failure> {
     let units = machine::units(machine)?;
     let mut session = args.port.meet("status", Share::Guest)?;
@@ -221,12 +221,12 @@ pub fn status(args: StatusArgs, machine: &MachineArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The settings; none of a board that has none.
+/// The settings; `None` if the board has none.
 fn settings(session: &mut Session) -> Result<Option<Listed>, LinkError> {
     if session.info().is_none() {
         return Ok(None);
     }
-    // Once: a board that has none, or answers otherwise, is no trouble here.
+    // Asks once: no answer, or another one, is no error here.
     Ok(match session.once(Command::Settings)? {
         Some(Reply::Settings(settings)) => Some(settings),
         _ => None,
@@ -242,17 +242,17 @@ fn changed(listed: Option<&Listed>) -> Vec<Set> {
 /// A limit switch that the board knows of.
 struct LimitSwitch {
     axis: AxisId,
-    /// The end of the travel that it stands at.
+    /// Whether it is at the forward end of the travel.
     forward: bool,
-    /// It reads high when it is closed.
+    /// Whether its pin reads high when it is closed.
     high: bool,
-    /// It is closed now; `None` if the board does not say.
+    /// Whether it is closed now; `None` if the board does not report it.
     closed: Option<bool>,
-    /// It has stopped its axis.
+    /// Whether it has stopped its axis.
     stopped: bool,
 }
 
-/// The limit switches of these axes, of which the board says that `closed` are closed.
+/// The limit switches of these axes. `closed` has the bits of the closed ones, from the board.
 fn switches(listed: Option<&Listed>, closed: Option<u8>, states: &[State]) -> Vec<LimitSwitch> {
     let has = |setting, axis: AxisId| {
         let set = listed.and_then(|listed| listed.get(setting)).map_or(0, |value| value.number());
@@ -275,7 +275,7 @@ impl LimitSwitch {
         if self.forward { "forward" } else { "backward" }
     }
 
-    /// How its pin reads, closed or open.
+    /// The level of its pin, closed or open.
     fn level(&self, closed: bool) -> &'static str {
         if self.high == closed { "high" } else { "low" }
     }
@@ -302,7 +302,7 @@ impl LimitSwitch {
     }
 }
 
-/// A setting for programs.
+/// A setting as JSON.
 fn pair(value: &Set) -> (String, Value) {
     (value.setting().name().to_owned(), json!(value.number()))
 }
@@ -320,7 +320,7 @@ fn board(info: Info) -> Value {
     })
 }
 
-/// What a board can do that not every board can, by the words of `can=`.
+/// The optional abilities of a board, by their words in `can=`.
 fn abilities(can: Abilities) -> impl Iterator<Item = &'static str> {
     Ability::ALL.into_iter().filter(move |ability| can.has(*ability)).map(Ability::name)
 }
@@ -353,7 +353,7 @@ fn show(info: Option<Info>) {
     }
 }
 
-/// Says where an axis is.
+/// Prints the position of an axis.
 pub fn position(args: PositionArgs) -> Result<(), Failure> {
     let unit = args.one.unit();
     let OneArgs { port, on: AxisArgs { axis }, format, .. } = args.one;
@@ -364,7 +364,7 @@ pub fn position(args: PositionArgs) -> Result<(), Failure> {
     all_known(&session.link().name(), &states)
 }
 
-/// Calls the place where an axis stands 0.
+/// Sets the current position of an axis to 0.
 pub fn zero(args: ZeroArgs) -> Result<(), Failure> {
     let unit = args.one.unit();
     let OneArgs { port, on: AxisArgs { axis }, format, .. } = args.one;

@@ -1,4 +1,4 @@
-//! Orders to a board: what a master can say, as subcommands.
+//! Orders to a board, as subcommands.
 //!
 //! | module | subcommand |
 //! | --- | --- |
@@ -14,9 +14,11 @@
 //! | [`settings`] | `settings` |
 //! | [`ports`] | `ports` |
 //!
-//! They share [`target`] (which board), [`able`] (what it can do), [`refused`] (why it does not), [`motion`] (which speeds), [`law`] (which ramps; [`by_law`] carries Austin's out), [`drive`]
-//! (start, watch, stop), [`homing`] (what comes after what), [`lease`] (what the board does without us), [`progress`] (what the user sees meanwhile) and [`keys`]
-//! (what the user presses meanwhile, on a [`terminal`]).
+//! They share [`target`] (the board), [`able`] (its abilities), [`refused`] (reasons of refusals),
+//! [`motion`] (speeds), [`law`] (ramp laws; [`by_law`] carries out Austin's), [`drive`] (starting,
+//! watching, stopping), [`homing`] (failures of a homing), [`lease`] (braking when the host is
+//! silent), [`progress`] (the display during a motion) and [`keys`] (keys during a motion, on a
+//! [`terminal`]).
 
 pub mod able;
 mod by_law;

@@ -1,4 +1,4 @@
-//! How to travel: the options, and what the board is told.
+//! The options of a motion, and the order for the board.
 
 use std::fmt::Display;
 
@@ -15,11 +15,11 @@ use stepwright_host::course::Course;
 use stepwright_machine::RAMP;
 use stepwright_plot::GAP;
 
-/// Above the options that say how to move.
+/// The help heading of the options of a motion.
 pub const MOTION: &str =
     "Motion (speeds like 500, 120rpm, 50mm/s; accelerations like 4000, 10rad/s2)";
 
-/// The top speed of a travel that names none, in steps/s.
+/// The default top speed of a travel, in steps/s.
 pub const TOP: u32 = 1000;
 
 /// The options that say how to start and stop.
@@ -50,35 +50,35 @@ pub struct RampArgs {
 #[derive(Clone)]
 pub struct Motion {
     axis: AxisId,
-    /// What the board will understand.
+    /// The order as the board gets it.
     pub order: Order,
     start: Rounded<Speed>,
     top: Rounded<Speed>,
-    /// Where the ramps were given as accelerations.
+    /// The accelerations, if the ramps were given as such.
     accel: Option<String>,
     decel: Option<String>,
     jerk: Option<String>,
-    /// What the machine counts in.
+    /// The unit of the machine.
     pub unit: Option<MachineUnit>,
 }
 
 impl RampArgs {
-    /// The same for a motor of its own.
+    /// The same options for another motor.
     pub fn on(&self, geometry: GeometryArgs) -> RampArgs {
         RampArgs { geometry, ..self.clone() }
     }
 
-    /// How the motor is built.
+    /// The properties of the motor.
     pub fn built(&self) -> &GeometryArgs {
         &self.geometry
     }
 
-    /// How the motor's steps relate to the world.
+    /// The geometry of the motor: steps, turns and millimetres.
     pub fn geometry(&self) -> Result<Geometry, Failure> {
         self.geometry.geometry()
     }
 
-    /// What the machine counts in, where that is known.
+    /// The unit of the machine, if known.
     pub fn unit(&self) -> Option<MachineUnit> {
         self.geometry.unit()
     }
@@ -93,8 +93,8 @@ impl RampArgs {
         self.jerk.as_ref().filter(|jerk| !jerk.is_zero())
     }
 
-    /// Acceleration and deceleration of a law that begins at rest. Where none is named, the top
-    /// speed is there in 0.4 s.
+    /// Acceleration and deceleration of a law that begins at rest. By default the top speed is
+    /// reached in 0.4 s.
     pub fn slopes_from_rest(
         &self,
         geometry: &Geometry,
@@ -139,7 +139,7 @@ impl RampArgs {
         let jerk = self.jerk().map(|j| j.resolve(&geometry, "--jerk")).transpose()?;
         let bend = jerk.as_ref().map(|j| j.value);
         let order = Order { start: start.value, top: top.value, up, down, jerk: bend, travel };
-        // What the line can't say is, in words: no speed at all.
+        // Values that the line can't carry: no speed at all, in particular.
         let order = order.sendable().map_err(|error| {
             Failure::usage(format!("{error}"))
                 .hint("the line carries accelerations of 1 step/s² or more, speeds of 0.001")
@@ -152,8 +152,8 @@ impl RampArgs {
     }
 }
 
-/// The ramp of an order that names none: as many steps as the motor makes in a fifth of a
-/// second at its top speed. From rest it takes 0.4 s, whatever that speed is.
+/// The default ramp of an order: as many steps as the motor makes in a fifth of a second at its top
+/// speed. From rest the ramp takes 0.4 s at any top speed.
 fn suited(start: Speed, top: Speed) -> Ramp {
     let steps = (top.millisteps() / 5).div_ceil(1000).max(1);
     if RAMP.contains(&steps) {
@@ -169,7 +169,7 @@ fn suited(start: Speed, top: Speed) -> Ramp {
 }
 
 impl Motion {
-    /// The same for another travel.
+    /// The motion for another travel.
     pub fn with_travel(&self, travel: Travel) -> Motion {
         Motion { order: Order { travel, ..self.order }, ..self.clone() }
     }
@@ -179,14 +179,13 @@ impl Motion {
         self.axis
     }
 
-    /// The lines that order it.
+    /// The lines of the order.
     pub fn lines(&self) -> Result<Vec<Command>, Failure> {
         let orders = [(self.axis, self.order)];
         Ok(Script::new(&orders)?.collect())
     }
 
-    /// The motion in closed form; `None` if it is endless, or no timer of ours can
-    /// hold it.
+    /// The motion in closed form; `None` if it is endless, or no timer can represent it.
     pub fn course(&self) -> Option<Course> {
         Course::of(&self.order.into())
     }
@@ -196,7 +195,7 @@ impl Motion {
         self.course().map(|course| course.duration())
     }
 
-    /// What was understood, for people.
+    /// The values of the order, as text.
     pub fn show(&self) -> Vec<String> {
         let mut rows = Vec::new();
         let mut row = |name: &str, text: String| rows.push(format!("  {name:<12}{text}"));
@@ -223,7 +222,7 @@ impl Motion {
         rows
     }
 
-    /// What was understood, above a plot.
+    /// The values of the order, as the heading of a plot.
     pub fn heading(&self, title: String) -> Heading {
         let rows = self.show().into_iter();
         let note = rows.map(|row| row.split_whitespace().collect::<Vec<_>>().join(" "));
@@ -250,7 +249,7 @@ impl Motion {
                     format!(", sent as {accel}")
                 };
                 match self.jerk {
-                    // The bends make it longer.
+                    // The jerk limit makes the ramp longer.
                     Some(_) => format!("{given}{sent}"),
                     None => format!("{given}{sent} ({steps:.0} steps)"),
                 }
@@ -258,7 +257,7 @@ impl Motion {
         }
     }
 
-    /// What was understood, for programs.
+    /// The values of the order, as JSON.
     pub fn json(&self) -> Value {
         let ramp = |ramp| match ramp {
             Ramp::Steps(steps) => json!({ "steps": steps.get() }),
@@ -278,8 +277,8 @@ impl Motion {
     }
 }
 
-/// Seconds that a board waits at most in this order: between two steps, or from rest in the first
-/// step, the last and one at the top speed, which it holds together.
+/// The longest wait of a board in this order, in seconds: between two steps; for a motion from
+/// rest, in the first step, the last one and one at the top speed, which the board holds together.
 pub fn longest_wait(order: &Order) -> f64 {
     let speed = |v: Speed| f64::from(v.millisteps()) / 1000.0;
     let top = speed(order.top);
@@ -297,7 +296,7 @@ fn sent_as(held: &impl Display, rounded: bool, sent: impl Display) -> String {
     if rounded { format!("{held}, sent as {sent}") } else { held.to_string() }
 }
 
-/// A time for people.
+/// A time as text.
 pub fn seconds(time: f64) -> String {
     let whole = time.round();
     if time < 100.0 {
@@ -309,7 +308,7 @@ pub fn seconds(time: f64) -> String {
     }
 }
 
-/// Lines in one line, as a person writes them down.
+/// The lines, separated by spaces.
 pub fn listed(lines: &[Command]) -> String {
     let lines: Vec<String> = lines.iter().map(Command::to_string).collect();
     lines.join(" ")

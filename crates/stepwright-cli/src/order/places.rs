@@ -1,8 +1,9 @@
-//! Where the axes of a board with another program than the controller are: all programs know `V` and `F`.
+//! The positions of a board's axes with a program other than the controller. All programs know `V`
+//! and `F`.
 //!
-//! Another stepwright may say lines to the same board meanwhile, as `stop` and `kill` do, and an answer to
-//! one of those comes in the place of one to ours. So places count only if all answers to `V` are such, and
-//! the `F` behind them is answered as one.
+//! Another stepwright may send lines to the same board meanwhile, as `stop` and `kill` do. The
+//! answer to such a line may come in place of the answer to one of these. So positions count only
+//! if each answer to `V` has the right form, and also the answer to the `F` after them.
 
 use std::time::Duration;
 
@@ -10,13 +11,13 @@ use stepwright_host::motion::POLL;
 use stepwright_host::{LinkError, Session};
 use stepwright_protocol::AxisId;
 
-/// Times that places are asked for.
+/// How often positions are requested.
 const TRIES: usize = 5;
 
 /// An answer to a text line.
 pub fn ask(session: &mut Session, line: &[u8]) -> Result<String, LinkError> {
     for _ in 0..3 {
-        // What is left of the last answer to a frame is no text.
+        // The rest of an answer to a frame is not text.
         let answer = session.say(line)?;
         let text = answer.map(|text| text.chars().filter(char::is_ascii).collect::<String>());
         if let Some(text) = text.filter(|text| !text.is_empty()) {
@@ -26,7 +27,7 @@ pub fn ask(session: &mut Session, line: &[u8]) -> Result<String, LinkError> {
     Err(LinkError::Silent)
 }
 
-/// Waits until nothing moves any more; an error where that is not what it answers.
+/// Waits until all axes are at rest. Unexpected answers are an error.
 pub fn wait_for_rest(session: &mut Session) -> Result<(), LinkError> {
     let mut others = 0;
     loop {
@@ -40,19 +41,20 @@ pub fn wait_for_rest(session: &mut Session) -> Result<(), LinkError> {
     }
 }
 
-/// Where its first axes are, this many at most; `None` of one that a kill has lost.
+/// The positions of the first axes, at most this many; `None` for an axis that lost its position by
+/// a kill.
 pub fn places(session: &mut Session, most: u8) -> Result<Vec<Option<i64>>, LinkError> {
     for _ in 0..TRIES {
         if let Some(places) = in_step(session, most)? {
             return Ok(places);
         }
-        // What comes meanwhile is dropped.
+        // Drops bytes that come meanwhile.
         session.pause(Duration::from_millis(100))?;
     }
     Err(LinkError::Silent)
 }
 
-/// The same; `None` if an answer is to another line.
+/// Requests the positions once; `None` if an answer is to another line.
 fn in_step(session: &mut Session, most: u8) -> Result<Option<Vec<Option<i64>>>, LinkError> {
     let mut places = Vec::new();
     for axis in AxisId::first(most) {
@@ -77,7 +79,7 @@ mod tests {
 
     use super::*;
 
-    /// A board with two axes; before its answers come those to another program's lines.
+    /// A board with two axes. Answers to another program's lines come before its own.
     struct Shared {
         others: VecDeque<&'static str>,
         said: Vec<u8>,
@@ -128,7 +130,8 @@ mod tests {
         Session::new(Box::new(Shared { others, said, answers, now: Duration::ZERO }))
     }
 
-    /// Without the look at `F` the third of these would be the place of another axis.
+    /// Without the check of `F`, the third of these would be taken for the position of another
+    /// axis.
     #[test]
     fn an_answer_to_another_program_is_no_place() {
         for others in [&[][..], &["Y"], &["", "77"], &["Y", "Y", "R"], &["", "", "0", "Y"]] {

@@ -1,4 +1,4 @@
-//! `stepwright ports`: where a board may be.
+//! `stepwright ports`: lists the serial ports.
 
 use std::path::PathBuf;
 
@@ -20,7 +20,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Lists them, one a line.
+/// Lists the ports, one a line.
 pub fn run(args: Args) -> Result<(), Failure> {
     let mut ports: Vec<PathBuf> = SerialPort::available_ports()
         .map_err(|error| Failure::new(format!("can't list the serial ports: {error}")))?;

@@ -1,5 +1,5 @@
-//! What the user sees of a moving motor, on standard error: on a terminal a line that
-//! renews itself and fits in it, elsewhere a line a second.
+//! The progress of a moving motor on standard error: on a terminal a line that is updated in place
+//! and fits the width, elsewhere a line a second.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -16,20 +16,20 @@ use super::terminal;
 use crate::{interrupt, say};
 use stepwright_host::course::Course;
 
-/// A speed is measured over this time, or longer where the motor is slow.
+/// The time over which a speed is measured; longer for a slow motor.
 const WINDOW: Duration = Duration::from_millis(200);
 
-/// A slow motor's speed is measured over this many steps, for this time at most.
+/// A slow motor's speed is measured over this many steps, but for at most `LONGEST`.
 const STEPS: u64 = 10;
 const LONGEST: Duration = Duration::from_secs(4);
 
-/// Between two lines where they don't renew themselves.
+/// The time between two lines where they can't be updated in place.
 const LINES: Duration = Duration::from_secs(1);
 
-/// Columns of a bar.
+/// The width of a bar in columns.
 const BAR: usize = 20;
 
-/// A line about a state, and notes above it.
+/// A status line, and notes above it.
 pub struct Line {
     bar: Option<ProgressBar>,
     told: Instant,
@@ -37,7 +37,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// Nothing is said yet.
+    /// An empty line.
     pub fn new() -> Line {
         let bar = terminal::has_sequences().then(|| {
             let target = ProgressDrawTarget::stderr_with_hz(10);
@@ -50,7 +50,7 @@ impl Line {
         Line { bar, told: Instant::now(), last: String::new() }
     }
 
-    /// Something that the user should know, above the line.
+    /// Prints a note above the line.
     pub fn note(&self, text: &str) {
         match &self.bar {
             Some(bar) => bar.suspend(|| say::note(text)),
@@ -58,8 +58,8 @@ impl Line {
         }
     }
 
-    /// Shows the longest of these wordings that fits, longest first. Where lines don't renew
-    /// themselves the first one `plain` is said, at once if it is news.
+    /// Shows the first of these texts that fits; the longest comes first. Where lines can't be
+    /// updated in place, prints `plain` once a second, or at once if it is `news`.
     pub fn show(&mut self, wordings: &[&str], plain: &str, news: bool) {
         let Some(bar) = &self.bar else {
             let due = self.told.elapsed() >= LINES;
@@ -70,7 +70,7 @@ impl Line {
             }
             return;
         };
-        // The last column stays free: some terminals go to the next line there.
+        // The last column stays free: some terminals wrap the line there.
         let width = Term::stderr().size_checked().map_or(79, |(_, columns)| columns.max(2) - 1);
         bar.set_message(fitting(wordings, width.into()));
     }
@@ -83,7 +83,7 @@ impl Line {
     }
 }
 
-/// The first that fits, or as much of the last as does.
+/// The first text that fits, else the begin of the last one.
 fn fitting(wordings: &[&str], width: usize) -> String {
     let fits = |text: &&&str| text.chars().count() <= width;
     match (wordings.iter().find(fits), wordings.last()) {
@@ -93,10 +93,10 @@ fn fitting(wordings: &[&str], width: usize) -> String {
     }
 }
 
-/// A moving motor, told to the user.
+/// The progress of a motion.
 pub struct Progress {
     line: Line,
-    /// By the law, until the motion is changed.
+    /// The motion in closed form, until it is changed.
     course: Option<Course>,
     aim: Aim,
     from: i64,
@@ -105,7 +105,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Of a motion that begins at `from`, and says which keys there are.
+    /// The progress of a motion that begins at `from`. If `keys`, prints the keys.
     pub fn new(motion: &Motion, from: i64, keys: bool) -> Progress {
         let line = Line::new();
         if keys {
@@ -121,8 +121,8 @@ impl Progress {
         }
     }
 
-    /// Tells a look at the motor.
-    /// `told` is what the user is to know of it, and `change` the line that has changed the motion.
+    /// Shows what was seen of the motor. `told` is a note for the user, and `change` a line that
+    /// has changed the motion.
     pub fn see(&mut self, sight: &Sight, told: Option<&str>, change: Option<Command>) {
         if sight.braking && !self.braking {
             self.braking = true;
@@ -132,7 +132,7 @@ impl Progress {
             self.line.note(text);
         }
         if let Some(line) = change {
-            // It is another motion now.
+            // The closed form holds no longer.
             self.course = None;
             self.aim.change(line);
         }
@@ -169,10 +169,10 @@ impl Progress {
         self.line.show(&wordings, &plain, false);
     }
 
-    /// Steps per second over the last moment, measured, + forward.
+    /// The measured speed over the last moment in steps/s, positive forward.
     fn speed(&mut self, time: Duration, position: i64) -> f64 {
         self.sights.push_back((time, position));
-        // As long as what is left still tells enough, the oldest goes.
+        // Drops the oldest sights while the others suffice for a measurement.
         while let Some((then, there)) = self.sights.get(1) {
             let past = time.saturating_sub(*then);
             let enough = past >= WINDOW && position.abs_diff(*there) >= STEPS;
@@ -186,7 +186,7 @@ impl Progress {
         if time > 0.0 { position.saturating_sub(there) as f64 / time } else { 0.0 }
     }
 
-    /// Steps per second by the law, until the motion is changed.
+    /// The speed by the motion's law in steps/s, until the motion is changed.
     fn lawful(&self, position: i64) -> Option<f64> {
         let course = self.course.as_ref()?;
         let next = u32::try_from(position.abs_diff(self.from)).ok()?;
@@ -195,7 +195,8 @@ impl Progress {
         (time > 0.0).then(|| 1.0 / time)
     }
 
-    /// Seconds until the end: by the law of the motion, or, once it was changed, by the speed.
+    /// The seconds until the end: by the law of the motion, or by the speed once the motion was
+    /// changed.
     fn left(&self, position: i64, speed: f64) -> Option<f64> {
         let Some(course) = &self.course else { return self.aim.seconds(position as f64, speed) };
         let last = course.pulses().checked_sub(1)?;
@@ -204,7 +205,7 @@ impl Progress {
         Some(course.seconds(last) - course.seconds(pulse))
     }
 
-    /// Something that the user should know.
+    /// Prints a note.
     pub fn note(&self, text: &str) {
         self.line.note(text);
     }
@@ -215,7 +216,7 @@ impl Progress {
     }
 }
 
-/// How much of a whole, as a picture and a number: `━━━━────  50 %`.
+/// A part of a whole, as a bar and a number: `━━━━────  50 %`.
 fn bar(part: f64) -> String {
     let part = part.clamp(0.0, 1.0);
     let full = (part * BAR as f64) as usize;

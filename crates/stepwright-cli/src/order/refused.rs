@@ -39,7 +39,7 @@ pub fn as_slow(name: &str, order: &Order) -> Failure {
     }
 }
 
-/// What refused it, and what can be done about that.
+/// The cause of the refusal, and what to do about it.
 fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
     let set = session.changed_settings().unwrap_or_default();
     let port = if name.starts_with("the ") { String::new() } else { format!(" --port {name}") };
@@ -106,7 +106,7 @@ fn hint(session: &mut Session, name: &str, why: Refusal) -> Option<String> {
     })
 }
 
-/// Which input it is that holds the axis.
+/// The input that blocks the axis.
 fn fault(session: &mut Session, set: &ChangedSettings, port: &str) -> String {
     let stops = session.ask_info().ok().flatten().and_then(|info| info.stops);
     let inputs = [
@@ -119,7 +119,7 @@ fn fault(session: &mut Session, set: &ChangedSettings, port: &str) -> String {
         Some((held, stops.is_some_and(|stops| stops.letters().contains(&stop.letter())), *words))
     });
     let known: Vec<_> = known.collect();
-    // The one that has stopped something, or else those there are.
+    // The inputs that have stopped an axis, else all that are in use.
     let seen: Vec<_> = known.iter().filter(|(_, stopped, _)| *stopped).collect();
     let said = if seen.is_empty() { known.iter().collect() } else { seen };
     let said: Vec<_> = said.iter().map(|(held, _, words)| format!("{words} ({held})")).collect();

@@ -1,4 +1,4 @@
-//! `stepwright retarget`: another mind for a motor on its way.
+//! `stepwright retarget`: changes the travel of a moving motor.
 
 use serde_json::json;
 use stepwright::Speed;
@@ -64,8 +64,8 @@ pub struct Args {
 }
 
 impl Args {
-    /// The lines that say it: the ramps before the speed and the target, which
-    /// are to be reached by them.
+    /// The lines of the change. The ramps come before the speed and the target, which are to be
+    /// reached by them.
     fn lines(&self, began: Option<i64>) -> Result<Vec<Command>, Failure> {
         let geometry = self.geometry.geometry()?;
         let mut lines = Vec::new();
@@ -88,7 +88,7 @@ impl Args {
     }
 }
 
-/// Thousandths as the line carries them.
+/// Thousandths rounded to whole numbers, as the line carries them.
 fn whole(thousandths: u64) -> Option<u32> {
     u32::try_from(thousandths.saturating_add(500) / 1000).ok()
 }
@@ -97,9 +97,9 @@ fn too_small() -> Failure {
     Failure::new("less than 1 step/s²").hint("the line carries whole steps/s²: 1 or more")
 }
 
-/// Changes the travel, and says where the axis is.
+/// Changes the travel, and prints the axis' position.
 pub fn run(args: Args) -> Result<(), Failure> {
-    // What makes no sense is said before anything is asked.
+    // Invalid options are refused before anything is requested.
     args.lines(None)?;
     let mut session = args.port.meet("retarget", Share::Guest)?;
     target::has_axis(&session, args.on.axis)?;
@@ -118,7 +118,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     look::all_known(&name, &states)
 }
 
-/// Where the travel began: the one who gave the order knows, and the board does not say.
+/// The start of the travel. The program that gave the order knows it; the board does not report it.
 fn began(session: &mut Session, args: &Args) -> Result<Option<i64>, Failure> {
     let axis = args.on.axis;
     let held = args.port.guest().is_some();
@@ -134,7 +134,7 @@ fn began(session: &mut Session, args: &Args) -> Result<Option<i64>, Failure> {
     Ok(began)
 }
 
-/// Says the lines, each harmless twice; the one that was refused, and why.
+/// Sends the lines; a repeated line is harmless. Returns the line that was refused, and the reason.
 fn tell(
     session: &mut Session,
     axis: AxisId,
@@ -142,7 +142,7 @@ fn tell(
 ) -> Result<Option<(Command, Option<Refusal>)>, LinkError> {
     let one = Selection::One(axis);
     for &line in lines {
-        // At rest the board would keep them for later.
+        // At rest the board would keep the values for later orders.
         if !session.is_busy(one)? {
             return Ok(Some((line, Some(Refusal::NoTravel))));
         }

@@ -1,4 +1,4 @@
-//! `stepwright run`: on and on, until it is stopped.
+//! `stepwright run`: runs a motor until it is stopped.
 
 use std::time::Duration;
 
@@ -67,7 +67,7 @@ pub struct Args {
     lease: LeaseArgs,
 }
 
-/// Runs, and stays with it unless it is to be left alone.
+/// Runs the motor, and watches it unless it is detached.
 pub fn run(args: Args) -> Result<(), Failure> {
     let Some(speed) = args.speed.as_ref().or(args.named.as_ref()) else {
         return Err(Failure::usage("no speed").hint("give one: `stepwright run 200`"));
@@ -144,7 +144,7 @@ fn run_on(
     if ended.failure.is_none() {
         args.lease.give_back(session);
     }
-    // A switch may have come before the end of the ramp.
+    // A switch may have stopped the axis before the end of the ramp.
     let halted = match ended.end {
         RestPlace::At(_) if ended.braked => session.stop_of(args.on.axis),
         _ => None,
@@ -169,7 +169,7 @@ fn run_on(
     }
 }
 
-/// It runs, and we go.
+/// Reports a detached motor that runs.
 fn left_alone(session: &mut Session, args: &Args) -> Result<(), Failure> {
     let running = session.is_busy(Selection::One(args.on.axis)).and_then(|busy| {
         let position = session.position(args.on.axis)?;
@@ -189,7 +189,7 @@ fn left_alone(session: &mut Session, args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Something else has stopped it.
+/// The failure if something else has stopped the axis.
 fn stopped(why: Option<Stop>) -> Failure {
     match why {
         Some(stop) => Failure::new(format!("the axis was stopped by {}", stop.words())),

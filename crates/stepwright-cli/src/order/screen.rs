@@ -1,4 +1,4 @@
-//! A moving motor before its user: what is shown of it, keys, and Ctrl-C.
+//! The display of a moving motor, its keys, and Ctrl-C.
 
 use stepwright_host::Conversation;
 use stepwright_host::motion::{Action, Sight};
@@ -9,24 +9,24 @@ use super::motion::Motion;
 use super::progress::Progress;
 use crate::interrupt;
 
-/// Shows a motor, and says what its user wishes.
+/// Shows a motor, and returns the user's wishes.
 pub struct Screen {
     axis: AxisId,
     hand: KeyControl,
     progress: Progress,
-    /// Whether it was a signal that it braked for, and not the end of its time.
+    /// Once it brakes: whether because of a signal, rather than at the end of its time.
     cut: Option<bool>,
 }
 
 impl Screen {
-    /// Of a motor that has begun this motion at `from`, on a board that is met.
+    /// The screen of a motor that has begun this motion at `from`, on a connected board.
     pub fn of(talk: &Conversation, motion: &Motion, from: i64) -> Screen {
         let hand = KeyControl::on(talk, &motion.order);
         let progress = Progress::new(motion, from, hand.listens());
         Screen { axis: motion.axis(), hand, progress, cut: None }
     }
 
-    /// Shows a look; what is wished for then.
+    /// Shows what was seen of the motor. Returns the user's action.
     pub fn see(&mut self, talk: &mut Conversation, sight: &Sight) -> Action {
         let (mut told, mut change) = (None, None);
         if let Some((line, taken)) = sight.said {
@@ -54,7 +54,8 @@ impl Screen {
         }
     }
 
-    /// Clears it away; whether it was a signal that it braked for, if it braked.
+    /// Clears the display. Returns whether the motor was braked because of a signal, if it was
+    /// braked.
     pub fn end(self) -> Option<bool> {
         drop(self.hand);
         self.progress.end();

@@ -1,4 +1,4 @@
-//! `stepwright send`: lines as they are.
+//! `stepwright send`: sends lines unchanged.
 
 use stepwright_protocol::Form;
 
@@ -18,7 +18,7 @@ pub struct Args {
     lines: Vec<String>,
 }
 
-/// The lines that there are, and examples.
+/// The help text: all lines of the protocol, and examples.
 fn help() -> String {
     let mut help = String::from(
         "Each line is sent with its CR once the line before it has been answered; each answer is
@@ -36,7 +36,7 @@ Examples:
   stepwright send --port /dev/ttyUSB0 F V1 '?'"
 }
 
-/// A line that is one line.
+/// Parses a line; refuses line breaks in it.
 fn line(text: &str) -> Result<String, String> {
     if text.contains(['\r', '\n']) {
         return Err("give each line as an argument of its own, without its end".to_owned());
@@ -44,7 +44,7 @@ fn line(text: &str) -> Result<String, String> {
     Ok(text.to_owned())
 }
 
-/// Sends them one by one.
+/// Sends the lines one by one.
 pub fn run(args: Args) -> Result<(), Failure> {
     let mut session = args.port.meet("send", Share::Alone)?;
     let mut refused = Vec::new();
@@ -55,7 +55,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
             return Err(Failure::new(format!("{name}: no answer to {line}"))
                 .hint("it may have been carried out all the same: look with `stepwright status`"));
         };
-        // With a checksum, if the line has one.
+        // If the line has a checksum, so has the answer.
         if answer.split('*').next() == Some("E") {
             refused.push(line.as_str());
         }

@@ -1,4 +1,5 @@
-//! `stepwright stop` and `stepwright kill`: the orders that must get through.
+//! `stepwright stop` and `stepwright kill`: orders that also work while another program has the
+//! port.
 
 use std::time::{Duration, Instant};
 
@@ -56,19 +57,19 @@ pub struct KillArgs {
     port: PortArgs,
 }
 
-/// One of ours leaves the port this soon after its motor was stopped, or stays, as
-/// `stepwright serve` does, and lets others in.
+/// A stepwright leaves the port this soon after its motor was stopped, or it stays and lets others
+/// in, as `stepwright serve` does.
 const LEAVES: Duration = Duration::from_secs(1);
-/// The most that another program may take to notice that its motor was stopped.
+/// The longest time that another program may take to notice that its motor was stopped.
 const CONFIRM: Duration = Duration::from_secs(5);
 
-/// So long at most a program has the port that lets nobody in and only asks a question.
+/// The longest time that a program has the port if it lets nobody in and only asks a question.
 const TURN: Duration = Duration::from_millis(500);
 
-/// What there is to do where it is not known that the motor rests.
+/// The hint if it is not known whether the motor is at rest.
 const LOOK: &str = "the motor may still be moving: look at it, and switch off its power if it is";
 
-/// Brakes, and waits until everything rests.
+/// Brakes, and waits until all axes are at rest.
 pub fn stop(args: StopArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
     let mut session = args.port.open("stop", Share::Anyhow)?;
@@ -98,8 +99,8 @@ pub fn stop(args: StopArgs) -> Result<(), Failure> {
     end(&mut session, &args, stopped)
 }
 
-/// Brakes one axis, and no other: a bare Z would be of whichever is selected. `None` if neither
-/// the board answers, on a port that nobody has, nor the stepwright that has it.
+/// Brakes one axis only; a bare Z would brake the axis that is selected. `None` if nobody answers:
+/// neither the board, on a free port, nor the stepwright that has the port.
 fn stop_one(session: &mut Session, args: &StopArgs) -> Option<Result<(), Failure>> {
     let begin = Instant::now();
     loop {
@@ -122,7 +123,7 @@ fn stop_one(session: &mut Session, args: &StopArgs) -> Option<Result<(), Failure
     }
 }
 
-/// Brakes through the stepwright that has the port; `None` if it has left meanwhile.
+/// Brakes through the stepwright that has the port; `None` if it has released the port meanwhile.
 fn stop_through(mut guest: Session, args: &StopArgs) -> Option<Result<(), Failure>> {
     guest.set_guard(interrupt::guard(Ends::ByKilling));
     match brake_all(&mut guest, args.axis) {
@@ -134,8 +135,8 @@ fn stop_through(mut guest: Session, args: &StopArgs) -> Option<Result<(), Failur
     }
 }
 
-/// Takes a lease off the board that a dead holder of the port has left, once everything rests:
-/// who comes next need not wait for it.
+/// Ends a lease that a dead holder of the port has left on the board, once all axes are at rest:
+/// the next program need not wait for it.
 fn settle(session: &mut Session, port: &PortArgs, states: &[State]) {
     #[cfg(unix)]
     if let Some(path) = &port.port
@@ -148,7 +149,7 @@ fn settle(session: &mut Session, port: &PortArgs, states: &[State]) {
     let _ = (session, port, states);
 }
 
-/// Says how it ended.
+/// Prints the result.
 fn end(
     session: &mut Session,
     args: &StopArgs,
@@ -172,19 +173,19 @@ fn end(
     }
 }
 
-/// The board through the stepwright that has the port, if that one lets others in and answers:
-/// it may be suspended.
+/// The board through the stepwright that has the port, if it lets others in and answers. It may be
+/// suspended.
 fn host(port: &PortArgs) -> Option<Session> {
     let mut guest = port.guest()?;
     answers(&mut guest).then_some(guest)
 }
 
-/// Whether a board answers there.
+/// Whether a board answers.
 fn answers(session: &mut Session) -> bool {
     (0..2).any(|_| matches!(session.once(Command::Status), Ok(Some(_))))
 }
 
-/// Meets the board, and brakes.
+/// Connects to the board, and brakes.
 fn brake_all(
     session: &mut Session,
     only: Option<AxisId>,
@@ -199,7 +200,8 @@ fn brake_all(
     })
 }
 
-/// The axes of a board with another program, once they rest: all of them brake on the same line.
+/// The axes of a board with another program, once they are at rest: the same line brakes all of
+/// them.
 fn rest_of_another(session: &mut Session) -> Result<Vec<State>, LinkError> {
     wait_for_rest(session)?;
     let places = places(session, MAX_AXES)?;
@@ -216,7 +218,7 @@ fn brake_to_rest(session: &mut Session, only: Option<AxisId>) -> Result<Vec<Stat
     look::states(session, only)
 }
 
-/// Kills, without asking first who is there.
+/// Kills, without first asking which board it is.
 pub fn kill(args: KillArgs) -> Result<(), Failure> {
     interrupt::listen(While::Waiting)?;
     let mut session = args.port.open("kill", Share::Anyhow)?;
@@ -255,7 +257,7 @@ fn unsure(name: &str, trouble: &LinkError) -> Failure {
     Failure::new(format!("{name}: {trouble}")).hint(LOOK)
 }
 
-/// Says where the axes are: `position 4000 ready` of one, `axis 2 position 4000 ready` of each
+/// Prints the axes' positions: `position 4000 ready` for one, `axis 2 position 4000 ready` for each
 /// of several.
 fn tell(format: Format, states: &[State]) {
     if format == Format::Json {

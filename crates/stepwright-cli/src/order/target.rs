@@ -1,4 +1,4 @@
-//! Which board an order goes to.
+//! The board of an order.
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -34,10 +34,10 @@ use stepwright_plot::PlotFile;
 use stepwright_sim::Description;
 use stepwright_sim::Switch;
 
-/// So often the holder of a port is met, which may be about to end.
+/// How often to connect to the holder of a port, which may be about to end.
 #[cfg(unix)]
 const MEETINGS: u32 = 5;
-/// The socket of a program that ends closes within this time.
+/// The socket of a program that ends is closed within this time.
 #[cfg(unix)]
 const ENDING: Duration = Duration::from_millis(50);
 
@@ -128,7 +128,7 @@ pub fn axis(text: &str) -> Result<AxisId, String> {
 }
 
 impl PortArgs {
-    /// Opens the port and meets the board on it. `order` is the subcommand.
+    /// Opens the port and connects to its board. `order` is the subcommand.
     pub fn meet(&self, order: &str, share: Share) -> Result<Session, Failure> {
         #[cfg(unix)]
         if let (Share::Guest, Some(path)) = (share, &self.port)
@@ -141,7 +141,7 @@ impl PortArgs {
         Ok(session)
     }
 
-    /// Opens the port and says nothing yet.
+    /// Opens the port without sending anything.
     pub fn open(&self, order: &str, share: Share) -> Result<Session, Failure> {
         let Some(path) = &self.port else {
             return Err(Failure::usage(format!("`stepwright {order}` needs a board: --port PATH"))
@@ -157,7 +157,7 @@ impl PortArgs {
         Ok(session)
     }
 
-    /// The board through the stepwright that holds the port, for a stop; `None` if none lets
+    /// The board through the stepwright that holds the port, for a stop; `None` if no holder lets
     /// others in.
     pub fn guest(&self) -> Option<Session> {
         #[cfg(unix)]
@@ -168,7 +168,7 @@ impl PortArgs {
         None
     }
 
-    /// That there is a board which goes on when this program has ended.
+    /// Checks that the board continues after this program has ended.
     pub fn stays(&self) -> Result<(), Failure> {
         match self.port {
             Some(_) => Ok(()),
@@ -179,8 +179,8 @@ impl PortArgs {
         }
     }
 
-    /// The port if there is one, otherwise a virtual board of its own, whose
-    /// plot has this heading.
+    /// The board at the port if one is given, otherwise a new virtual board, whose plot has this
+    /// heading.
     pub fn or_virtual(
         &self,
         virt: &VirtualArgs,
@@ -195,12 +195,12 @@ impl PortArgs {
 }
 
 impl VirtualArgs {
-    /// Where the edges of its pins are wanted.
+    /// The files for the edges of its pins.
     pub fn edges(&self) -> EdgePaths<'_> {
         EdgePaths { vcd: self.vcd.as_deref(), mcap: self.mcap.as_deref() }
     }
 
-    /// A virtual board of its own, with these switches on its machine.
+    /// A new virtual board with these switches.
     pub fn board(&self, heading: Heading, switches: &[Switch]) -> Result<Session, Failure> {
         let virt = self;
         let description = Description::uno();
@@ -213,7 +213,8 @@ impl VirtualArgs {
     }
 }
 
-/// Meets the board through the stepwright that holds its port; `None` if none lets others in.
+/// Connects to the board through the stepwright that holds its port; `None` if no holder lets
+/// others in.
 #[cfg(unix)]
 fn through_holder(port: &Path) -> Result<Option<Session>, Failure> {
     for _ in 0..MEETINGS {
@@ -221,7 +222,7 @@ fn through_holder(port: &Path) -> Result<Option<Session>, Failure> {
         let mut session = conversation(Box::new(guest));
         match session.meet() {
             Ok(()) => return Ok(Some(session)),
-            // It ends: its socket closes after its conversations.
+            // The holder is ending: its socket closes after its conversations.
             Err(LinkError::Gone(_)) => thread::sleep(ENDING),
             Err(LinkError::Silent) => {
                 let what = format!("no answer from the stepwright that holds {}", port.display());
@@ -236,7 +237,7 @@ fn through_holder(port: &Path) -> Result<Option<Session>, Failure> {
     Ok(None)
 }
 
-/// Meets the board at the other end.
+/// Connects to the board of a session.
 pub fn met(session: &mut Session) -> Result<(), Failure> {
     session.meet().map_err(|trouble| not_met(session, trouble))
 }
@@ -265,8 +266,8 @@ fn not_met(session: &mut Session, trouble: LinkError) -> Failure {
     }
 }
 
-/// Meets the board of the program that greets with `wanted`; its answer to `?`. `program` names
-/// the one to flash, by such an answer.
+/// Connects to a board whose program greets with `wanted`. Returns its answer to `?`. For another
+/// answer, `program` names the program to flash.
 pub fn met_program(
     session: &mut Session,
     wanted: &str,
@@ -294,7 +295,7 @@ pub fn met_program(
     Ok(about)
 }
 
-/// What a board that speaks no word of the controller's says of itself.
+/// The answer to `?` of a board that does not know the controller's protocol.
 fn greeting(session: &mut Session) -> Option<String> {
     let link = session.link();
     link.write(b"\r?\r").ok()?;
@@ -308,12 +309,12 @@ fn greeting(session: &mut Session) -> Option<String> {
     lines.split('\r').find(|line| line.starts_with("stepwright-")).map(str::to_owned)
 }
 
-/// The failure of a conversation in which nothing was moving.
+/// The failure of a session in which nothing was moving.
 pub fn lost(name: &str, trouble: &LinkError) -> Failure {
     PlayError::lost(name, trouble).into()
 }
 
-/// That the board has this axis.
+/// Checks that the board has this axis.
 pub fn has_axis(session: &Session, axis: AxisId) -> Result<(), Failure> {
     match session.info() {
         Some(info) if axis.number() > info.axes => {
@@ -328,13 +329,13 @@ pub fn has_axis(session: &Session, axis: AxisId) -> Result<(), Failure> {
     }
 }
 
-/// The name of a session's board and the failure that goes with a trouble.
+/// Makes the failure for a link error, with the name of the session's board.
 pub fn trouble(session: &mut Session) -> impl FnOnce(LinkError) -> Failure + use<> {
     let name = session.link().name();
     move |trouble| lost(&name, &trouble)
 }
 
-/// A link that a session was made of is finished with it.
+/// Finishes the link of a session.
 pub fn finish(session: &mut Session) -> Result<(), Failure> {
     session.link().finish().map_err(|error| match error.downcast::<Failure>() {
         Ok(failure) => failure,
@@ -342,14 +343,14 @@ pub fn finish(session: &mut Session) -> Result<(), Failure> {
     })
 }
 
-/// A conversation that Ctrl-C ends by braking first.
+/// A session in which the first Ctrl-C brakes.
 pub fn conversation(link: Box<dyn Link>) -> Session {
     let mut session = Session::new(link);
     session.set_guard(interrupt::guard(Ends::ByBraking));
     session
 }
 
-/// Lets other stepwrights ask the board on this port through us.
+/// Lets other stepwrights use the board on this port through this session.
 pub fn let_in(session: &mut Session, port: &Path) {
     #[cfg(unix)]
     if let Some(host) = Host::open(port) {
@@ -359,7 +360,7 @@ pub fn let_in(session: &mut Session, port: &Path) {
     let _ = (session, port);
 }
 
-/// Opens a serial port, once a lease has run out that a dead holder of it has left.
+/// Opens a serial port, after a lease of a dead holder has expired.
 pub fn serial(path: &Path, baud: u32, share: Share) -> Result<SerialLink, Failure> {
     SerialLink::open(path, baud, share, let_run_out).map_err(|error| match error {
         OpenError::Io(error) => refused(path, baud, &error),
@@ -391,7 +392,7 @@ fn let_run_out(_: &Path) -> LeaseWait {
     LeaseWait::Over
 }
 
-/// Why a port can't be opened, and what to do about it.
+/// The failure for a port that can't be opened, with a hint.
 fn refused(path: &Path, baud: u32, error: &io::Error) -> Failure {
     let shown = path.display();
     match error.kind() {
@@ -417,7 +418,7 @@ mod tests {
 
     use super::*;
 
-    /// A silent line whose clock goes on at every look.
+    /// A silent line whose clock advances at every read.
     struct Quick(Cell<Duration>);
 
     impl Link for Quick {

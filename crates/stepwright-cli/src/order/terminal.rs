@@ -1,4 +1,4 @@
-//! A terminal that gives each key as it is pressed. Ctrl-C stays what it is.
+//! Reads each key of a terminal as it is pressed. Ctrl-C keeps its function.
 
 use std::io::{self, IsTerminal};
 
@@ -8,12 +8,12 @@ pub use unix::{Keys, restore};
 #[cfg(not(unix))]
 pub use elsewhere::{Keys, restore};
 
-/// Whether a person sits there: keys come from a terminal, and notes go to one.
+/// Whether a person uses the command: standard input and standard error are a terminal.
 pub fn is_there() -> bool {
     io::stdin().is_terminal() && io::stderr().is_terminal()
 }
 
-/// Whether standard error is a terminal that can renew a line.
+/// Whether standard error is a terminal that can update a line in place.
 pub fn has_sequences() -> bool {
     let plain = |name: &std::ffi::OsStr| name.is_empty() || name == "dumb";
     let named = std::env::var_os("TERM").is_some_and(|name| !plain(&name));
@@ -31,14 +31,15 @@ mod unix {
         LocalModes, OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcgetpgrp, tcsetattr,
     };
 
-    /// How the terminal was before.
+    /// The terminal's modes before.
     static BEFORE: Mutex<Option<Termios>> = Mutex::new(None);
 
     /// A terminal that gives keys.
     pub struct Keys(());
 
-    /// Whether the terminal is ours: a command in the background that touched
-    /// it would be stopped, and its motor left alone. One that rules no jobs is.
+    /// Whether this process is in the terminal's foreground. A background command that changes the
+    /// terminal would be suspended, without control of its motor. True if the terminal has no job
+    /// control.
     fn is_ours() -> bool {
         tcgetpgrp(io::stdin()).map_or(true, |group| group == getpgrp())
     }
@@ -51,7 +52,7 @@ mod unix {
             let before = tcgetattr(io::stdin()).ok()?;
             let mut keys = before.clone();
             keys.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
-            // To read is not to wait.
+            // Reads do not block.
             keys.special_codes[SpecialCodeIndex::VMIN] = 0;
             keys.special_codes[SpecialCodeIndex::VTIME] = 0;
             *BEFORE.lock().ok()? = Some(before);
@@ -92,7 +93,7 @@ mod unix {
 
 #[cfg(not(unix))]
 mod elsewhere {
-    /// There are none.
+    /// There are no keys.
     pub struct Keys(());
 
     impl Keys {

@@ -1,4 +1,4 @@
-//! `stepwright move`: by a distance from where the motor stands, or to a position.
+//! `stepwright move`: moves an axis by a distance, or to a position.
 
 use serde_json::json;
 use stepwright::Geometry;
@@ -88,16 +88,16 @@ pub struct Args {
     lease: LeaseArgs,
 }
 
-/// How far an axis is to go.
+/// The target of a move.
 pub enum Way {
-    /// From where it stands.
+    /// A distance from the present position.
     By(Rounded<i64>),
     /// To a position.
     To(Rounded<i64>),
 }
 
 impl Way {
-    /// By `distance`, or else to `position`.
+    /// To `position` if given, otherwise by `distance`.
     pub fn of(
         distance: Option<&DistanceArg>,
         position: Option<&DistanceArg>,
@@ -128,13 +128,13 @@ impl Way {
         })
     }
 
-    /// As it was typed, and as it is held.
+    /// The value as typed, and as it is used.
     pub fn given(&self) -> &Rounded<i64> {
         let (Way::By(held) | Way::To(held)) = self;
         held
     }
 
-    /// What was understood, where it was not in steps.
+    /// The value as text, if it was not typed in steps.
     fn show(&self) -> Option<String> {
         let (name, held) = match self {
             Way::By(held) => ("distance", held),
@@ -165,7 +165,7 @@ impl Args {
     }
 }
 
-/// Moves, and says where to.
+/// Moves the axis, and prints its position.
 pub fn run(args: Args) -> Result<(), Failure> {
     let way = Way::of(args.distance.as_ref(), args.to.as_ref(), &args.order.ramps.geometry()?)?;
     if let Some(law) = args.law.austin(args.order.ramps.has_jerk())? {
@@ -182,7 +182,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut session =
         args.order.port.or_virtual(&args.order.virt, "move", motion.heading(title))?;
     let result = travel_on(&mut session, &args, &way);
-    // Also what was recorded of a motion that went wrong is worth a look.
+    // The recordings are also written after an error.
     let finished = target::finish(&mut session);
     result.and(finished)
 }
@@ -239,7 +239,7 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
         RestPlace::At(at) => ("stopped", Some(at)),
         RestPlace::Uncertain => ("uncertain", None),
     };
-    // Where it was not us.
+    // The reason, if something else than this command stopped the axis.
     let why =
         if state == "stopped" && !ended.braked { session.stop_of(args.on.axis) } else { None };
     match args.order.format {
@@ -274,7 +274,7 @@ fn travel_on(session: &mut Session, args: &Args, way: &Way) -> Result<(), Failur
     }
 }
 
-/// Steps that came late on the way, if the board counts them; said if any.
+/// The late steps of the motion, if the board counts them. Prints a note if there are any.
 fn late(session: &mut Session, before: Option<u32>) -> Option<u32> {
     let late = session.ask_info().ok()??.late.saturating_sub(before?);
     if late > 0 {
@@ -283,7 +283,7 @@ fn late(session: &mut Session, before: Option<u32>) -> Option<u32> {
     Some(late)
 }
 
-/// The line that says where an axis is, and why, if something has stopped it.
+/// The line with an axis' position, and the reason if something has stopped it.
 pub fn last_line(state: &str, position: Option<i64>, why: Option<Stop>) -> String {
     match (position, why) {
         (Some(at), None) => format!("position {at} {state}"),
@@ -292,7 +292,7 @@ pub fn last_line(state: &str, position: Option<i64>, why: Option<Stop>) -> Strin
     }
 }
 
-/// Prints where an axis rests.
+/// Prints the position of an axis at rest.
 pub fn print_rest(order: &MotionArgs, session: &Session, axis: AxisId, at: i64) {
     match order.format {
         Format::Json => say::json(in_unit(
@@ -309,7 +309,7 @@ pub fn print_rest(order: &MotionArgs, session: &Session, axis: AxisId, at: i64) 
     }
 }
 
-/// Where the axis stands before it moves.
+/// The position of the axis before it moves.
 pub fn start_position(session: &mut Session, axis: AxisId) -> Result<i64, Failure> {
     if interrupt::asked() {
         return Err(Failure::interrupted("interrupted before anything moved"));
@@ -330,7 +330,7 @@ pub fn start_position(session: &mut Session, axis: AxisId) -> Result<i64, Failur
     })
 }
 
-/// It rests, and not where it should.
+/// The failure for an axis that is at rest before its target.
 pub fn short(at: i64, target: i64, braked: bool, why: Option<Stop>) -> Failure {
     let left = target.abs_diff(at);
     if braked {

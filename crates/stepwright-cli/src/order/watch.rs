@@ -1,4 +1,4 @@
-//! `stepwright watch`: follows an axis until it rests, and moves nothing.
+//! `stepwright watch`: follows an axis until it is at rest, and moves nothing.
 
 use std::time::{Duration, Instant};
 
@@ -16,7 +16,7 @@ use stepwright_host::link::serial::Share;
 use stepwright_host::motion::{NotBegun, POLL};
 use stepwright_host::{LinkError, Session};
 
-/// Between two lines about where the axis is.
+/// The time between two lines with the axis' position.
 const LINES: Duration = Duration::from_secs(1);
 
 /// Follow an axis until it rests
@@ -36,7 +36,7 @@ pub struct Args {
     one: OneArgs,
 }
 
-/// Watches, and says where the axis is.
+/// Watches the axis, and prints its final position.
 pub fn run(args: Args) -> Result<(), Failure> {
     let args = args.one;
     interrupt::listen(While::Waiting)?;
@@ -47,7 +47,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
             Err(LinkError::Killed | LinkError::Ended) => {
                 return Err(Failure::interrupted("not watched to its end; nothing was stopped"));
             }
-            // Whom it was asked through has seen its own motion end.
+            // The stepwright that it was asked through has ended.
             Err(LinkError::Gone(_)) => session = meet(&args)?,
             Err(trouble) => return Err(target::lost(&session.link().name(), &trouble)),
         }
@@ -63,7 +63,7 @@ fn meet(args: &OneArgs) -> Result<Session, Failure> {
     Ok(session)
 }
 
-/// Looks at the axis until it rests.
+/// Polls the axis until it is at rest.
 fn follow(session: &mut Session, args: &OneArgs) -> Result<State, LinkError> {
     let one = Selection::One(args.on.axis);
     let (mut told, mut seen) = (Instant::now(), None);
@@ -87,7 +87,7 @@ fn follow(session: &mut Session, args: &OneArgs) -> Result<State, LinkError> {
     states.into_iter().next().ok_or(LinkError::Silent)
 }
 
-/// Says what an axis is doing, also in its unit.
+/// Prints the state of an axis, also in its unit.
 pub fn tell(session: &mut Session, format: Format, unit: Option<MachineUnit>, state: &State) {
     match format {
         Format::Json => {
@@ -104,7 +104,7 @@ pub fn tell(session: &mut Session, format: Format, unit: Option<MachineUnit>, st
     }
 }
 
-/// Says where an axis is that goes on by itself.
+/// Prints the position of a detached axis.
 pub fn left(
     session: &mut Session,
     axis: AxisId,

@@ -1,4 +1,4 @@
-//! The option of a ramp that changes its acceleration on its way (Eq 18).
+//! The option for a change of the acceleration during a ramp (Eq 18).
 
 use std::str::FromStr;
 
@@ -8,7 +8,7 @@ use stepwright_plan::RampChange;
 use crate::failure::Failure;
 use crate::quantity::AccelArg;
 
-/// An acceleration that a ramp changes to, and where.
+/// A new acceleration of a ramp, and the step after which it begins.
 #[derive(Clone, Debug)]
 pub struct ChangeArg {
     steps: u32,

@@ -1,4 +1,4 @@
-//! `plan compare`: laws over one another, for the same travel.
+//! `plan compare`: compares laws for the same travel.
 
 use std::io::{self, BufWriter, Write};
 
@@ -66,7 +66,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The law of this name, as the options have it.
+    /// The law of this name, with its options.
     fn law(&self, name: &str, geometry: &Geometry) -> Result<LawChoice, Failure> {
         let (c0, start) = (self.begin.c0, Rounded::of(Speed::ZERO, "/s"));
         Ok(match name {
@@ -88,7 +88,7 @@ impl Args {
     }
 }
 
-/// Compares, prints, and draws if asked to.
+/// Compares the laws and prints the result. Draws it if requested.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (rate, geometry) = (args.machine.timer_hz, args.machine.geometry.geometry()?);
     let limits = args.limits.held(rate, &geometry)?;

@@ -24,12 +24,12 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// How far, as typed.
+    /// The distance, as typed.
     pub fn distance(&self) -> &DistanceArg {
         &self.steps.steps
     }
 
-    /// What the core holds of them.
+    /// The limits, rounded to what the core can represent.
     pub fn held(&self, rate: Rate, geometry: &Geometry) -> Result<PlanLimits, Failure> {
         let accel = self.accel.resolve(geometry, "--accel")?;
         let decel = self.decel.as_ref().map(|d| d.resolve(geometry, "--decel")).transpose()?;

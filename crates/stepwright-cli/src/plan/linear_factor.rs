@@ -41,7 +41,7 @@ pub struct Knee {
     pub knee: u16,
 }
 
-/// A part in thousandths, of 0 to 0.9.
+/// Parses a part from 0 to 0.9, in thousandths.
 pub fn thousandths(text: &str) -> Result<u16, String> {
     let part: f64 = text.parse().map_err(|_| "give a part of the top speed, like 0.5")?;
     if (0.0..=0.9).contains(&part) {

@@ -38,7 +38,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// How many steps the travel is, as G has it.
+    /// The number of steps of the travel, within the range of G.
     fn pulses(&self, geometry: &Geometry) -> Result<u32, Failure> {
         let held = self.steps.resolve(geometry, "--steps")?;
         let steps = i32::try_from(held.value).map(i32::unsigned_abs);

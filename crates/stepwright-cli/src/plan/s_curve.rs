@@ -1,4 +1,4 @@
-//! `plan s-curve`: ramps whose jerk is limited.
+//! `plan s-curve`: ramps with a jerk limit.
 
 use stepwright::{Geometry, Rate};
 use stepwright_plan::{LawChoice, Plan, Watch};

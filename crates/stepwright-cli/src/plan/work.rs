@@ -1,15 +1,15 @@
-//! How far a long calculation is, on standard error: billions of steps take minutes.
+//! The progress of a long calculation, on standard error: billions of steps take minutes.
 
 use std::cell::RefCell;
 
 use crate::order::progress::Line;
 
-/// A walk over the steps of a travel, told once a second.
+/// The progress through the steps of a travel, shown once a second.
 #[derive(Default)]
 pub struct Work(RefCell<Option<(&'static str, Line)>>);
 
 impl Work {
-    /// What is done, at which step, of how many.
+    /// Shows the activity, the present step, and the number of steps.
     pub fn tell(&self, what: &'static str, n: u32, of: u32) {
         let mut told = self.0.borrow_mut();
         if let Some((_, line)) = told.take_if(|(before, _)| *before != what) {

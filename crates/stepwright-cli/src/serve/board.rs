@@ -1,4 +1,4 @@
-//! The board's thread: its line, and a [`Keeper`] that is carried on by it.
+//! The board's thread: its line, and a [`Keeper`] that runs on it.
 //!
 //! ```text
 //!   open ─► turn, wait for a job, turn … ──► lost ─► open again ─► turn …
@@ -29,40 +29,40 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::order::target::{self, PortArgs};
 
-/// The board brakes by itself when it hears nothing from here for this time, while an axis
-/// runs without end.
+/// The lease while an axis runs without end: the board brakes if it hears nothing from the server
+/// for this time.
 const LEASE: LeaseMillis = LeaseMillis::clamped(1000);
 
-/// Between two attempts to meet a board that is gone.
+/// The time between two attempts to connect to a lost board.
 const AGAIN: Duration = Duration::from_millis(500);
 
-/// Between two looks for Ctrl-C meanwhile.
+/// The time between two checks for Ctrl-C meanwhile.
 const IDLE: Duration = Duration::from_millis(100);
 
-/// Which board is served.
+/// The board to serve.
 pub struct ServedBoard {
-    /// Its port, or a virtual board's absence of one.
+    /// The port; none for a virtual board.
     pub port: PortArgs,
-    /// The unit of the positions of each axis, and the steps of one.
+    /// For each axis, the unit of its positions and the steps of one unit.
     pub units: Vec<(AxisId, (&'static str, f64))>,
     /// The limit switches of a virtual machine.
     pub switches: Vec<Switch>,
-    /// What its motors are on that have coils.
+    /// The drives of motors with coils.
     pub drives: Vec<AxisDrive>,
-    /// How far the limit switches of axes may be, in steps, by the machine file.
+    /// The greatest distance to the limit switch of each axis, in steps, by the machine file.
     pub home_within: Vec<(AxisId, u32)>,
-    /// What stands in the machine file.
+    /// The content of the machine file.
     pub machine: Option<MachineSheet>,
 }
 
-/// The board's thread, but for its way to the board: that ends when the board is lost.
+/// The state of the board's thread, without the session, which ends when the board is lost.
 pub struct BoardThread {
     board: ServedBoard,
     desk: Arc<ServeDesk>,
     keeper: Keeper<ServeDesk>,
 }
 
-/// Opens the way to the board and meets it.
+/// Opens the link to the board and connects to it.
 fn open(board: &ServedBoard, desk: &Arc<ServeDesk>) -> Result<Session, Failure> {
     let port = &board.port;
     let link: Box<dyn Link> = match &port.port {
@@ -85,7 +85,7 @@ fn open(board: &ServedBoard, desk: &Arc<ServeDesk>) -> Result<Session, Failure> 
 }
 
 impl BoardThread {
-    /// Meets the board.
+    /// Connects to the board.
     pub fn begin(
         board: ServedBoard,
         desk: Arc<ServeDesk>,
@@ -108,7 +108,7 @@ impl BoardThread {
         Ok((BoardThread { board, desk, keeper }, session))
     }
 
-    /// Keeps the board until Ctrl-C, or another signal.
+    /// Serves the board until Ctrl-C or another signal.
     pub fn keep(mut self, mut session: Session) -> Result<(), Failure> {
         loop {
             let trouble = match self.attend(&mut session) {
@@ -121,7 +121,8 @@ impl BoardThread {
             let moving = self.keeper.is_moving();
             self.desk.close(self.keeper.lose(&trouble));
             let name = session.name();
-            // While it is open its port is not to be had, where the board is silent and its port still there.
+            // Closes the port, which can't be opened again before. It is still there if the board
+            // is only silent.
             drop(session);
             session = self.meet_again().ok_or_else(|| {
                 let failure = target::lost(&name, &trouble);
@@ -133,7 +134,7 @@ impl BoardThread {
         }
     }
 
-    /// Does what there is to do until the end is asked for.
+    /// Carries out jobs until the server is to end.
     fn attend(&mut self, session: &mut Session) -> Result<(), LinkError> {
         let mut pause = Duration::ZERO;
         while !interrupt::asked() {
@@ -149,7 +150,7 @@ impl BoardThread {
         session.wait(async |talk| keeper.rest(talk).await)?
     }
 
-    /// Waits until the board is back; `None` if the end is asked for before.
+    /// Waits until the board is back; `None` if the server is to end before.
     fn meet_again(&mut self) -> Option<Session> {
         loop {
             let tried = Instant::now();

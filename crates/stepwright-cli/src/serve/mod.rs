@@ -1,4 +1,4 @@
-//! `stepwright serve`: a board in a browser.
+//! `stepwright serve`: serves a board to browsers.
 //!
 //! ```text
 //!   browser ─► stepwright-serve ─► ServeDesk ─► Keeper, on a thread ─► Session ─► tap ─► Link
@@ -6,12 +6,12 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | [`board`] | the board's thread: its line, also when it is lost and comes back |
-//! | [`tap`] | the lines as they are said |
+//! | [`board`] | the board's thread: its line, also when the board is lost and returns |
+//! | [`tap`] | the lines as they are sent |
 //! | [`paths`] | cycle files and G-code jobs |
 //! | [`path_board`] | cycle files on a board that plays cycles |
 //!
-//! What is asked for is carried out by [`stepwright_keeper`].
+//! [`stepwright_keeper`] carries out the requests.
 
 mod board;
 mod path_board;
@@ -38,10 +38,10 @@ use board::{BoardThread, ServedBoard};
 use paths::{PathBoards, PathFiles};
 use stepwright_sim::{AxisDrive, Switch};
 
-/// Where the page is, unless `--bind` says otherwise.
+/// The default TCP port of the page.
 const PORT: u16 = 8480;
 
-/// Where the switch of a virtual machine stands, unless `--switch` says otherwise.
+/// The default switch of a virtual machine.
 const SWITCH: &str = "1:-1000";
 
 /// Drive a board from a browser, and from programs over HTTP
@@ -123,7 +123,7 @@ impl std::fmt::Display for Bind {
     }
 }
 
-/// Serves until Ctrl-C, or another signal.
+/// Serves until Ctrl-C or another signal.
 pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     if args.cycles.is_some() && !cfg!(unix) {
         return Err(Failure::usage(
@@ -170,7 +170,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         let desk = desk.clone();
         move || {
             let kept = BoardThread::begin(served, desk.clone()).and_then(|(board, session)| {
-                // The other thread waits for nothing else.
+                // The main thread only waits for this message.
                 let _ = tell.send(());
                 board.keep(session)
             });

@@ -1,4 +1,4 @@
-//! A cycle file on a real board, by `stepwright cycle --port` as a process of its own.
+//! Plays a cycle file on a real board, by `stepwright cycle --port` as a separate process.
 //!
 //! ```text
 //!   file ─► stdin ─► stepwright cycle - --port PORT --format csv ─► board
@@ -20,27 +20,27 @@ use crate::failure::Failure;
 use crate::wish::{PlayOrder, Played, Wish};
 use stepwright_plan::sheet::quoted;
 
-/// An order is heard so soon.
+/// The time between two checks of the order.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// Who plays a file on a board.
+/// Plays files on a board.
 pub struct BoardPlayer {
     port: PathBuf,
-    /// The motors, as rows name them.
+    /// The names of the motors, as in the rows.
     names: Vec<String>,
 }
 
 impl BoardPlayer {
-    /// On the board of this port; `names` are those of the motors.
+    /// A player for the board at this port; `names` are those of the motors.
     pub fn new(port: PathBuf, names: Vec<String>) -> BoardPlayer {
         BoardPlayer { port, names: names.iter().map(|name| quoted(name).to_string()).collect() }
     }
 
-    /// Plays a file. `tell` hears how far the board is, in s, where its motors are, and what
-    /// they obey. It can't be held.
+    /// Plays a file, without hold. Calls `tell` with the board's time in s, the motors' positions,
+    /// and the wish that they obey.
     ///
     /// # Errors
-    /// The board is not there, refuses the file, or has cancelled a cycle.
+    /// The board is missing, refuses the file, or has cancelled a cycle.
     pub fn play(
         &self,
         file: &PathFile,
@@ -51,7 +51,7 @@ impl BoardPlayer {
         let mut child = self.begin().map_err(failed)?;
         let (rows, errors) = (lines(child.stdout.take()), lines(child.stderr.take()));
         if let Some(mut stdin) = child.stdin.take() {
-            // One that ends before it has read all says why.
+            // A process that ends before it has read the whole file gives the reason.
             let _ = stdin.write_all(file.text.as_bytes());
         }
         let (mut places, mut seconds, mut ended) = (vec![0; self.names.len()], 0.0, None);
@@ -79,7 +79,7 @@ impl BoardPlayer {
         }
         let status = child.wait().map_err(failed)?;
         match ended {
-            // What has come to its end before the order was heard.
+            // The cycle ended before it received the order.
             _ if status.success() => Ok(Played::Done),
             Some(end) => Ok(end),
             None => Err(blamed(&errors.iter().collect::<Vec<_>>(), &file.name)),
@@ -93,7 +93,7 @@ impl BoardPlayer {
         pipes.spawn()
     }
 
-    /// Which motor was where, when: of a row `time_us,motor,at,,position`.
+    /// Motor, time and position from a row `time_us,motor,at,,position`.
     fn read(&self, row: &str) -> Option<(usize, f64, i64)> {
         let (rest, place) = row.rsplit_once(',')?;
         let (time, motor) = rest.strip_suffix(",at,")?.split_once(',')?;
@@ -102,7 +102,7 @@ impl BoardPlayer {
     }
 }
 
-/// How it ends by this wish.
+/// The end that this wish causes.
 fn end(wish: Wish) -> Option<Played> {
     match wish {
         Wish::Go | Wish::Hold => None,
@@ -111,7 +111,7 @@ fn end(wish: Wish) -> Option<Played> {
     }
 }
 
-/// Lines as they come.
+/// Receives lines as they come.
 fn lines(from: Option<impl Read + Send + 'static>) -> Receiver<String> {
     let (tell, hear) = mpsc::channel();
     thread::spawn(move || {
@@ -121,7 +121,7 @@ fn lines(from: Option<impl Read + Send + 'static>) -> Receiver<String> {
     hear
 }
 
-/// Has the command end the cycle.
+/// Tells the process to end the cycle.
 #[cfg(unix)]
 fn finish(child: &Child) -> std::io::Result<()> {
     use rustix::process::{Pid, Signal, kill_process};
@@ -133,11 +133,11 @@ fn finish(_: &Child) -> std::io::Result<()> {
     Err(std::io::Error::other("a cycle can't be ended from here on this system"))
 }
 
-/// What a command has said on standard error, of a file with this name.
+/// The failure from a process' standard error, for a file with this name.
 fn blamed(said: &[String], name: &str) -> Failure {
     let after = |begin: &str| said.iter().find_map(|line| line.strip_prefix(begin));
     let what = after("error: ").unwrap_or("it broke off without a word");
-    // -:7:1: is a place in the file.
+    // `-:7:1:` is a position in the file.
     let place = what.strip_prefix("-:").and_then(|rest| {
         let (line, rest) = rest.split_once(':')?;
         let (_, what) = rest.split_once(": ")?;

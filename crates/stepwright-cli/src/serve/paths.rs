@@ -1,5 +1,5 @@
-//! Files of paths for pages: cycle files, read and played by who does it for `stepwright cycle`, and
-//! G-code jobs, by who does it for `stepwright gcode`. The end of its name says what a file is.
+//! Files of paths for pages: cycle files, as in `stepwright cycle`, and G-code jobs, as in
+//! `stepwright gcode`. The extension of the file's name tells the kind.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,7 +23,7 @@ use crate::machine::{MachineArgs, MachineAxes};
 use crate::order::target::PortArgs;
 use crate::wish::{PlayOrder, Played, Wish};
 
-/// The examples, as they lie in the folders `examples/cycles` and `examples/gcode`.
+/// The examples, from the folders `examples/cycles` and `examples/gcode`.
 const EXAMPLES: [(&str, &str); 9] = [
     ("drawing.toml", include_str!("paths/drawing.toml")),
     ("joined.toml", include_str!("paths/joined.toml")),
@@ -36,30 +36,30 @@ const EXAMPLES: [(&str, &str); 9] = [
     ("engrave.nc", include_str!("paths/engrave.nc")),
 ];
 
-/// How the names of G-code jobs end, in any case of letters.
+/// The extensions of G-code jobs, in upper or lower case.
 const JOBS: [&str; 6] = [".nc", ".ngc", ".gcode", ".gco", ".cnc", ".tap"];
 
-/// Bytes of a cycle file, at most.
+/// The largest size of a cycle file, in bytes.
 const CYCLES: usize = 200_000;
 
 /// Reads files, and plays one at a time.
 pub struct PathFiles {
     boards: PathBoards,
-    /// What the axes of a job can do, by the machine file.
+    /// The limits of a job's axes, by the machine file.
     axes: Result<[AxisPace; 3], Failure>,
     playing: Mutex<Option<Playing>>,
 }
 
-/// The ports of boards that files are run on; none: a virtual board does.
+/// The ports of boards for running files; without a port a file runs on a virtual board.
 #[derive(Clone, Debug, Default)]
 pub struct PathBoards {
-    /// Of a board that plays cycles.
+    /// The board that plays cycles.
     pub cycles: Option<PathBuf>,
-    /// Of a board that plays streams: for jobs.
+    /// The board that plays streams, for jobs.
     pub stream: Option<PathBuf>,
 }
 
-/// A file that is played, or was.
+/// A file that is being played, or was played.
 struct Playing {
     kind: Kind,
     order: Arc<PlayOrder>,
@@ -69,12 +69,12 @@ struct Playing {
 
 impl Playing {
     fn is_over(&self) -> bool {
-        // A thread that broke off has said nothing.
+        // A thread that panicked has not set `over`.
         self.over.load(Ordering::Relaxed) || self.thread.is_finished()
     }
 }
 
-/// The example for a laser, with S of full power.
+/// The example for a laser, and its S of full power.
 const ENGRAVED: (&str, f64) = ("engrave.nc", 1_000.0);
 
 const VIRTUAL: &str = "On a virtual board of its own, in real time: the program of the served board \
@@ -85,7 +85,7 @@ const JOB: &str = "On a virtual board of its own, an Uno by its speed, in real t
                    accelerations are those of the machine file. A hold and a stop brake along the path. \
                    A board with the program stream runs jobs with `serve --stream PORT`.";
 
-/// What a file is.
+/// The kind of a file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Cycles,
@@ -103,18 +103,18 @@ impl Kind {
 }
 
 impl PathFiles {
-    /// Files are run on these boards; jobs by the axes of this machine. What
-    /// is wrong with those is said of a job alone.
+    /// Runs files on these boards, and jobs with the axes of this machine. An error in the machine
+    /// file is reported for jobs only.
     pub fn on(boards: PathBoards, machine: &MachineArgs) -> PathFiles {
         let axes = MachineAxes::quiet(machine).and_then(|file| AxesArgs::default().of(&file));
         PathFiles { boards, axes, playing: Mutex::default() }
     }
 
-    /// Has what is played brake, and waits until it has: the server ends.
+    /// Brakes the running file and waits for its end, because the server ends.
     pub fn finish(&self) {
         self.stop();
         let playing = self.playing().take();
-        // One that broke off has said nothing.
+        // A panic of the thread is ignored.
         playing.map(|playing| playing.thread.join());
     }
 
@@ -126,7 +126,7 @@ impl PathFiles {
     }
 
     fn playing(&self) -> MutexGuard<'_, Option<Playing>> {
-        // Nothing here is changed by halves.
+        // No change of the value can be left half done by a panic.
         self.playing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -214,7 +214,7 @@ impl PathReader for PathFiles {
             places: drawing.places.iter().map(first).collect(),
             ..PathReport::default()
         };
-        // Whoever hears that it was begun finds this run, not the one before.
+        // Whoever receives this report finds the new run, not the one before.
         tell(last.clone());
         let thread = thread::spawn({
             let (file, order, over) = (file.clone(), order.clone(), over.clone());
@@ -262,12 +262,12 @@ impl PathReader for PathFiles {
     }
 }
 
-/// A file that is a job.
+/// The job of a file.
 fn job(file: &PathFile, axes: [AxisPace; 3]) -> PageJob<'_> {
     PageJob { name: &file.name, text: &file.text, axes, laser: file.laser }
 }
 
-/// Who plays a file.
+/// The player of a file.
 enum Player {
     Virtual,
     Board(BoardPlayer),
@@ -275,7 +275,7 @@ enum Player {
     Stream([AxisPace; 3], PathBuf),
 }
 
-/// Plays a file, and tells how that goes on.
+/// Plays a file, and reports the progress.
 fn play(
     file: &PathFile,
     player: Player,
@@ -309,15 +309,15 @@ fn play(
             ("failed", Some(Trouble { what, remedy }))
         }
     };
-    // Whoever hears the end may begin the next one.
+    // Set before the report: whoever receives the end may begin the next run.
     over.store(true, Ordering::Relaxed);
     tell(PathReport { state, trouble, ..last });
 }
 
-/// What is wrong with a file, in one line.
+/// The refusal for an error of a file, in one line.
 fn declined(failure: &Failure, file: &PathFile) -> Declined {
     let name = &file.name;
-    // A job says its place itself, and its error's number.
+    // The message of a job has its own position, and the error's number.
     let placed = failure.message().strip_prefix(&format!("{name}: line "));
     let declined = Declined::range(match (placed, failure.place()) {
         (Some(rest), _) => format!("{name}, line {rest}"),
@@ -336,7 +336,7 @@ mod tests {
     use serde_json::{Value, json};
     use std::path::Path;
 
-    /// By a machine file that is not there.
+    /// Without a machine file.
     fn files() -> PathFiles {
         let axes = AxesArgs::default().of(&MachineAxes::none());
         PathFiles { boards: PathBoards::default(), axes, playing: Mutex::default() }
@@ -361,7 +361,7 @@ mod tests {
         assert_eq!(count, EXAMPLES.len());
     }
 
-    /// A picture of `drawing` to carry: places to a µm, speeds to a µm/s, moments to 10 µs.
+    /// A `drawing` rounded for the page: positions to a µm, speeds to a µm/s, times to 10 µs.
     fn carried(mut drawing: Value) -> Value {
         fn round(value: &mut Value, by: &dyn Fn(f64) -> Value) {
             match value {
@@ -377,7 +377,7 @@ mod tests {
         drawing
     }
 
-    /// Drawings of a page without a server: `STEPWRIGHT_GOLDEN=write` writes them.
+    /// The drawings of a page without a server. `STEPWRIGHT_GOLDEN=write` writes them.
     #[test]
     fn drawings_that_the_page_carries_are_those_of_today() {
         let path =
@@ -401,7 +401,7 @@ mod tests {
         let carried: Vec<Value> =
             serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
         assert_eq!(carried.len(), drawn.len());
-        // Another machine's sine may move a point by a µs.
+        // On another computer, the sine may move a point by a µs.
         let near = |a: &Value, b: &Value| {
             let (a, b) = (a.as_f64().unwrap(), b.as_f64().unwrap());
             (a - b).abs() <= 2e-6 + 1e-5 * a.abs()

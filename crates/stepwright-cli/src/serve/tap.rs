@@ -1,4 +1,4 @@
-//! A line to a board that is listened to.
+//! A link to a board whose lines are recorded.
 
 use std::io;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use stepwright_host::link::Link;
 use stepwright_keeper::tap::Tap;
 use stepwright_serve::ServeDesk;
 
-/// A line whose conversation is told to a desk.
+/// A link whose lines and answers are reported to a desk.
 pub struct TappedLink {
     line: Box<dyn Link>,
     desk: Arc<ServeDesk>,
@@ -16,7 +16,7 @@ pub struct TappedLink {
 }
 
 impl TappedLink {
-    /// Listens to this line.
+    /// Taps this link.
     pub fn new(line: Box<dyn Link>, desk: Arc<ServeDesk>) -> TappedLink {
         TappedLink { line, desk, tap: Tap::default() }
     }

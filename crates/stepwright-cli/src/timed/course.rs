@@ -1,4 +1,4 @@
-//! What happens: the order on the virtual board, from the call on.
+//! Plays an order on the virtual board, from the call on.
 
 use std::str::FromStr;
 
@@ -10,15 +10,15 @@ use super::order::Order;
 use super::wiring::Wiring;
 use crate::failure::Failure;
 
-/// Steps that are kept at most.
+/// The most steps that are kept.
 const MOST: usize = 20_000_000;
 
 /// When to print the debug dump, in ms after the call.
 #[derive(Clone, Debug)]
 pub enum Moments {
-    /// These.
+    /// At these times.
     Each(Vec<f64>),
-    /// The first, and from one to the next.
+    /// The first time, and the interval.
     Every(f64, f64),
 }
 
@@ -43,7 +43,7 @@ impl FromStr for Moments {
 }
 
 impl Moments {
-    /// The nth, counted from 0.
+    /// The nth time, counted from 0.
     pub fn at(&self, n: usize) -> Option<f64> {
         match self {
             Moments::Each(each) => each.get(n).copied(),
@@ -52,7 +52,7 @@ impl Moments {
     }
 }
 
-/// What is to be played.
+/// The order to play, and its options.
 pub struct Play<'a> {
     pub hardware: Hardware,
     pub latched: bool,
@@ -62,7 +62,7 @@ pub struct Play<'a> {
     pub log: Option<&'a Moments>,
 }
 
-/// An order's course.
+/// The result of an order.
 pub struct Course<'a> {
     pub hardware: Hardware,
     pub latched: bool,
@@ -73,23 +73,23 @@ pub struct Course<'a> {
     /// The callbacks, with their ms after the call.
     pub calls: Vec<(f64, Call)>,
     pub status: Status,
-    /// Steps made, where they are known.
+    /// The number of steps made, if known.
     pub made: Option<u64>,
-    /// The clock of each step; none of a board's.
+    /// The clock of each step; empty for a real board.
     pub steps: Vec<u64>,
-    /// Whether a board has carried it out.
+    /// Whether a real board has carried out the order.
     pub on_board: bool,
     pub changes: Vec<Change>,
     /// The phase before the first step.
     pub phase: u8,
     pub rows: u8,
-    /// When it was watched last, in clocks, and whether it moved still.
+    /// The end of the watching in clocks, and whether the motor still moved then.
     pub end: u64,
     pub moving: bool,
 }
 
 impl Play<'_> {
-    /// How long an order is watched at most, in ms from the call.
+    /// The longest time to watch an order, in ms from the call.
     pub fn until_ms(&self) -> Option<u32> {
         let set_speed = &self.order.set_speed;
         let variable = set_speed.control.has(Control::SPEED_VARIABLE);
@@ -99,14 +99,14 @@ impl Play<'_> {
     }
 }
 
-/// An order that the driver has refused.
+/// The failure for an order that the driver refused.
 pub fn refused(code: Code) -> Failure {
     let text = code.to_string();
     let (what, todo) = text.split_once("; ").unwrap_or((&text, "see --help"));
     Failure::new(what).hint(todo)
 }
 
-/// The speed from some time on: the first is the call's.
+/// The speed from this clock on; the first one is the call's.
 pub struct Update {
     pub clock: u64,
     /// Steps made by then.
@@ -146,7 +146,7 @@ impl<'a> Course<'a> {
         Ok(course)
     }
 
-    /// The course of an order that a board has taken with this code.
+    /// The course of an order that a board has accepted with this code.
     pub fn begin(play: &Play<'a>, code: Code, phase: u8, rows: u8) -> Course<'a> {
         Course {
             hardware: play.hardware,
@@ -168,7 +168,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Lets it run: to each event, check and dump in the order of time.
+    /// Lets the board run: carries out events, checks and dumps in the order of time.
     fn watch(&mut self, board: &mut TimedBoard, play: &Play) -> Result<(), Failure> {
         let until = play.until_ms().map_or(u64::MAX, |ms| board.clocks(ms.into()));
         let mut check = self.order.poll_ms.map(|ms| (ms, ms));
@@ -177,8 +177,8 @@ impl<'a> Course<'a> {
             let dump = play.log.and_then(|log| log.at(logged)).map(|ms| (board.clocks(ms), ms));
             let polled = check.map(|(at, _)| board.clocks(at.into()));
             let event = board.due();
-            // Once it is at rest a last check may call back; each dump that is asked for by
-            // itself is given.
+            // Once the motor is at rest, a last check may still call back. All dumps of an explicit
+            // list are made.
             let asked = matches!(play.log, Some(Moments::Each(_)));
             let called = self.calls.iter().any(|(_, call)| *call == Call::Reached);
             let waits = polled.is_some() && !called;
@@ -214,7 +214,7 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    /// Takes an update down.
+    /// Records an update.
     fn note(&mut self, board: &mut TimedBoard) {
         let dump = board.dump();
         if self.updates.last().is_some_and(|last| last.top == dump.top) {
@@ -227,12 +227,12 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Milliseconds of this many clocks.
+    /// Converts clocks to milliseconds.
     pub fn ms(&self, clock: u64) -> f64 {
         clock as f64 * 1e3 / f64::from(self.hardware.hz())
     }
 
-    /// Turns per minute of a speed.
+    /// Converts a speed to turns per minute.
     pub fn rpm(&self, speed: f64) -> f64 {
         speed * 60.0 / f64::from(self.order.steps_per_turn)
     }

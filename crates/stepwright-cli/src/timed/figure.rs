@@ -1,4 +1,4 @@
-//! The plot: speed over time, what is left of a case beside its published log, and with
+//! The plot: the speed over time, the steps left in a case beside its published log, and with
 //! `--drive` the signals of the pins.
 
 use std::str::FromStr;
@@ -8,7 +8,7 @@ use super::output::called;
 use super::wiring::{What, Wiring};
 use stepwright_plot::{Curve, Figure, GAP, PALETTE, Panel, View, number};
 
-/// Of signals this many steps are shown, unless a window is chosen.
+/// Signals are shown for this many steps, unless a window is chosen.
 const FEW: usize = 16;
 
 /// `0..40`: ms after the call.
@@ -39,14 +39,14 @@ pub fn draw(course: &Course, wiring: &Wiring, window: Option<Window>) -> Figure 
     let across = match window {
         Some(window) => (window.from, window.to),
         None if !wiring.signals.is_empty() && course.steps.len() <= FEW => {
-            // The pins' time: with what happens at the call and after the last step.
+            // The time span of the pins: includes the changes at the call and after the last step.
             let change = course.changes.last().map_or(0.0, |change| course.ms(change.time));
             let end = end.max(change);
             (end * -0.03, end * 1.05)
         }
         None => (0.0, end.max(1e-3) * 1.02),
     };
-    // Seconds from ten seconds on.
+    // Ten seconds or more are shown in seconds.
     let (unit, scale) = if across.1 >= 10_000.0 { ("s", 1e-3) } else { ("ms", 1.0) };
     let time = ("time from the call".to_owned(), unit.to_owned());
     let view = |(from, to): (f64, f64)| View { x: Some((from * scale, to * scale)), y: None };
@@ -155,7 +155,7 @@ fn speeds(course: &Course, scale: f64) -> Vec<Curve> {
     curves
 }
 
-/// Steps left over time, and in the log.
+/// The steps left over time, and those of the log.
 fn left(course: &Course, scale: f64) -> Vec<Curve> {
     let limit = f64::from(course.order.set_speed.limit);
     let mut points = vec![(0.0, limit)];
@@ -172,7 +172,7 @@ fn left(course: &Course, scale: f64) -> Vec<Curve> {
     curves
 }
 
-/// Dots of the published log.
+/// The dots of the published log.
 fn published(course: &Course, scale: f64, value: impl Fn(&[u32; 5]) -> f64) -> Option<Curve> {
     use stepwright_sim::timed::published::{DUMP_EVERY_MS, FIRST_DUMP_MS};
     let log = course.order.log();
@@ -274,7 +274,7 @@ mod tests {
         }
     }
 
-    /// Of many steps the first 16 are shown, or what one asks for.
+    /// Of many steps only the first 16 are shown, or those in the chosen window.
     #[test]
     fn of_many_steps_few_are_shown() {
         let shown = |more: &str| {

@@ -3,9 +3,9 @@
 //! | module | what |
 //! | --- | --- |
 //! | [`order`] | the options as an order |
-//! | [`wiring`] | `--drive`: which pins, and what they get |
-//! | [`course`] | what happens: steps, updates, dumps, calls |
-//! | [`port`] | the same on a board |
+//! | [`wiring`] | `--drive`: the pins and their signals |
+//! | [`course`] | the result: steps, updates, dumps, calls |
+//! | [`port`] | the same on a real board |
 //! | `output` | the formats |
 //! | [`figure`] | the plot |
 
@@ -123,7 +123,7 @@ enum Format {
 }
 
 impl Args {
-    /// Meets the board on a port.
+    /// Connects to the board on a port.
     fn meet(&self, path: &Path) -> Result<Board, Failure> {
         if matches!(self.format, Format::Table | Format::Csv) && self.log.is_none() {
             return Err(Failure::usage("a board does not tell when each of its steps came")
@@ -133,7 +133,7 @@ impl Args {
     }
 }
 
-/// Carries it out, prints, and draws if asked to.
+/// Carries out the order and prints the result. Draws it if requested.
 pub fn run(args: Args) -> Result<(), Failure> {
     let hardware = args.clock.hardware()?;
     let order = args.order.order(&hardware)?;

@@ -1,4 +1,4 @@
-//! The options as an order of the driver.
+//! Converts the options to an order for the driver.
 
 use stepwright::Speed;
 use stepwright_sim::timed::published;
@@ -57,17 +57,17 @@ pub struct OrderArgs {
     geometry: GeometryArgs,
 }
 
-/// An order, and how it is watched.
+/// An order, and the options for watching it.
 pub struct Order {
     pub set_speed: SetSpeed,
-    /// How often the main program checks.
+    /// The interval of the main program's checks in ms.
     pub poll_ms: Option<u32>,
     pub case: Option<u8>,
     pub steps_per_turn: u32,
 }
 
 impl Order {
-    /// What the caller's clock shows at the call.
+    /// The time of the caller's clock at the call, in ms.
     pub fn call_ms(&self) -> u32 {
         if self.case.is_some() { published::CALL_MS } else { 0 }
     }
@@ -83,7 +83,7 @@ impl Order {
 }
 
 impl OrderArgs {
-    /// What the core makes of them.
+    /// The order for the core.
     pub fn order(&self, hardware: &Hardware) -> Result<Order, Failure> {
         let geometry = self.geometry.geometry()?;
         let steps_per_turn = geometry.steps_per_turn();

@@ -1,4 +1,4 @@
-//! The formats.
+//! The output formats.
 
 use std::io::{self, Write};
 
@@ -24,7 +24,7 @@ const CONTROL: [(Control, &str); 7] = [
     (Control::DIRECTION, "DIRECTION"),
 ];
 
-/// Likewise of the status'.
+/// Names of the status' bits.
 const STATUS: [(Status, &str); 7] = [
     (Status::FAULT, "FAULT"),
     (Status::FAULT_CALLED, "FAULT_CALLED"),
@@ -51,7 +51,7 @@ fn status(status: Status) -> String {
     bits(status.bits(), set.map(|(_, name)| *name))
 }
 
-/// What has been called back for.
+/// The reason of a callback.
 pub fn called(call: Call) -> &'static str {
     match call {
         Call::Reached => "position reached",
@@ -59,7 +59,7 @@ pub fn called(call: Call) -> &'static str {
     }
 }
 
-/// What was understood, and what comes of it.
+/// The summary: the order and its result.
 pub fn summary(out: &mut impl Write, course: &Course) -> io::Result<()> {
     let order = &course.order.set_speed;
     let hz = course.hardware.hz();
@@ -151,7 +151,7 @@ pub fn csv(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result
     Ok(())
 }
 
-/// The pins as they change, from the call on: clocks, the place of the signal, its level.
+/// The changes of the pins, from the call on: clock, index of the signal, level.
 fn edges(course: &Course, wiring: &Wiring) -> impl Iterator<Item = (u64, usize, bool)> {
     let mut before: Vec<Option<bool>> = vec![None; wiring.signals.len()];
     course.changes.iter().flat_map(move |change| {
@@ -181,7 +181,7 @@ pub fn vcd(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result
     let hz = course.hardware.hz();
     let (units, name) = unit(hz.into());
     writeln!(out, "$timescale {name} $end\n$scope module timed $end")?;
-    // A letter a signal: there are eight at most, and enables and brakes.
+    // One letter for each signal: there are at most eight outputs, plus enables and brakes.
     for (letter, signal) in ('a'..).zip(&wiring.signals) {
         writeln!(out, "$var wire 1 {letter} {} $end", signal.name.replace(' ', "_"))?;
     }
@@ -198,7 +198,7 @@ pub fn vcd(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result
     writeln!(out, "#{}", at(course.end))
 }
 
-/// The article's dumps, as its serial monitor shows them: each line with the time after
+/// The article's dumps in the format of its serial monitor: each line begins with the time after
 /// the call.
 pub fn dumps(out: &mut impl Write, course: &Course) -> io::Result<()> {
     for Logged { ms, dump } in &course.dumps {
@@ -213,7 +213,7 @@ pub fn dumps(out: &mut impl Write, course: &Course) -> io::Result<()> {
     Ok(())
 }
 
-/// A dump a line.
+/// The dumps as CSV, one a line.
 pub fn dumps_csv(out: &mut impl Write, course: &Course) -> io::Result<()> {
     write!(out, "ms")?;
     let names = stepwright_timed::Dump::default().fields();
@@ -234,7 +234,7 @@ fn field(field: Field) -> Value {
     }
 }
 
-/// All there is, as one object; steps as clocks.
+/// The whole result as one JSON object; steps as clocks.
 pub fn json(out: &mut impl Write, course: &Course) -> io::Result<()> {
     let order = &course.order.set_speed;
     let updates = course.updates.iter().map(|update| {

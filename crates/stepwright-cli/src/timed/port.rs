@@ -1,4 +1,4 @@
-//! `timed --port`: the order on a board that runs the program `timed`, by its serial line.
+//! `timed --port`: carries out the order on a board with the program `timed`, over its serial line.
 
 use std::time::Duration;
 
@@ -16,23 +16,23 @@ use stepwright_host::link::Link;
 use stepwright_host::programs::{RowProblem, TimedProblem, TimedSession};
 use stepwright_protocol::Fault;
 
-/// From one look at the motor to the next, at most.
+/// The longest time between two polls of the motor, in ms.
 const LOOK: u32 = 100;
 
-/// A board that has the timed driver.
+/// A board with the timed driver.
 pub struct Board(TimedSession);
 
 impl Board {
-    /// Meets the board at the end of a line.
+    /// Connects to the board on a link.
     pub fn meet(link: Box<dyn Link>) -> Result<Board, Failure> {
-        // A signal ends the watching, and the motor is stopped then.
+        // A signal ends the watching; the motor is stopped then.
         let mut session = Session::new(link);
         let name = session.name();
         let about = target::met_program(&mut session, NAME, |_| "timed")?;
         TimedSession::of(session, about).map(Board).map_err(|problem| failure(&name, problem))
     }
 
-    /// Which Arduino it is.
+    /// The Arduino model; `None` if unknown.
     pub fn arduino(&self) -> Option<Arduino> {
         match self.0.board() {
             "uno" => Some(Arduino::Uno),
@@ -41,12 +41,12 @@ impl Board {
         }
     }
 
-    /// What came of a row, in the command's words.
+    /// Converts the problem of a row to a failure.
     fn heard<T>(&self, result: Result<T, TimedProblem>) -> Result<T, Failure> {
         result.map_err(|problem| failure(&self.0.name(), problem))
     }
 
-    /// Says a row that is to be answered `Y`.
+    /// Sends a row that must be answered `Y`.
     fn say(&mut self, line: Line, what: &str) -> Result<(), Failure> {
         let said = self.0.say(&line);
         let Err(RowProblem::Refused { reason, .. }) = said else { return self.heard(said) };
@@ -62,7 +62,7 @@ impl Board {
         }))
     }
 
-    /// That there is a motor on this timer.
+    /// Checks that the board has a motor on this timer.
     fn has(&self, timer: u8) -> Result<(), Failure> {
         if self.0.timers().any(|has| has == timer) {
             return Ok(());
@@ -79,7 +79,7 @@ impl Board {
         self.heard(stopped)
     }
 
-    /// Carries an order out on a timer's motor, and stops it at the end.
+    /// Carries out an order on a timer's motor, and stops the motor at the end.
     pub fn play<'a>(
         &mut self,
         play: &Play<'a>,
@@ -106,7 +106,7 @@ impl Board {
             return Err(super::course::refused(code));
         }
         let watched = self.watch(play, timer, code, wire);
-        // Whatever came of it: the motor is not left running.
+        // The motor is stopped even after a failure.
         let stopped = self.0.stop(timer);
         let course = watched?;
         self.heard(stopped).map(|()| course)
@@ -166,10 +166,10 @@ impl Board {
     }
 }
 
-/// Why a row was not obeyed.
+/// The failure for a row that was not carried out.
 fn failure(name: &str, problem: TimedProblem) -> Failure {
     match problem {
-        // The board was there a moment ago.
+        // The board answered before.
         RowProblem::Lost(trouble) => {
             target::lost(name, &trouble).hint("what it plays goes on; a reset of the board ends it")
         }
@@ -191,7 +191,7 @@ fn failure(name: &str, problem: TimedProblem) -> Failure {
 }
 
 impl Course<'_> {
-    /// Takes down what a board has reported of its speed.
+    /// Records the speed that a board has reported.
     fn look(&mut self, ms: u32, report: &Report) {
         let (top, modification) = (report.dump.top, report.dump.modification);
         if top == 0 || self.updates.last().is_some_and(|last| last.top == top) {

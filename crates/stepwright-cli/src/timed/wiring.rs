@@ -1,4 +1,4 @@
-//! `--drive`: which pins a motor's driver is on, and what they get.
+//! `--drive`: the pins of a motor's driver, and their signals.
 
 use std::str::FromStr;
 
@@ -146,19 +146,19 @@ fn same_port(board: Arduino, pins: &[BoardPin]) -> Result<(char, Vec<u8>), PinFa
     }
 }
 
-/// What the virtual board's motor is on.
+/// The wiring of the motor.
 pub struct Wiring {
-    /// How it is called, if it was named.
+    /// The name of the drive, if it was given.
     pub name: Option<String>,
     pub sequence: Sequence,
     pub phase: u8,
     pub signals: Vec<Signal>,
-    /// The same for a board, if its pins are known.
+    /// The wiring for a real board, if its pins are known.
     pub wire: Option<Wire>,
 }
 
 impl Signal {
-    /// Whether it is high after this change.
+    /// Whether the pin is high after this change.
     pub fn is_high(&self, change: &Change) -> bool {
         match self.what {
             What::Line(bit) => change.levels >> bit & 1 != 0,
@@ -168,13 +168,13 @@ impl Signal {
     }
 }
 
-/// A pin to be shown.
+/// A pin to show.
 pub struct Signal {
     pub name: String,
     pub what: What,
 }
 
-/// Where its level comes from.
+/// The source of a pin's level.
 #[derive(Clone, Copy)]
 pub enum What {
     /// A bit of the lines.
@@ -186,7 +186,7 @@ pub enum What {
 }
 
 impl WiringArgs {
-    /// What the core makes of them; on `board`, or on the one that is named.
+    /// The wiring on `board`, or else on the Arduino of the option.
     pub fn wiring(&self, board: Option<Arduino>) -> Result<Wiring, Failure> {
         let board = board.unwrap_or(match self.board {
             BoardArg::Uno => Arduino::Uno,
@@ -197,7 +197,7 @@ impl WiringArgs {
             Some(Wire { port: port as u8, mask, sequence, shield, phase })
         };
         let refused = |error: PinFault| {
-            // The core says "what is wrong; what to do".
+            // The core's message is "what is wrong; what to do".
             let text = error.to_string();
             match text.split_once("; ") {
                 Some((wrong, todo)) => Failure::new(wrong).hint(todo),

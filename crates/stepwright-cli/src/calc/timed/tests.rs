@@ -1,4 +1,4 @@
-//! Against the manual, the logs, and the timed driver.
+//! Compares `calc timed` with the manual, the logs and the timed driver.
 
 use super::*;
 use clap::Parser;
@@ -41,7 +41,7 @@ fn the_manuals_example() {
     assert_eq!(whole_fact(&sheet, "modification"), 91_264);
     assert_eq!(whole_fact(&sheet, "end_top"), 20_010);
     assert_eq!(column(&sheet, "time_s").last().unwrap(), "7.25");
-    // "Real: 1.8 RPM, 240 RPM"; the last update ends 10 clocks before.
+    // "Real: 1.8 RPM, 240 RPM"; the last update ends at a top of 10 clocks more.
     assert_eq!(column(&sheet, "rpm")[0], "1.8");
     assert_eq!(column(&sheet, "rpm")[29], "239.8801");
     let there = args("6 800 --updates 1").sheet().unwrap();
@@ -95,7 +95,7 @@ fn case_1() {
     }
 }
 
-/// Whether a number would be printed so, with as many decimals.
+/// Whether a number, printed with as many decimals, gives this text.
 fn prints_as(value: f64, printed: &str) -> bool {
     let decimals = printed.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     format!("{value:.decimals$}") == printed
@@ -178,7 +178,7 @@ fn the_linear_table_of_section_8() {
     }
 }
 
-/// The second one, every row, with a modification that doubles.
+/// Section 8's second table, every row, with a modification that doubles.
 #[test]
 fn the_doubling_table_of_section_8() {
     let sheet = args("1000 65536000 --tops --updates 16 --doubling").sheet().unwrap();
@@ -207,7 +207,7 @@ fn the_doubling_table_of_section_8() {
     assert_eq!(tops.len(), printed.len());
     for (k, (top, rate, speed)) in printed.into_iter().enumerate() {
         assert_eq!(tops[k], top.to_string());
-        // The increment in a row leads to the next.
+        // The increment in a row of the manual leads to its next row.
         assert!(k == 0 || by[k] == (top / 2).to_string(), "{k}");
         // Excel rounds a half up: 0.9765625.
         let up = |value: f64| value * (1.0 + 1e-12);
@@ -216,7 +216,7 @@ fn the_doubling_table_of_section_8() {
     }
 }
 
-/// A host has no interrupt to hold off.
+/// On a host there is no interrupt to disable.
 struct Here(Pace);
 
 impl Hold for Here {
@@ -229,7 +229,7 @@ impl Hold for Here {
     fn stop(&mut self) {}
 }
 
-/// The table is what the timed driver does, to the clock.
+/// The table agrees with the timed driver to the clock.
 #[test]
 fn the_driver_does_as_the_table_says() {
     let hardware = Hardware::avr16(16_000_000);
@@ -271,13 +271,13 @@ fn the_driver_does_as_the_table_says() {
     }
 }
 
-/// What would leave the timer's range is not made.
+/// A change that would leave the timer's range is not made.
 #[test]
 fn a_fault_keeps_the_speed() {
     let line = "15000 33570000 --tops --updates 25 --doubling --modification 64";
     let sheet = args(line).sheet().unwrap();
     assert_eq!((sheet.rows.len(), sheet.notes.len()), (20, 1));
-    // The change is over then, and the drawing goes on at the last speed.
+    // The change ends there, and the drawing continues at the last speed.
     let timed = args(&format!("{line} --every 250ms"));
     let sheet = timed.sheet().unwrap();
     let seconds = sheet.facts.iter().find(|fact| fact.key == "seconds").unwrap();

@@ -6,7 +6,7 @@ use stepwright_protocol::{Listed, Value};
 
 use super::words;
 
-/// A file of these settings, with what each of them means.
+/// The text of a file with these settings and their meanings.
 pub fn write(listed: &Listed, board: &str) -> String {
     let mut text = format!(
         "# Settings of {board}.\n# `stepwright settings load FILE` gives them to a board. \
@@ -19,7 +19,7 @@ pub fn write(listed: &Listed, board: &str) -> String {
     text
 }
 
-/// Reads a file; or what is wrong with each bad line.
+/// Parses a file. The errors are those of all bad lines.
 pub fn read(text: &str) -> Result<Vec<Value>, Vec<String>> {
     let (mut values, mut wrong) = (Vec::<(usize, Value)>::new(), Vec::new());
     for (line, number) in text.lines().zip(1..) {

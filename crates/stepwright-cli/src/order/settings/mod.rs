@@ -1,4 +1,4 @@
-//! `stepwright settings`: what a board keeps when its power goes off.
+//! `stepwright settings`: the values that outlast a loss of a board's power.
 
 mod file;
 mod words;
@@ -16,8 +16,8 @@ use crate::say;
 use stepwright_host::Session;
 use stepwright_host::link::serial::Share;
 
-/// A file of settings has this many bytes at most; one with all of them and what they mean
-/// has some two thousand.
+/// The largest size of a settings file in bytes. One with all settings and their meanings has some
+/// two thousand.
 const MOST: usize = 100_000;
 
 /// Look at the settings of a board, and change them
@@ -125,7 +125,7 @@ struct SaveArgs {
     port: PortArgs,
 }
 
-/// Does one of them.
+/// Runs one of the subcommands.
 pub fn run(args: Args) -> Result<(), Failure> {
     match args.what {
         What::Get(args) => get(&args),
@@ -154,7 +154,7 @@ fn get(args: &GetArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The value of a setting, or that the board does not have it.
+/// The value of a setting. An error if the board does not have it.
 fn there(settings: &Listed, setting: Setting) -> Result<Value, Failure> {
     settings.get(setting).ok_or_else(|| {
         Failure::new(format!("this board has no setting {}", setting.name()))
@@ -206,7 +206,7 @@ fn save(args: &SaveArgs) -> Result<(), Failure> {
     files::replace(&args.file, text.as_bytes())
 }
 
-/// Meets a board that has settings.
+/// Connects to a board that has settings.
 fn meet(port: &PortArgs, order: &str) -> Result<(Session, Listed), Failure> {
     let mut session = port.meet(order, Share::Alone)?;
     let settings = ask(&mut session)?;
@@ -215,7 +215,7 @@ fn meet(port: &PortArgs, order: &str) -> Result<(Session, Listed), Failure> {
 
 /// The settings of a board.
 pub fn ask(session: &mut Session) -> Result<Listed, Failure> {
-    // A line may be damaged on its way, and is answered E then.
+    // A damaged line is answered with E.
     for _ in 0..3 {
         let reply = session.ask(Command::Settings).map_err(target::trouble(session))?;
         if let Reply::Settings(settings) = reply {
@@ -227,7 +227,7 @@ pub fn ask(session: &mut Session) -> Result<Listed, Failure> {
         .hint("is it a board with the Nano slave's program? It can't be set up over the line"))
 }
 
-/// Sets those that have another value; how many.
+/// Sets the settings that have another value. Returns their number.
 fn change(session: &mut Session, settings: Listed, values: &[Value]) -> Result<usize, Failure> {
     let mut now = Settings::new();
     for value in values {
@@ -246,8 +246,8 @@ fn change(session: &mut Session, settings: Listed, values: &[Value]) -> Result<u
     Ok(changed)
 }
 
-/// That the board has these settings as `now` says. One whose power fails meanwhile begins again
-/// with what it has kept, and obeys the rest.
+/// Checks that the board has these settings with the values of `now`. A board whose power failed
+/// meanwhile has restarted with its stored values, and has only the later changes.
 fn has_kept(session: &mut Session, now: &Settings, values: &[Value]) -> Result<(), Failure> {
     let kept = ask(session)?;
     for setting in values.iter().map(|value| value.setting()) {
@@ -262,7 +262,7 @@ fn has_kept(session: &mut Session, now: &Settings, values: &[Value]) -> Result<(
     Ok(())
 }
 
-/// Says a line that changes settings; it is harmless twice.
+/// Sends a line that changes settings; repeating it is harmless.
 pub fn order(session: &mut Session, line: Command) -> Result<(), Failure> {
     for _ in 0..3 {
         let reply = session.ask(line).map_err(target::trouble(session))?;
@@ -271,7 +271,7 @@ pub fn order(session: &mut Session, line: Command) -> Result<(), Failure> {
         }
         let why = session.why().map_err(target::trouble(session))?;
         match why {
-            // It was damaged on its way: once more.
+            // The line was damaged: sends it again.
             None | Some(Refusal::Line | Refusal::Sum) => {}
             Some(why) => {
                 return Err(Failure::new(format!("the board refuses {line}")).hint(why.to_string()));
@@ -290,7 +290,7 @@ mod tests {
     use stepwright_host::link::Link;
     use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 
-    /// A board that says Y to `idle-ms` and has lost it by the next line.
+    /// A board that answers `idle-ms` with Y, but does not store it.
     struct Forgetful(VirtualLink<VirtualUno>, Vec<u8>);
 
     impl Link for Forgetful {
@@ -330,7 +330,7 @@ mod tests {
         };
         let (pulse, idle) = (value(Setting::Pulse, 5), value(Setting::Idle, 7));
         assert_eq!(set(&mut session, &[pulse]), Ok(1));
-        // The last of two counts; what is as it was is not said.
+        // The last of two values counts; an unchanged value is not sent.
         let again = [value(Setting::Pulse, 6), pulse, value(Setting::Idle, 0)];
         assert_eq!(set(&mut session, &again), Ok(2));
         let lost = set(&mut session, &[idle, value(Setting::Hold, 3)]);

@@ -1,4 +1,4 @@
-//! Settings and values as a user writes them.
+//! Parses settings and values as a user writes them.
 
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::ErrorKind;
@@ -6,13 +6,13 @@ use clap::{Arg, Command, Error};
 use std::ffi::OsStr;
 use stepwright_protocol::{Setting, Value};
 
-/// What a setting allows: `1 to 20 µs`.
+/// The range of a setting: `1 to 20 µs`.
 pub fn allowed(setting: Setting) -> String {
     let (from, to) = (setting.range().start().to_string(), setting.range().end().to_string());
     format!("{from} to {to} {}", setting.unit()).trim_end().to_owned()
 }
 
-/// The setting with this name, or what there is instead.
+/// The setting with this name. The error lists the names.
 pub fn setting(name: &str) -> Result<Setting, String> {
     Setting::named(name.as_bytes()).ok_or_else(|| {
         let names: Vec<_> = Setting::ALL.iter().map(|setting| setting.name()).collect();
@@ -20,7 +20,7 @@ pub fn setting(name: &str) -> Result<Setting, String> {
     })
 }
 
-/// The value of a setting, or what is allowed.
+/// Parses the value of a setting. The error gives the range.
 pub fn value(setting: Setting, number: &str) -> Result<Value, String> {
     // As in TOML: a plus sign and underscores between digits.
     let digits = number.strip_prefix('+').unwrap_or(number);
@@ -34,7 +34,7 @@ pub fn value(setting: Setting, number: &str) -> Result<Value, String> {
     })
 }
 
-/// What stands beside a name in help texts and files.
+/// The description of a setting in help texts and files.
 pub fn about(setting: Setting) -> String {
     format!("{} ({}, default {})", setting.help(), allowed(setting), setting.default())
 }
@@ -73,7 +73,7 @@ impl TypedValueParser for ValueParser {
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        // In help and completions only: the value is up to the user.
+        // Only for help and completions: they contain no values.
         let value = |setting: Setting| {
             PossibleValue::new(format!("{}=", setting.name())).help(about(setting))
         };

@@ -1,4 +1,4 @@
-//! The conversation with a board, which is the virtual one behind the line.
+//! Tests of the conversation with a board. The virtual board is behind the line.
 
 use std::collections::VecDeque;
 use std::io;
@@ -16,7 +16,7 @@ const HZ: u32 = 16_000_000;
 /// A byte on the line, in ticks.
 const BYTE: u64 = 1_388;
 
-/// The program `timed`, its time that of the caller's waiting, and what it says of itself.
+/// The program `timed` with its identification. Its time passes while the caller waits.
 struct Chip {
     board: VirtualLink<VirtualProgram<TimedMotor, LONGEST>>,
     about: &'static str,
@@ -76,7 +76,7 @@ fn order(set_speed: SetSpeed, poll_ms: Option<u32>) -> Order {
     Order { set_speed, poll_ms, case: None, steps_per_turn: 200 }
 }
 
-/// Gives an order to a board, and looks at what came of it.
+/// Gives an order to a board, and examines the result.
 fn play<T>(
     about: &'static str,
     timer: u8,
@@ -105,7 +105,7 @@ fn play<T>(
     board.play(&play, timer, wire).map(|course| see(&course))
 }
 
-/// Whatever it plays, and before it has pins.
+/// At any time, also before the motor has pins.
 #[test]
 fn speed_0_stops_the_motor() {
     let mut board = Board::meet(Box::new(Chip::new(UNO))).unwrap();
@@ -122,7 +122,7 @@ fn an_order_is_watched_to_its_end() {
         assert_eq!((course.code, course.made, course.moving), (Code::FINE, Some(300), false));
         assert_eq!(course.calls, [(1_200.0, Call::Reached)]);
         let left: Vec<_> = course.dumps.iter().map(|dump| dump.dump.steps_left).collect();
-        // A look takes some milliseconds of the line, and a step comes each 4.
+        // A poll takes some milliseconds on the line, and a step comes every 4 ms.
         let near = |(left, wanted): (&u32, u32)| (wanted - 5..=wanted).contains(left);
         assert!(left.iter().zip([275, 225, 175, 125, 75, 25]).all(near), "{left:?}");
         assert_eq!(left.len(), 6);

@@ -343,7 +343,7 @@ mod tests {
         for mode in ["M3", "M4"] {
             let text = format!("{mode} S1000\nG1 X60 F1200\n").into_bytes();
             let terms = JobTerms { laser: Some(1_000.0), ..JobTerms::default() };
-            let job = GcodeJob::on(text.into_iter(), [axis; 3], &terms).ok().unwrap();
+            let job = GcodeJob::on(text, [axis; 3], &terms).ok().unwrap();
             let brakes = [BrakeLaw::of(80_000_000, 16_000_000).unwrap(); 3];
             let fed = FeedTerms { axes: 1, laser: true, ..FeedTerms::avr(brakes) };
             let mut run = JobRun {

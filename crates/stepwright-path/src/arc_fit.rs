@@ -1,4 +1,4 @@
-//! A line or an arc in place of many chords, within a tolerance: `G64 P` of LinuxCNC's programs.
+//! Replaces many chords by a line or an arc, within a tolerance: `G64 P` in LinuxCNC's programs.
 //!
 //! ```text
 //!            ●───●───●                  the way leads from the first place to the last;
@@ -6,15 +6,16 @@
 //!      A ╱                ╲ B           from it than the tolerance
 //! ```
 //!
-//! Chords wait while one line or one arc from the first place to the last fits all of them. Of the arcs from
-//! A to B each is known by its bulge b, the tangent of a quarter of its sweep: the greater it is, the further
-//! is it from the line on that side, everywhere. So each place, and the middle of each chord, allows b within
-//! an interval, and what all allow is their intersection. In units of half of AB, with A at −1 and B at 1, an
-//! arc is about b·(1 − x²) high; from that b the intervals are found again, with the true distances. The
-//! middle of them is tried on all places and chords before it is taken.
+//! Chords wait as long as one line or one arc from the first place to the last fits all of them. An arc from A
+//! to B is given by its bulge b, the tangent of a quarter of its sweep. A larger bulge moves the whole arc
+//! further from the line AB, to that side. Each place, and the middle of each chord, therefore allows an
+//! interval of b, and the intersection of all intervals fits all of them. In units of half of AB, with A at −1
+//! and B at 1, the height of an arc is about b·(1 − x²). From the b that this gives, the intervals are computed
+//! again, with the exact distances. The middle of their intersection is checked against all places and chords
+//! before it is used.
 //!
-//! What is made begins and ends at places of the job. An arc of a few chords would be bound by what its ends turn:
-//! they stay as they are, and are bound as their curve.
+//! Each line or arc begins and ends at places of the job. The speed of an arc of a few chords would be limited
+//! by the turns at its ends. A few chords therefore stay chords, and are limited as the curve that they form.
 
 use std::collections::VecDeque;
 
@@ -22,19 +23,19 @@ use crate::pace::{PACES, Unplannable};
 use crate::route::Route;
 use crate::shape::norm;
 
-/// Chords that one piece is made of, at most: what a chord costs grows with it.
+/// The most chords that one line or arc replaces: the cost of a chord grows with their number.
 const MOST: usize = 64;
 
-/// Fewer chords than that are no arc: they stay as they are.
+/// The fewest chords that an arc replaces. Fewer stay chords.
 const FEW: usize = 4;
 
 /// The greatest bulge: a sweep of 87°.
 const BULGE: f64 = 0.4;
 
-/// The least bulge: with less it is a line.
+/// The smallest bulge. A flatter arc is as good as a line.
 const LEVEL: f64 = 1e-7;
 
-/// Chords on their way to a [`Route`], each with something of the caller's, as its line in the job.
+/// Collects chords for a [`Route`], each with a tag of the caller, for example its line in the job.
 ///
 /// ```
 /// use std::f64::consts::TAU;
@@ -63,21 +64,21 @@ const LEVEL: f64 = 1e-7;
 pub struct ArcFit<T, const N: usize> {
     tolerance: f64,
     feed: f64,
-    /// Where the first chord begins, and where each ends.
+    /// The beginning of the first chord, then the end of each chord.
     places: Vec<[f64; N]>,
     tags: VecDeque<T>,
-    /// What leads from the first place to the last.
+    /// The line or arc from the first place to the last.
     found: Found,
-    /// What the route has got: where each ends along it.
+    /// The pieces that the route has: the end of each along the route, and its tag.
     settled: VecDeque<(f64, T)>,
 }
 
-/// What fits.
+/// A line or an arc that fits all chords.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Found {
     #[default]
     Line,
-    /// Of two axes.
+    /// An arc of these two axes.
     Arc([usize; 2], Bow),
 }
 
@@ -90,10 +91,11 @@ struct Bow {
 }
 
 impl<T, const N: usize> ArcFit<T, N> {
-    /// With a tolerance in the route's unit; with 0 all goes on as it is.
+    /// An empty collection with a tolerance in the route's unit. With a tolerance of 0, all chords go to the
+    /// route unchanged.
     ///
     /// # Errors
-    /// [`Unplannable::Tolerance`] if it is not 0, and beyond [`PACES`].
+    /// [`Unplannable::Tolerance`] if the tolerance is neither 0 nor within [`PACES`].
     pub fn new(tolerance: f64) -> Result<ArcFit<T, N>, Unplannable> {
         if tolerance != 0.0 && !PACES.contains(&tolerance) {
             return Err(Unplannable::Tolerance);
@@ -108,10 +110,11 @@ impl<T, const N: usize> ArcFit<T, N> {
         })
     }
 
-    /// This tolerance from here on. What waits goes to the route if it is another one.
+    /// Sets the tolerance of the chords that follow. If it differs from the present tolerance, the chords that
+    /// wait go to the route first.
     ///
     /// # Errors
-    /// As for [`new`](ArcFit::new), and all stays as it was; as for [`settle`](ArcFit::settle).
+    /// As for [`new`](ArcFit::new), with everything unchanged; as for [`settle`](ArcFit::settle).
     pub fn set_tolerance(
         &mut self,
         route: &mut Route<N>,
@@ -125,10 +128,10 @@ impl<T, const N: usize> ArcFit<T, N> {
         Ok(())
     }
 
-    /// Adds a straight line to a place, at most at `feed` units/s. It may wait.
+    /// Adds a straight line to a place, at most at `feed` units/s. The line may wait.
     ///
     /// # Errors
-    /// As for [`Route::line_to`], and it was not added.
+    /// As for [`Route::line_to`]; the line is not added.
     pub fn line_to(
         &mut self,
         route: &mut Route<N>,
@@ -166,7 +169,7 @@ impl<T, const N: usize> ArcFit<T, N> {
         Ok(())
     }
 
-    /// The route gets all that waits.
+    /// Passes all chords that wait on to the route.
     ///
     /// # Errors
     /// As for [`Route::line_to`].
@@ -177,7 +180,7 @@ impl<T, const N: usize> ArcFit<T, N> {
         let begin = route.length();
         let whole = match self.found {
             Found::Line => route.line_to(last, self.feed).map(|()| true)?,
-            // An arc is refused where its centre is too far off, or nearer than a step.
+            // The route refuses an arc whose centre is too far away, or nearer than a step.
             Found::Arc(axes, Bow { centre, sweep }) => {
                 self.tags.len() >= FEW
                     && route.arc(axes, centre, sweep, [0.0; N], self.feed).is_ok()
@@ -204,22 +207,23 @@ impl<T, const N: usize> ArcFit<T, N> {
         Ok(())
     }
 
-    /// The route has got it.
+    /// Notes that the route has the piece with this tag.
     pub(crate) fn pass_on(&mut self, route: &Route<N>, tag: T) {
         self.settled.push_back((route.length(), tag));
     }
 
-    /// The next one that the route has got, in their order: where it ends along the route.
+    /// The next piece that the route has, in the order in which pieces were added: its end along the route, and
+    /// its tag.
     pub fn settled(&mut self) -> Option<(f64, T)> {
         self.settled.pop_front()
     }
 
-    /// How many wait.
+    /// The number of chords that wait.
     pub fn waiting(&self) -> usize {
         self.tags.len()
     }
 
-    /// What waits is not made.
+    /// Drops the chords that wait.
     pub fn clear(&mut self) {
         self.places.clear();
         self.tags.clear();
@@ -227,7 +231,7 @@ impl<T, const N: usize> ArcFit<T, N> {
     }
 }
 
-/// What leads from the first of these places to the last, within the tolerance of all.
+/// The line or arc from the first of these places to the last, within the tolerance of all of them.
 fn fitting<const N: usize>(places: &[[f64; N]], tolerance: f64) -> Option<Found> {
     if is_line(places, tolerance) {
         return Some(Found::Line);
@@ -243,7 +247,7 @@ fn fitting<const N: usize>(places: &[[f64; N]], tolerance: f64) -> Option<Found>
     Some(Found::Arc(axes, Bow::fitting(&places, tolerance)?))
 }
 
-/// Whether a line does, all the way ahead.
+/// Whether a line fits, and each place is further along it than the place before.
 fn is_line<const N: usize>(places: &[[f64; N]], tolerance: f64) -> bool {
     let [first, between @ .., last] = places else { return false };
     let all = way(first, last);
@@ -267,7 +271,7 @@ impl Bow {
             return None;
         }
         let tolerance = tolerance / half;
-        // Half of AB is 1, A at −1 and B at 1.
+        // In units of half of AB: A is at −1, B at 1.
         let [ahead, left] = [[all[0], all[1]], [-all[1], all[0]]];
         let scale = 2.0 * half * half;
         let place = |place: &[f64; 2]| {
@@ -288,19 +292,19 @@ impl Bow {
         let middle = [0, 1].map(|n| (first[n] + last[n]) / 2.0);
         let down = round.middle / 2.0;
         let centre = [0, 1].map(|n| middle[n] + down * left[n]);
-        // On the left of the way it turns right.
+        // An arc to the left of AB turns right.
         Some(Bow { centre, sweep: -4.0 * bulge.atan() })
     }
 
-    /// The part of it up to a place.
+    /// The part of the arc up to a place.
     fn part(&self, first: [f64; 2], place: [f64; 2]) -> f64 {
         let [a, b] = [way(&self.centre, &first), way(&self.centre, &place)];
         (a[0] * b[1] - a[1] * b[0]).atan2(dot(&a, &b)) / self.sweep
     }
 }
 
-/// The middle of what all places and the middles of all chords allow to be added to the bulge, by how far
-/// they are from it now.
+/// The middle of the interval of corrections to the bulge that all places and the middles of all chords allow.
+/// `off` gives the present distance of a place from the arc.
 fn allowed(places: &[[f64; 2]], off: impl Fn([f64; 2]) -> f64, tolerance: f64) -> Option<f64> {
     let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
     let mut look = |place: [f64; 2]| {
@@ -320,7 +324,7 @@ fn allowed(places: &[[f64; 2]], off: impl Fn([f64; 2]) -> f64, tolerance: f64) -
 
 /// A circle through A and B.
 struct Circle {
-    /// Its centre is that far above the middle of AB.
+    /// The height of its centre above the middle of AB.
     middle: f64,
     radius: f64,
     up: f64,
@@ -336,16 +340,17 @@ impl Circle {
         Some(Circle { middle, radius, up: bulge.signum() })
     }
 
-    /// How far a place is above its upper half, or, if it is below, below its lower half.
+    /// The distance of a place from the arc, positive above the arc: outside the circle if the bulge is
+    /// positive, inside it if the bulge is negative.
     fn off(&self, [x, y]: [f64; 2]) -> f64 {
         (x.hypot(y - self.middle) - self.radius) * self.up
     }
 
-    /// Whether all places and all chords are within the tolerance.
+    /// Whether all places and all chords are within the tolerance of the circle.
     fn fits(&self, places: &[[f64; 2]], tolerance: f64) -> bool {
         let near = |off: f64| off.abs() <= tolerance;
         let chord = |pair: &[[f64; 2]]| {
-            // Nearest to the centre.
+            // The foot is the point of the chord's line nearest to the centre.
             let (a, all) = (way(&[0.0, self.middle], &pair[0]), way(&pair[0], &pair[1]));
             let at = -dot(&a, &all) / square(&all);
             let foot = [a[0] + at * all[0], a[1] + at * all[1]];

@@ -1,4 +1,4 @@
-//! Where a course is beyond what is allowed, and what to do about it.
+//! Finds what a course exceeds, and what to try next.
 //!
 //! ```text
 //!   v          ╱▔▔▔ top          The acceleration that turning leaves becomes less as it is faster. One rise
@@ -8,8 +8,9 @@
 //!       ╱╱
 //! ```
 //!
-//! Two are faster where a node with no acceleration costs less than a lower one on the whole rise: with a
-//! high jerk, on curves that are long. What a rise costs is its time beyond that of its way at the speed it leads to.
+//! Two rises are faster where a node without acceleration costs less than a lower acceleration over the whole
+//! rise: on long curves, with a high jerk. The cost of a rise is its time beyond that of the same distance at
+//! the highest speed of the course.
 
 use std::ops::Range;
 
@@ -17,31 +18,32 @@ use crate::piece::{Moment, Piece};
 use crate::ramp::Limits;
 use crate::runs::{Ground, ROUNDED};
 
-/// The part of its acceleration down to which a rise of two goes on with all of it.
+/// The first of two rises ends where less than this part of its acceleration is allowed.
 const FIRST: f64 = 0.8;
 
-/// What a course exceeds.
+/// What a course exceeds, and what to try next.
 pub(crate) enum Beyond {
-    /// The w of a node, or the course is to be divided there; the speed that it has there.
+    /// The w of a node, or the node at which to divide the course; with the speed of the course there.
     Node(usize, f64),
-    /// The acceleration over a cell, and the one to try next.
+    /// The acceleration within a cell, and the acceleration to try next.
     Accel(usize, f64),
-    /// The w within a cell; the highest speed to try next.
+    /// The w within a cell, by the top speed to try next.
     Top(f64),
 }
 
-/// Speeding up, or braking.
+/// One side of a course: speeding up, or braking.
 #[derive(Clone, Copy, Default)]
 struct Side {
-    /// The largest part of its acceleration that there is nowhere beyond: the cell, and the acceleration of
-    /// the course there.
+    /// The smallest ratio of the allowed acceleration to that of the course, the cell, and the acceleration of
+    /// the course there. `None` if the course exceeds none.
     worst: Option<(f64, usize, f64)>,
-    /// The node next to the end of it at which less than [`FIRST`] of it is there; the speed and its acceleration.
+    /// The node nearest to this side's end of the course beyond which less than [`FIRST`] of the acceleration
+    /// of the course is allowed; the speed there, and that acceleration.
     split: Option<(usize, f64, f64)>,
 }
 
 impl Side {
-    /// Over a cell, where a course is as steep as this, and may be as `slope`.
+    /// Passes a cell in which the course has the acceleration `steep`, and `slope` is allowed.
     fn pass(&mut self, cell: usize, steep: f64, slope: f64) {
         let part = slope / steep;
         if steep > 0.0 && part < self.worst.map_or(1.0 - ROUNDED, |(worst, ..)| worst) {
@@ -49,7 +51,8 @@ impl Side {
         }
     }
 
-    /// What two rises gain over one, from this speed to the highest; above 0 only if they do.
+    /// The time that two rises from this speed to the highest gain over one rise, in s, and where to divide.
+    /// `None` if they gain nothing.
     fn gain(&self, from: f64, high: f64, jerk: f64) -> Option<(f64, Beyond)> {
         let (part, _, steep) = self.worst?;
         let (node, v, first) = self.split?;
@@ -57,7 +60,7 @@ impl Side {
             let limits = Limits { accel, jerk };
             limits.time(to - from) - limits.way(from, to) / high
         };
-        // None is there at a joint that binds.
+        // At a joint that binds the allowed acceleration may be 0.
         let last = part.max(ROUNDED) * steep;
         let gain = cost(last, from, high) - cost(FIRST * first, from, v) - cost(last, v, high);
         (gain > 0.0).then_some((gain, Beyond::Node(node, v)))
@@ -65,7 +68,8 @@ impl Side {
 }
 
 impl<const N: usize> Ground<'_, N> {
-    /// Where a course is furthest beyond what is allowed.
+    /// Returns what a course exceeds: the node with the largest excess, else the top speed, else the
+    /// acceleration. `None` if the course keeps its limits.
     pub fn beyond(&self, cells: Range<usize>, pieces: &[Piece], top: f64) -> Option<Beyond> {
         let mut worst: Option<(f64, usize, f64)> = None;
         let [mut rise, mut fall] = [Side::default(); 2];

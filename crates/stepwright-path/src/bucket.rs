@@ -1,38 +1,38 @@
-//! The law of speed, kept while a speed is planned: for every axis and every two times
+//! The check of the law of speed: for each axis and any two times
 //!
 //! ```text
 //!   |v(t) − v(t')| ≤ S + A·|t − t'|
 //! ```
 //!
-//! Acceleration and jump in one: a corner, a ramp, the chords of a curve and a corner that has
-//! been divided into tiny chords are all judged by it. All that has to be remembered of the past
-//! is how high and how low it still allows the speed to be, which widens by A in each second.
+//! The law covers acceleration and jump together: corners, ramps, the chords of a curve, and a corner divided
+//! into tiny chords. The state of the check is how high and how low the past still allows the speed of each
+//! axis to be. This range widens by A each second.
 
 use crate::route::AxisPace;
 
-/// What the speeds so far leave to each axis.
+/// The state of the law of speed, for each axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bucket<const N: usize> {
-    /// The largest of all v(t') − A·(t − t'), and the least of all v(t') + A·(t − t'), with the
-    /// number of the place where it was met.
+    /// The largest v(t') − A·(t − t') and the smallest v(t') + A·(t − t') of all past times t', each with the
+    /// number of its place.
     high: [(f64, usize); N],
     low: [(f64, usize); N],
 }
 
-/// Rounding, of the jump.
+/// The relative rounding error of the jump.
 const ROUNDED: f64 = 1e-9;
 
 impl<const N: usize> Bucket<N> {
-    /// After a long rest.
+    /// The state after a long rest.
     pub const REST: Bucket<N> = Bucket { high: [(0.0, 0); N], low: [(0.0, 0); N] };
 
-    /// After nothing but this speed at this place.
+    /// The state after only this speed, at this place.
     pub fn only(v: f64, direction: &[f64; N], place: usize) -> Bucket<N> {
         let here = direction.map(|part| (v * part, place));
         Bucket { high: here, low: here }
     }
 
-    /// The same with all places so far as number 0.
+    /// The same state, with the number 0 for all places so far.
     pub fn begin(mut self) -> Bucket<N> {
         for (_, place) in self.high.iter_mut().chain(&mut self.low) {
             *place = 0;
@@ -40,7 +40,7 @@ impl<const N: usize> Bucket<N> {
         self
     }
 
-    /// Later by this time, within which no axis exceeds its acceleration.
+    /// Lets a time pass, in s, in which no axis exceeds its acceleration.
     pub fn wait(&mut self, time: f64, axes: &[AxisPace; N]) {
         for (n, axis) in axes.iter().enumerate() {
             self.high[n].0 -= axis.accel * time;
@@ -48,8 +48,8 @@ impl<const N: usize> Bucket<N> {
         }
     }
 
-    /// The speed `v` along `direction` at a place with this number. `Some` if the law does not
-    /// allow it, with the number of the place whose speed is too far away.
+    /// Adds the speed `v` along `direction` at the place with this number. If the law does not allow the speed,
+    /// returns the number of the place whose speed differs too much from it; of several, the lowest.
     pub fn meet(
         &mut self,
         v: f64,

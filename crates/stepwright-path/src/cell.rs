@@ -1,16 +1,17 @@
-//! A stretch of a route over which the limits are the same, and the speed over it.
+//! A cell: a part of a route with constant limits, and the speed over it.
 //!
-//! Along the route, with w = v² and the direction t of an axis, the axis accelerates by
+//! Along the route, with w = v² and the component t of the direction for an axis, the acceleration of the axis
+//! is
 //!
 //! ```text
 //!   d(v·t)/dt = t·dv/dt + w·dt/ds        |t| ≤ tilt, |dt/ds| ≤ bend
 //! ```
 //!
-//! which stays within its limit A where |dv/dt| ≤ (A − bend·w) / tilt: what turning takes of the
-//! limit is not there for speeding up. Where both parts have the same sign all over a cell, that is
-//! so of speeding up alone, and to brake by there is all of A; where they differ it is the other way
-//! about. Over a cell the acceleration is constant, w a straight line over s, and the limit at the
-//! higher end holds for all of it:
+//! It stays within the limit A of the axis if |dv/dt| ≤ (A − bend·w) / tilt: the part of the limit that turning
+//! uses is not available for speeding up. If t and dt/ds have the same sign in the whole cell, this applies to
+//! speeding up only, and all of A is available for braking. If their signs differ, it applies to braking only.
+//! Within a cell the acceleration is constant, w is linear in s, and the limit at the faster end holds for the
+//! whole cell:
 //!
 //! ```text
 //!   w₁ ≤ (w₀ + 2·L·A/tilt) / (1 + 2·L·bend/tilt)                       one way
@@ -30,49 +31,47 @@ pub(crate) struct Cell<const N: usize> {
     pub first: [f64; N],
     pub last: [f64; N],
     room: [Room; N],
-    /// The ordered speed and what part of it is in force, the w that the axes can follow, and the w
-    /// of both as it is now.
+    /// The ordered speed and its override. `most` is the largest w that the axes can follow, `top` the largest
+    /// w by both.
     pub feed: f64,
     scale: f64,
-    /// It is of a rapid, which has a scale of its own.
+    /// Whether the cell is part of a rapid, which has an override of its own.
     pub rapid: bool,
     pub most: f64,
     pub top: f64,
-    /// The w at its beginning, at most; and how it turns there along the route, if its joint is one of a
-    /// curve.
+    /// The largest w at its beginning; and how the route turns there, if the joint is one of a curve.
     pub cap: f64,
     pub turn: Option<[f64; N]>,
 }
 
-/// What the limit of an axis allows along the route.
+/// The acceleration along the route that the limit of an axis allows.
 #[derive(Clone, Copy, Debug)]
 struct Room {
-    /// The acceleration at rest, and by how much that falls in a unit of w: of speeding up, and of
-    /// braking.
+    /// The acceleration at rest, and its decrease per unit of w: for speeding up, and for braking.
     accel: f64,
     curbs: [f64; 2],
 }
 
-/// How a stretch turns, of each axis.
+/// How a part of a route turns, for each axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bend<const N: usize> {
-    /// The change of its direction in a unit, and its direction, at most.
+    /// The largest change of the direction per unit of the route, and the largest component of the direction.
     pub bend: [f64; N],
     pub tilt: [f64; N],
-    /// The sign of their product where it is the same all over: above 0 where turning takes of what
-    /// there is to speed up by, below where of what there is to brake by. 0 where of either.
+    /// The sign of direction times change, if it is the same everywhere. Above 0, turning uses a part of the
+    /// acceleration for speeding up; below 0, of that for braking; at 0, of either.
     pub lean: [f64; N],
 }
 
-/// Parts of the ordered speed: overrides.
+/// The overrides: factors of the ordered speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scales {
     pub feed: f64,
     pub rapid: f64,
 }
 
-/// The speed over a cell: from one to a level, along it, and on to the other; all as w, and the
-/// ways of the three.
+/// The speed over a cell: a ramp to a constant speed, that speed, and a ramp to the speed at the end. The four
+/// speeds as w, and the lengths of the three parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Trip {
     w: [f64; 4],
@@ -80,7 +79,7 @@ pub(crate) struct Trip {
 }
 
 impl<const N: usize> Cell<N> {
-    /// Of a shape, between two places of it. Joints bend it beside what it does itself.
+    /// A cell of a shape, between two places. Joints add their turning to that of the shape.
     pub fn new(
         shape: &Shape<N>,
         (begin, end): (f64, f64),
@@ -101,7 +100,7 @@ impl<const N: usize> Cell<N> {
             if tilt == 0.0 {
                 return Room { accel: f64::INFINITY, curbs: [0.0; 2] };
             }
-            // What turns it: the shape, and each joint.
+            // The signs of all turning: by the shape, and by each joint.
             let itself = [first[n] * from[n], last[n] * to[n]];
             let itself = itself.into_iter().filter(|_| own[n] > 0.0);
             let bends = joints.iter().filter(|joint| joint.bend[n] > 0.0);
@@ -119,21 +118,20 @@ impl<const N: usize> Cell<N> {
         Cell { shape, begin, end, first, last, room, feed, scale, rapid, most, top, cap, turn }
     }
 
-    /// A part of it, to whose beginning there is no joint.
+    /// A part of the cell, without a joint at its beginning.
     pub fn part(&self, begin: f64, end: f64) -> Cell<N> {
         let (first, last) = (self.shape.direction(begin), self.shape.direction(end));
         let last = if end < self.end { last } else { self.last };
         Cell { begin, end, first, last, cap: f64::INFINITY, turn: None, ..self.clone() }
     }
 
-    /// The w up to which the axes can turn, in whatever direction: that of a circle is the same all
-    /// around.
+    /// The largest w at which the axes can turn, whatever the direction. On a circle it is the same all around.
     pub fn turning(&self) -> f64 {
         let parts = self.room.iter().map(|room| (room.curb() / room.accel).powi(2));
         1.0 / parts.filter(|part| part.is_finite()).sum::<f64>().sqrt()
     }
 
-    /// Whether it turns: what it does in a curve of chords, too.
+    /// Whether the cell turns, by itself or in a curve of chords.
     pub fn turns(&self) -> bool {
         self.room.iter().any(|room| room.curb() > 0.0)
     }
@@ -142,28 +140,28 @@ impl<const N: usize> Cell<N> {
         self.end - self.begin
     }
 
-    /// From now on this part of the ordered speed.
+    /// Sets the overrides.
     pub fn scale(&mut self, scales: Scales) {
         self.scale = if self.rapid { scales.rapid } else { scales.feed };
         self.top = self.most.min((self.feed * self.scale).powi(2));
     }
 
-    /// The ordered speed as it is now.
+    /// The ordered speed, override included.
     pub fn ordered(&self) -> f64 {
         self.feed * self.scale
     }
 
-    /// The w at its end, at most, by speeding up from this w.
+    /// The largest w at the end, by speeding up from this w at the beginning.
     pub fn rise(&self, w: f64) -> f64 {
         self.higher(w, |room| room.curbs[0])
     }
 
-    /// The w at its beginning, at most, from which it can brake to this w.
+    /// The largest w at the beginning from which braking leads to this w at the end.
     pub fn back(&self, w: f64) -> f64 {
         self.higher(w, |room| room.curbs[1])
     }
 
-    /// The w at the other end, at most, whichever way it turns.
+    /// The smaller of [`rise`](Cell::rise) and [`back`](Cell::back).
     pub fn least_rise(&self, w: f64) -> f64 {
         self.higher(w, Room::curb)
     }
@@ -173,27 +171,27 @@ impl<const N: usize> Cell<N> {
         self.least(|room| (w + way * room.accel) / (1.0 + way * curb(room)))
     }
 
-    /// The w at its end by braking from this w; below 0 if it stands before.
+    /// The w at the end, by braking from this w at the beginning; below 0 if the stop ends within the cell.
     pub fn fall(&self, w: f64) -> f64 {
         w - 2.0 * self.length() * self.brake(w)
     }
 
-    /// The acceleration that is there at this w to speed up by.
+    /// The acceleration available for speeding up at this w.
     pub fn speed_up(&self, w: f64) -> f64 {
         self.least(|room| room.accel - room.curbs[0] * w).max(0.0)
     }
 
-    /// The acceleration that is there at this w to brake by.
+    /// The acceleration available for braking at this w.
     pub fn brake(&self, w: f64) -> f64 {
         self.least(|room| room.accel - room.curbs[1] * w).max(0.0)
     }
 
-    /// The acceleration that is there at this w for both.
+    /// The acceleration available for both at this w.
     pub fn slope(&self, w: f64) -> f64 {
         self.least(|room| room.accel - room.curb() * w).max(0.0)
     }
 
-    /// The acceleration that is there at this w if that of turning is square to it, as on a circle.
+    /// The acceleration available at this w if that of turning is perpendicular to it, as on a circle.
     pub fn tangent(&self, w: f64) -> f64 {
         self.least(|room| (room.accel.powi(2) - (room.curb() * w).powi(2)).max(0.0).sqrt())
     }
@@ -202,13 +200,13 @@ impl<const N: usize> Cell<N> {
         self.room.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// The speed from w to w, which the cell allows.
+    /// The speed over the cell from one w to another, both of which the cell allows.
     pub fn trip(&self, from: f64, to: f64) -> Trip {
         let all = self.length();
         let level = if from > self.top {
             self.top.max(to).min(from)
         } else {
-            // With the less of both: with each by itself it would be a little higher.
+            // With the smaller acceleration of both. With each ramp's own, the peak would be a little higher.
             let sum = from + to;
             let way = 2.0 * all;
             let peak = self.least(|room| (sum + way * room.accel) / (2.0 + way * room.curb()));
@@ -224,7 +222,7 @@ impl<const N: usize> Cell<N> {
         Trip { w: [from, level, level, to], ways: [begin, all - begin - end, end] }
     }
 
-    /// The trip as pieces in time from a moment at the cell's beginning on.
+    /// The trip as pieces in time, from the time `t` at the beginning of the cell.
     pub fn pieces(&self, trip: &Trip, t: f64) -> [Piece; 3] {
         let (mut t, mut s) = (t, self.begin);
         std::array::from_fn(|n| {
@@ -239,14 +237,14 @@ impl<const N: usize> Cell<N> {
 }
 
 impl Room {
-    /// Whichever way it turns.
+    /// The larger decrease of both.
     fn curb(&self) -> f64 {
         self.curbs[0].max(self.curbs[1])
     }
 }
 
-/// Of the acceleration, for turning at a constant speed: with all of it nothing would be left to
-/// brake by.
+/// The part of the acceleration for turning at a constant speed. With all of it, nothing would be left for
+/// braking.
 const FULL: f64 = 0.999;
 
 impl Trip {
@@ -255,7 +253,7 @@ impl Trip {
         if self.ways[n] > 0.0 { 2.0 * self.ways[n] / sum } else { 0.0 }
     }
 
-    /// Seconds that it takes.
+    /// Its duration, in s.
     pub fn duration(&self) -> f64 {
         (0..3).map(|n| self.time(n)).sum()
     }
@@ -276,16 +274,16 @@ mod tests {
         // X allows 600/0.6 = 1000 along the line, Y 1000/0.8 = 1250.
         let cell = cell(10.0, 0.0, 100.0);
         assert_eq!((cell.slope(9e9), cell.rise(0.0)), (1_000.0, 20_000.0));
-        // 100² over 5 up and 5 down: 0.1 s each.
+        // w rises to 100² over 5 units, and falls to 0 over 5: 0.1 s each.
         let trip = cell.trip(0.0, 0.0);
         assert!((trip.duration() - 0.2).abs() < 1e-12);
-        // From 100 down to 0 it takes half of it: 5 at 100, then 0.1 s.
+        // From 100: 5 units at 100 in 0.05 s, then to rest in 0.1 s.
         assert!((cell.trip(10_000.0, 0.0).duration() - 0.15).abs() < 1e-12);
     }
 
     #[test]
     fn turning_takes_of_what_there_is() {
-        // A tenth of a radian in a unit: X has 600 − 0.1·w, over 0.6.
+        // The turn is 0.1 rad per unit: X has 600 − 0.1·w, over 0.6.
         let cell = cell(0.1, 0.1, 70.0);
         assert!((cell.slope(1_000.0) - 500.0 / 0.6).abs() < 1e-9);
         let w = cell.rise(1_000.0);
@@ -293,7 +291,7 @@ mod tests {
         // As on a circle: 600² − 100² = 591.6².
         assert!((cell.tangent(1_000.0) - 350_000f64.sqrt() / 0.6).abs() < 1e-9);
         assert_eq!(cell.tangent(7_000.0), 0.0);
-        // To brake by there is all of it, and both ends agree on how much it can fall.
+        // All of the acceleration is available for braking, and `back` and `fall` agree.
         assert!((cell.brake(w) - 1_000.0).abs() < 1e-9);
         let back = cell.back(1_000.0);
         assert!((back - 1_200.0).abs() < 1e-9 && (cell.fall(back) - 1_000.0).abs() < 1e-9);

@@ -1,12 +1,13 @@
-//! Changes of a route while it is made: an override, a hold, its end, a jog that is cancelled.
+//! Changes of a route while it is made: an override, a hold, the end of a hold, the end of a jog.
 //!
-//! Each takes effect at its time, from the speed at that time, and not before a step that was
-//! handed out. The cell is cut there, and what is ahead planned again. If that would break the
-//! law of speed the plan before stays, and the change is tried again a little later. With limited jerk
-//! a hold is tried with gentler stops before that. While it brakes for a hold, all that is asked for
-//! takes effect once it stands.
+//! A change takes effect at its time, from the speed at that time, but not before a step that was handed out.
+//! The cell is divided there, and the rest is planned again. If the new plan would break the law of speed, the
+//! plan before stays, and the change is tried again a little later. With limited jerk, gentler stops are tried
+//! for a hold before that. Changes that are ordered while the route brakes for a hold take effect when it
+//! stands.
 //!
-//! Changes are made in the order of their times. Only a hold passes an override that is being tried again.
+//! Changes are made in the order of their times. Only a hold or a cancellation overtakes an override that is
+//! being tried again.
 
 use std::collections::VecDeque;
 
@@ -39,17 +40,17 @@ impl Change {
     }
 }
 
-/// A change that is asked for.
+/// A change that was ordered.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Order {
-    /// The time asked for, in s, but not before what was made by then.
+    /// The ordered time, in s, but not before the end of the part that was made by then.
     at: f64,
-    /// When it is tried: later than `at` if it was tried before.
+    /// The time at which it is tried, in s: later than `at` if it was tried before.
     due: f64,
     change: Change,
 }
 
-/// A part of the ordered speed, within its range.
+/// An override, limited to its range.
 fn within(scale: f64) -> Result<f64, Unplannable> {
     if scale.is_nan() {
         return Err(Unplannable::Scale);
@@ -57,21 +58,21 @@ fn within(scale: f64) -> Result<f64, Unplannable> {
     Ok(scale.clamp(*SCALES.start(), *SCALES.end()))
 }
 
-/// Seconds after which a change that would have broken the law is tried again, at least.
+/// The shortest time after which a change that would have broken the law is tried again, in s.
 const AGAIN: f64 = 0.001;
 
 impl<const N: usize> Route<N> {
-    /// From `at` seconds on the speed is this part of the ordered one, within [`SCALES`]; no axis
-    /// gets faster than it can by it.
+    /// Overrides the ordered speed by this factor from `at` seconds on. The factor is limited to [`SCALES`]; no
+    /// axis exceeds its own highest speed.
     ///
     /// # Errors
-    /// [`Unplannable::Scale`] if it is no number.
+    /// [`Unplannable::Scale`] if the factor is NaN.
     pub fn scale(&mut self, at: f64, scale: f64) -> Result<(), Unplannable> {
         self.change(at, Change::Scale(within(scale)?));
         Ok(())
     }
 
-    /// From `at` seconds on rapids have this part of their speed, within [`SCALES`].
+    /// Overrides the speed of rapids by this factor from `at` seconds on. The factor is limited to [`SCALES`].
     ///
     /// # Errors
     /// As for [`scale`](Route::scale).
@@ -80,41 +81,41 @@ impl<const N: usize> Route<N> {
         Ok(())
     }
 
-    /// Brakes along the route from `at` seconds on, and stands until it is resumed. At a time when the route is
-    /// over, it holds the pieces that follow.
+    /// Brakes along the route from `at` seconds on, and rests until it is resumed. If the route is over at that
+    /// time, the pieces that follow are held.
     pub fn hold(&mut self, at: f64) {
         self.change(at, Change::Hold);
     }
 
-    /// Goes on at `at` seconds, or when it stands, whichever is later.
+    /// Continues at `at` seconds, or when the route has come to rest, whichever is later.
     pub fn resume(&mut self, at: f64) {
         self.change(at, Change::Resume);
     }
 
-    /// Brakes along the route from `at` seconds on, and drops the rest of it: a jog that ends.
-    /// Pieces that are added once it stands lead on from there. At a time when the route is over, it does nothing.
+    /// Brakes along the route from `at` seconds on, and drops the rest of it: the end of a jog. Pieces that are
+    /// added when the route rests continue from there. If the route is over at that time, nothing changes.
     pub fn cancel(&mut self, at: f64) {
         self.change(at, Change::Cancel);
     }
 
-    /// Whether it stands because it is held.
+    /// Whether the route rests because of a hold.
     pub fn is_held(&self) -> bool {
         self.halt == Some(0) && self.front.is_none()
     }
 
     fn change(&mut self, at: f64, change: Change) {
         if at == f64::INFINITY {
-            // It never comes.
+            // This time never comes.
             return;
         }
-        // None is before those that were tried. A time that is no number is now.
+        // No change is earlier than those that were tried. A time of NaN means now.
         let at = self.time().max(at);
-        // In the order of their times; of one time, of the calls.
+        // In the order of their times; at the same time, in the order of the calls.
         let place = self.changes.partition_point(|known| known.at <= at);
         self.changes.insert(place, Order { at, due: at, change });
     }
 
-    /// Before a piece is added: if the route is over, what was to be cancelled by now is over, too.
+    /// Drops the cancellations that are due by now, if the route is over. To be called before a piece is added.
     pub(crate) fn forget_cancels(&mut self) {
         if !self.is_over() {
             return;
@@ -124,12 +125,12 @@ impl<const N: usize> Route<N> {
         self.changes.retain(|order| order.change != Change::Cancel || order.at > now);
     }
 
-    /// The time of the next change, not before what was made.
+    /// The time at which a change is tried, not before the end of the part that was made.
     fn due(&self, order: &Order) -> f64 {
         order.due.max(self.now).max(self.time)
     }
 
-    /// Moves a hold to the front that is due before an override is tried again.
+    /// Moves a hold or a cancellation to the front if it is due before an override is tried again.
     fn let_hold_pass(&mut self, due: f64) {
         let Some(first) = self.changes.front().filter(|first| first.due > first.at) else { return };
         let hold = self.changes.iter().position(|order| order.change.brakes());
@@ -139,15 +140,15 @@ impl<const N: usize> Route<N> {
             && let Some(hold) = self.changes.remove(place)
         {
             let after = self.changes.split_off(place);
-            // There was nothing to resume before it.
+            // Before the hold there was nothing to resume.
             self.changes.retain(|order| order.change != Change::Resume);
             self.changes.extend(after);
             self.changes.push_front(hold);
         }
     }
 
-    /// Makes the first change, if it is due before `due`, in the first cell: whether anything
-    /// was changed.
+    /// Makes the first change if it is due before `due`, within the first cell. Returns whether anything was
+    /// changed.
     pub(crate) fn disturb(&mut self, due: f64) -> bool {
         if self.halt.is_some() {
             return false;
@@ -155,7 +156,7 @@ impl<const N: usize> Route<N> {
         self.let_hold_pass(due);
         let Some(at) = self.changes.front().map(|order| self.due(order)) else { return false };
         if at >= due || !self.cut(at) {
-            // Later, or at the end of this cell.
+            // It is due later, or at the end of this cell.
             return false;
         }
         let Some(order) = self.changes.pop_front() else { return false };
@@ -165,7 +166,7 @@ impl<const N: usize> Route<N> {
             Change::Rapids(rapid) => self.rescale(Scales { rapid, ..self.scales }),
             Change::Hold => self.brake(),
             Change::Cancel => {
-                // It waits until all axes stand.
+                // The cancellation waits until all axes rest.
                 if self.brake() {
                     self.changes.push_front(order);
                     return true;
@@ -174,7 +175,7 @@ impl<const N: usize> Route<N> {
             }
         };
         if !done {
-            // An override takes long to plan: it is tried again after as long as it has waited.
+            // Planning an override takes long: it is tried again after as long as it has waited.
             let waited = if order.change.brakes() { 0.0 } else { at - order.at };
             let due = (at + AGAIN.max(waited)).max(at.next_up());
             self.changes.push_front(Order { due, ..order });
@@ -182,7 +183,8 @@ impl<const N: usize> Route<N> {
         true
     }
 
-    /// The first cell begins here and now. Not if nothing of it is left.
+    /// Divides the first cell at this time: the cell begins there from now on. Returns false if nothing of the
+    /// cell is left.
     fn cut(&mut self, at: f64) -> bool {
         let (Some(pieces), Some(cell)) = (self.front, self.cells.front()) else { return false };
         let piece = pieces.iter().find(|piece| piece.to.t >= at).unwrap_or(&pieces[2]);
@@ -207,7 +209,7 @@ impl<const N: usize> Route<N> {
         true
     }
 
-    /// All cells by another part of their ordered speed, if the law allows it.
+    /// Plans all cells with other overrides, if the law allows it.
     fn rescale(&mut self, scales: Scales) -> bool {
         let old = std::mem::replace(&mut self.scales, scales);
         self.cells.iter_mut().for_each(|cell| cell.scale(scales));
@@ -216,14 +218,14 @@ impl<const N: usize> Route<N> {
             self.scales = old;
             self.cells.iter_mut().for_each(|cell| cell.scale(old));
             if self.smooth.as_ref().is_some_and(|smooth| smooth.here.v == 0.0) {
-                // What was planned from rest has the other scale.
+                // The plan from rest was made with the other overrides.
                 self.plan();
             }
         }
         planned
     }
 
-    /// Brakes from here on, if the law allows it: the cell in which it stands is divided there.
+    /// Plans a stop from here on, if the law allows it. The cell in which the stop ends is divided there.
     fn brake(&mut self) -> bool {
         if self.smooth.is_some() {
             let count = self.brake_smooth();
@@ -255,7 +257,7 @@ impl<const N: usize> Route<N> {
         }
         let count = ahead.len();
         if let Some(last) = w.back_mut() {
-            // At the end of the route, whatever is rounded.
+            // Exactly at rest at the end of the route, too, in spite of rounding.
             *last = 0.0;
         }
         let strict = self.deviation.is_none();
@@ -274,8 +276,8 @@ impl<const N: usize> Route<N> {
         true
     }
 
-    /// Stands; `None` until a change ends that. Changes before that one are made where it stands, those after it
-    /// at their times.
+    /// Makes the next change of a route that rests; `None` if no change ends the rest. Changes before that one
+    /// are made at rest, those after it at their times.
     pub(crate) fn stand(&mut self) -> Option<()> {
         if !self.changes.iter().any(|order| order.change.ends_hold()) {
             return None;
@@ -299,14 +301,14 @@ impl<const N: usize> Route<N> {
         Some(())
     }
 
-    /// Stands until `at`.
+    /// Rests until `at`, and ends the hold.
     fn rest(&mut self, at: f64) {
         let wait = (at - self.time).max(0.0);
         self.stand_for(wait);
         self.halt = None;
     }
 
-    /// Ends where it stands.
+    /// Ends the route where it rests.
     fn drop_rest(&mut self) {
         let known = self.cells.front().map(|cell| (cell.shape, cell.begin));
         let here = known.or(self.loose.front().map(|loose| (loose.shape, loose.shape.begin)));
@@ -331,7 +333,8 @@ mod tests {
     use super::*;
     use crate::AxisPace;
 
-    /// A plan takes longer than 1 ms of the motion: tried each ms, an override fell behind it by seconds.
+    /// A plan takes longer than 1 ms. An override that was tried every ms would fall behind the motion by
+    /// seconds.
     #[test]
     fn an_override_is_tried_again_ever_later() {
         let axis =

@@ -1,9 +1,9 @@
-//! How a route turns at a joint of chords, seen over more than the two chords that meet there.
+//! How a route turns at a joint of chords, by more than the two chords that meet there.
 //!
-//! Places in a file are rounded, and a curve may come with a very short chord between longer ones. The
-//! directions of chords are off by then, and from one to the next they seem to turn far more than the
-//! curve does. No axis needs to follow that: its speed may be off by what the jump hides. So u is taken to
-//! turn with the mean direction over r units at either side of the joint J,
+//! Places in a file are rounded, and a curve may contain a very short chord between longer ones. The directions
+//! of such chords are inexact, and seem to turn far more from chord to chord than the curve does. No axis needs
+//! to follow these turns: its speed may deviate by what the jump hides. The speed u is therefore assumed to
+//! turn with the mean direction over r units on each side of the joint J,
 //!
 //! ```text
 //!      ╱╲__╱╲    ╱╲ J  ╱╲    ╱╲__╱╲        D  the way of each axis on either side
@@ -14,15 +14,15 @@
 //!   t     = (I₊ + I₋)/r²                   its direction
 //! ```
 //!
-//! which is the mean with a weight that falls evenly from J to both ends. The joint may be passed at
+//! which is the mean with a weight that falls linearly from J to both ends. The joint may be passed at
 //!
 //! ```text
 //!   v²·|dt/ds|          ≤ A                as a curve
 //!   v·|direction − t|   ≤ S/2              of both chords, and a part of S
 //! ```
 //!
-//! With the r that allows most. Of places that are off by ε the turning is off by some 2·ε/r². These bounds
-//! are for speed: whether a plan keeps the law is tried with the directions that there are.
+//! with the r that allows the highest speed. If places are off by ε, the turning is off by some 2·ε/r². These
+//! bounds are for speed. Each plan is checked against the law with the actual directions.
 
 use std::collections::VecDeque;
 
@@ -30,28 +30,29 @@ use crate::joint::Joint;
 use crate::route::AxisPace;
 use crate::shape::Shape;
 
-/// Of S, where chords are rough: the rest is for what it speeds up by meanwhile.
+/// The part of S that is used where chords are rough. The rest is for speeding up meanwhile.
 const PART: f64 = 0.87;
 
-/// Twice the r is worth while if w becomes this much higher.
+/// r is doubled if that raises w by this factor.
 const GAIN: f64 = 1.05;
 
-/// Where chords are rough, with this w beside the ordered one r is the larger the better.
+/// Where chords are rough, the largest r is used that allows w to be the ordered one times this factor.
 const ENOUGH: f64 = 1.1;
 
-/// Chords are of one length up to this.
+/// Chords whose lengths differ by at most this factor count as equally long.
 const UNEQUAL: f64 = 1.5;
 
-/// Whether one of two chords of a curve is so much shorter that it seems to turn more there than it does.
+/// Whether one of two chords of a curve is so much shorter than the other that the curve seems to turn more
+/// than it does.
 pub(crate) fn is_unequal<const N: usize>(joint: &Joint<N>, chords: [&Shape<N>; 2]) -> bool {
     let [before, behind] = chords.map(Shape::length);
     joint.turns() && before.max(behind) > UNEQUAL * before.min(behind)
 }
 
-/// Chords before a joint that are looked at, at most.
+/// The most chords before a joint that are considered.
 const SEEN: usize = 96;
 
-/// Chords that a route has come over, the nearest first, up to a corner or an arc.
+/// The chords before a joint, the nearest first, back to a corner or an arc.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Before<const N: usize> {
     chords: VecDeque<(Shape<N>, bool)>,
@@ -59,7 +60,7 @@ pub(crate) struct Before<const N: usize> {
 }
 
 impl<const N: usize> Before<N> {
-    /// One more, and whether the joint at its beginning turns there and back.
+    /// Adds a chord, and whether the joint at its beginning turns there and back.
     pub fn push(&mut self, chord: Shape<N>, rough: bool) {
         self.chords.push_front((chord, rough));
         self.rough += usize::from(rough);
@@ -79,20 +80,20 @@ impl<const N: usize> Before<N> {
         self.chords.iter().map(|(chord, _)| chord)
     }
 
-    /// Joints of them that turn there and back.
+    /// The number of their joints that turn there and back.
     pub fn rough(&self) -> usize {
         self.rough
     }
 }
 
-/// The way from a joint over chords.
+/// The way from a joint over the chords on one side.
 struct Arm<'a, const N: usize, I: Iterator<Item = &'a Shape<N>>> {
     chords: I,
-    /// Units so far, how far each axis came in them, and the sum of that.
+    /// The length so far, the distance of each axis in it, and the integral of that distance.
     gone: f64,
     way: [f64; N],
     sum: [f64; N],
-    /// Of the chord that it is on: its direction, and what is left.
+    /// The direction of the present chord, and its remaining length.
     direction: [f64; N],
     left: f64,
 }
@@ -102,7 +103,7 @@ impl<'a, const N: usize, I: Iterator<Item = &'a Shape<N>>> Arm<'a, N, I> {
         Arm { chords, gone: 0.0, way: [0.0; N], sum: [0.0; N], direction: [0.0; N], left: 0.0 }
     }
 
-    /// On to `r` units from the joint; `None` where the chords end before.
+    /// Continues to `r` units from the joint; `None` if the chords end before.
     fn to(&mut self, r: f64) -> Option<()> {
         while self.gone < r {
             if self.left <= 0.0 {
@@ -122,22 +123,22 @@ impl<'a, const N: usize, I: Iterator<Item = &'a Shape<N>>> Arm<'a, N, I> {
     }
 }
 
-/// How chords are looked at.
+/// How a joint of chords is judged.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View<'a, const N: usize> {
     pub axes: &'a [AxisPace; N],
     /// The ordered speed.
     pub feed: f64,
-    /// r at most.
+    /// The largest r.
     pub reach: f64,
-    /// Whether they turn there and back.
+    /// Whether the chords turn there and back.
     pub rough: bool,
-    /// Whether a corner has its jump, and not a deviation.
+    /// Whether corners are limited by the jump, not by junction deviation.
     pub strict: bool,
 }
 
 impl<const N: usize> View<'_, N> {
-    /// A joint as it is seen, with the chords before it, the nearest first, and those behind it.
+    /// The joint as judged with the chords before it, the nearest first, and those behind it.
     pub fn joint<'a>(
         &self,
         joint: &Joint<N>,
@@ -178,7 +179,7 @@ impl<const N: usize> View<'_, N> {
         best
     }
 
-    /// The w at most by what the jump hides, and as a curve.
+    /// The largest w by what the jump hides, and as a curve.
     fn caps(&self, ends: &[[f64; N]; 2], mean: &[f64; N], turn: &[f64; N]) -> [f64; 2] {
         let part = if self.rough { PART } else { 1.0 };
         let (mut hidden, mut curve) = (f64::INFINITY, f64::INFINITY);
@@ -209,7 +210,7 @@ mod tests {
         each.collect()
     }
 
-    /// The w of a joint by itself, and as it is seen.
+    /// The w of a joint by itself, and as judged with its chords.
     fn seen(chords: &[Shape<2>], n: usize, rough: bool) -> [f64; 2] {
         let [before, behind] = [&chords[n - 1], &chords[n]];
         let ends = [&before.direction(before.end), &behind.direction(behind.begin)];
@@ -227,15 +228,15 @@ mod tests {
         arm.to(2.5).unwrap();
         assert_eq!((arm.way, arm.sum), ([1.5, 2.0], [1.875, 2.5]));
         arm.to(6.0).unwrap();
-        // 3/5 and 4/5 over 5; then from there nothing of X, 1 of Y over 1.
+        // 3/5 and 4/5 over 5 units; then 0 of X and 1 of Y over 1 unit.
         assert_eq!(arm.way, [3.0, 5.0]);
         assert!((arm.sum[0] - (7.5 + 3.0)).abs() < 1e-12);
         assert!((arm.sum[1] - (10.0 + 4.5)).abs() < 1e-12);
         assert!(arm.to(7.5).is_none());
     }
 
-    /// A circle of 5 mm in chords of 0.5 mm: √(1000·5) = 70.7 mm/s as a curve, 5/0.1 = 50 by the jump. With
-    /// a chord of 10 µm it seems to be a tight bend.
+    /// A circle of 5 mm in chords of 0.5 mm: √(1000·5) = 70.7 mm/s as a curve, 5/0.1 = 50 by the jump. With a
+    /// chord of 10 µm, it looks like a tight bend.
     #[test]
     fn a_short_chord_turns_as_its_curve() {
         let place = |angle: f64| [5.0 * angle.cos(), 5.0 * angle.sin()];
@@ -245,7 +246,7 @@ mod tests {
             let [alone, known] = seen(&chords, n, false).map(f64::sqrt);
             assert!(alone < 20.0 && (49.0..55.0).contains(&known), "{alone} {known}");
         }
-        // Chords of one length have what they had.
+        // Chords of equal length keep their limit.
         let chords = chords_of_one_length(place);
         let [alone, known] = seen(&chords, 3, false);
         assert_eq!(alone, known);
@@ -256,8 +257,8 @@ mod tests {
         chords(&places)
     }
 
-    /// A straight line in chords of 0.1 mm whose places are off by 1 µm: 20 mrad from one to the next, of
-    /// which an axis at 100 mm/s has 2 mm/s, and its jump hides that.
+    /// A straight line in chords of 0.1 mm whose places are off by 1 µm: it turns by 20 mrad from chord to
+    /// chord. At 100 mm/s that is 2 mm/s of an axis, which the jump hides.
     #[test]
     fn a_rough_line_is_a_line() {
         let places: Vec<[f64; 2]> =
@@ -266,7 +267,7 @@ mod tests {
         let [alone, known] = seen(&chords, 20, true).map(f64::sqrt);
         assert!((alone - (1_000.0f64 * 0.1 / 0.02).sqrt()).abs() < 0.1, "{alone}");
         assert!(known > 100.0, "{known}");
-        // Off by ten times as much it is more than a jump hides.
+        // The jump does not hide ten times as much.
         let places: Vec<[f64; 2]> = places.iter().map(|[x, y]| [*x, 10.0 * y]).collect();
         let [alone, known] = seen(&self::chords(&places), 20, true);
         assert!(alone == known && alone < 25.0 * 25.0, "{alone} {known}");

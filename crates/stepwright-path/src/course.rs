@@ -1,4 +1,4 @@
-//! From a speed and an acceleration to rest at a distance: which pieces.
+//! The pieces from a speed and an acceleration to rest at a place.
 //!
 //! **Trapezoid.** From v below the top speed, the rise and the fall meet at
 //!
@@ -6,25 +6,24 @@
 //!   peak² = (2·a·d·L + d·v²) / (a + d)        or the top speed, if that is less
 //! ```
 //!
-//! from above it, the speed falls to the top first.
+//! From v above the top speed, the speed falls to the top speed first.
 //!
-//! **S-curve.** As in the core's `profile::s_curve`, whose pages have the argument:
-//! drive towards the top speed for a time x, then stop. How far that leads never
-//! falls as x grows, so x is searched for. To change the speed by g beyond what
-//! the present acceleration will gain anyway, a²/2J,
+//! **S-curve.** As in the core's `profile::s_curve`, whose documentation has the proof: change towards the top
+//! speed for a time x, then stop. The distance never falls as x grows, so x is found by bisection. To change
+//! the speed by g more than the a²/2J that the present acceleration gains anyway, the acceleration rises to
 //!
 //! ```text
 //!   peak² = J·g + max(a, 0)²                  held at the limit for the rest
 //! ```
 //!
-//! A path is never gone backwards, so there is no case of a turn here. What is
-//! lost by rounding is made up for where it is fastest: both ends are exact.
+//! A path is never followed backwards, so no piece reverses. What rounding loses is added where the speed is
+//! highest: both ends are exact.
 
 use crate::pace::Pace;
 use crate::piece::{Moment, Piece};
 
-/// Pieces from `from` to rest at `end`, at most at `top`. If a stop leads
-/// further than that, it is a stop.
+/// Returns the pieces from `from` to rest at `end`, at most at the speed `top`. If a stop leads beyond `end`,
+/// it returns the stop.
 pub(crate) fn go(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
     if pace.jerk.is_finite() {
         lead(from, (end, 0.0), top, pace)
@@ -33,7 +32,7 @@ pub(crate) fn go(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
     }
 }
 
-/// Pieces from `from` to rest, as soon as can be.
+/// Returns the pieces of the fastest stop from `from`.
 pub(crate) fn stop(from: Moment, pace: &Pace) -> Vec<Piece> {
     if pace.jerk.is_finite() {
         return join(from, &reach(from, 0.0, pace), 0.0);
@@ -71,10 +70,10 @@ fn trapezoid(from: Moment, end: f64, top: f64, pace: &Pace) -> Vec<Piece> {
     (0..3).map(piece).filter(|piece| piece.to.t > piece.from.t).collect()
 }
 
-/// A jerk for a time.
+/// A jerk and its time, in s.
 pub(crate) type Push = (f64, f64);
 
-/// To the speed `to` without acceleration.
+/// The pushes to the speed `to`, without acceleration at the end.
 pub(crate) fn reach(from: Moment, to: f64, pace: &Pace) -> [Push; 3] {
     let Pace { accel, decel, jerk, .. } = *pace;
     let gain = to - (from.v + from.a * from.a.abs() / 2.0 / jerk);
@@ -90,17 +89,17 @@ pub(crate) fn reach(from: Moment, to: f64, pace: &Pace) -> [Push; 3] {
     [(sign * first, (peak - a).abs() / jerk), (0.0, hold.max(0.0)), (-sign * jerk, peak / jerk)]
 }
 
-/// Where these lead.
+/// The moment after these pushes.
 fn after(from: Moment, pushes: &[Push]) -> Moment {
     pushes.iter().fold(from, |at, &(jerk, time)| at.after(jerk, time))
 }
 
-/// Where a change to this speed leads.
+/// The place at which a change to this speed ends.
 pub(crate) fn reached(from: Moment, to: f64, pace: &Pace) -> f64 {
     after(from, &reach(from, to, pace)).s
 }
 
-/// One after the other; the last ends at the speed `to`, without acceleration.
+/// The pieces of these pushes, one after the other. The last ends at the speed `to`, without acceleration.
 pub(crate) fn join(from: Moment, pushes: &[Push], to: f64) -> Vec<Piece> {
     let mut at = from;
     let mut pieces: Vec<Piece> = Vec::new();
@@ -110,15 +109,15 @@ pub(crate) fn join(from: Moment, pushes: &[Push], to: f64) -> Vec<Piece> {
         at = to;
     }
     if let Some(last) = pieces.last_mut() {
-        // By the law, whatever is rounded.
+        // Exact, in spite of rounding.
         last.to.v = to;
         last.to.a = 0.0;
     }
     pieces
 }
 
-/// Pieces from `from` to the speed `to` at a place. If the change of speed alone leads further,
-/// it is that.
+/// Returns the pieces from `from` to the speed `to` at the place `end`. If the change of speed alone leads
+/// further, it returns that change.
 pub(crate) fn lead(from: Moment, (end, to): (f64, f64), top: f64, pace: &Pace) -> Vec<Piece> {
     let mut pushes = Vec::new();
     let mut at = from;
@@ -154,7 +153,7 @@ pub(crate) fn lead(from: Moment, (end, to): (f64, f64), top: f64, pace: &Pace) -
     pushes.extend(reach(at, to, pace));
     let mut pieces = join(from, &pushes, to);
     let Some(last) = pieces.last() else { return pieces };
-    // What is left over is gone at the highest speed.
+    // The remaining distance is covered at the highest speed.
     let rest = end - last.to.s;
     let speeds = pieces.iter().map(|piece| piece.from.v);
     let (fastest, v) =

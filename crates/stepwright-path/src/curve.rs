@@ -1,7 +1,7 @@
-//! Where along the path each axis steps.
+//! The places along a path at which each axis steps.
 //!
-//! **Lines.** Axis i of a line makes n steps, which divide it into n equal parts:
-//! the first comes one part after its beginning, and the last at its end.
+//! **Lines.** An axis with n steps divides the line into n equal parts: its first step is one part after the
+//! beginning, its last step at the end.
 //!
 //! ```text
 //!   X  ┊    │    │    │    │    │    │
@@ -9,26 +9,24 @@
 //!      begin                         end
 //! ```
 //!
-//! That is the axis' own profile, scaled by its share of the path: no
-//! Bresenham, no unevenness. The path begins at rest, and so does each axis: its
-//! first step comes after the first interval of its own ramp, also where another
-//! path has ended a moment before.
+//! The steps of each axis are its own profile, scaled by its share of the path: no Bresenham, no unevenness.
+//! The path begins at rest, and so does each axis. Its first step comes after the first interval of its own
+//! ramp, even if another path has ended a moment before.
 //!
-//! **Arcs.** An axis steps where the circle crosses the middle between two of
-//! its positions, which is found in closed form, so both are always at the
-//! nearest position to the circle. A crossing that is taken back at once, where
-//! the circle only touches the middle, is left out.
+//! **Arcs.** An axis steps where the circle crosses the middle between two of its positions, which is found in
+//! closed form. Both axes are therefore always at the position nearest to the circle. Where the circle only
+//! touches a middle, the crossing and its return are left out.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::pace::Unplannable;
 
-/// A step: how far along the path, and which way.
+/// A step: its place along the path, and its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
     /// Units from the beginning.
     pub at: f64,
-    /// Forward.
+    /// Whether the step is forward.
     pub forward: bool,
 }
 
@@ -42,31 +40,30 @@ enum Kind {
     Round(Round),
 }
 
-/// One axis of a line: mark n is this many parts of the way from `first` to `last`.
+/// One axis of a line: mark n is at n of these parts of the way from `first` to `last`.
 #[derive(Clone, Debug)]
 struct Even {
     first: f64,
     last: f64,
     parts: u32,
-    /// The next mark, and the one behind the last.
+    /// The numbers of the next mark, and of the one behind the last.
     next: u32,
     end: u32,
     forward: bool,
 }
 
-/// One axis of an arc: its position in steps is c + r·cos φ, where φ runs from
-/// `from` on by `sweep`.
+/// One axis of an arc: its position in steps is c + r·cos φ, where φ begins at `from` and changes by `sweep`.
 #[derive(Clone, Debug)]
 struct Round {
     c: f64,
     r: f64,
     from: f64,
     sweep: f64,
-    /// Units of path in a radian.
+    /// Units of the path per radian.
     radius: f64,
-    /// Radians that lie behind.
+    /// The radians passed so far.
     gone: f64,
-    /// Positions that lie behind.
+    /// The position in steps, relative to the beginning.
     at: i64,
 }
 
@@ -76,8 +73,8 @@ impl Marks {
         Marks::onward(steps.into(), 0.0, length, 0.0)
     }
 
-    /// The least way along the path from one step to the next; of an arc it may be a
-    /// little more. Infinite without steps.
+    /// The shortest distance along the path from one step to the next; of an arc it may be a little more.
+    /// Infinite without steps.
     pub(crate) fn closest(&self) -> f64 {
         match &self.0 {
             Kind::Even(even) if even.next >= even.end => f64::INFINITY,
@@ -86,11 +83,10 @@ impl Marks {
         }
     }
 
-    /// This many steps up to `last`, of an axis whose last step was at `first`; none
-    /// before `least`: if the first of them belonged there, it is at `least`, and
-    /// the others evenly spaced from there on.
+    /// The marks of `steps` steps up to `last`, of an axis whose last step was at `first`. No mark is before
+    /// `least`: if the first one would be, it is at `least`, and the others are evenly spaced from there on.
     pub(crate) fn onward(steps: i64, first: f64, last: f64, least: f64) -> Marks {
-        // Between two numbers of 32 bits.
+        // The difference of two 32-bit numbers.
         let end = u32::try_from(steps.unsigned_abs()).unwrap_or(u32::MAX);
         let forward = steps > 0;
         let even = if end > 1 && first + (last - first) / f64::from(end) < least {
@@ -106,9 +102,9 @@ impl Marks {
 /// A straight line of N axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line<const N: usize> {
-    /// Steps of each.
+    /// The steps of each axis.
     pub steps: [i32; N],
-    /// Units a step leads, of each.
+    /// The length of a step of each axis, in units.
     pub step: [f64; N],
 }
 
@@ -119,10 +115,10 @@ impl<const N: usize> Line<N> {
         ways.map(|way| way * way).sum::<f64>().sqrt()
     }
 
-    /// Where each axis steps.
+    /// The marks of each axis.
     ///
     /// # Errors
-    /// [`Unplannable`] if no axis has anything to do, or a step leads nowhere.
+    /// [`Unplannable`] if no axis has a step to make, or the length of a step is not above 0.
     pub fn marks(&self) -> Result<[Marks; N], Unplannable> {
         if self.step.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
             return Err(Unplannable::Step);
@@ -135,15 +131,15 @@ impl<const N: usize> Line<N> {
     }
 }
 
-/// An arc of two axes, from where they stand.
+/// An arc of two axes from their present place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
-    /// The centre, in units from where they stand.
+    /// The centre, in units from the present place.
     pub centre: [f64; 2],
-    /// Radians: positive from the first axis towards the second. 2π is a whole
-    /// circle, and there may be several.
+    /// The angle in radians, positive from the first axis towards the second. 2π is a full circle; several
+    /// turns are allowed.
     pub sweep: f64,
-    /// Units a step leads, of each.
+    /// The length of a step of each axis, in units.
     pub step: [f64; 2],
 }
 
@@ -158,11 +154,11 @@ impl Arc {
         self.radius() * self.sweep.abs()
     }
 
-    /// Where both axes step.
+    /// The marks of both axes.
     ///
     /// # Errors
-    /// [`Unplannable`] if it leads nowhere, is smaller than a step, or makes more
-    /// steps than can be counted, round it or from its centre.
+    /// [`Unplannable`] if the arc has no length, if its radius is smaller than a step, or if it has more steps
+    /// than can be counted, along the arc or from its centre.
     pub fn marks(&self) -> Result<[Marks; 2], Unplannable> {
         if self.step.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
             return Err(Unplannable::Step);
@@ -174,7 +170,7 @@ impl Arc {
         if self.step.iter().any(|d| radius < *d) {
             return Err(Unplannable::Radius);
         }
-        // What lies so far from the centre can't be told from its neighbours either.
+        // So far from the centre, neighbouring positions cannot be told apart either.
         if self.step.iter().any(|d| length.max(radius) / d > f64::from(i32::MAX)) {
             return Err(Unplannable::TooLong);
         }
@@ -188,13 +184,12 @@ impl Arc {
     }
 }
 
-/// Beyond the middle between two positions by this many steps, or it counts as
-/// touched only.
+/// A circle that leads beyond the middle between two positions by less than this, in steps, only touches it.
 const TOUCH: f64 = 0.25;
 
 impl Round {
-    /// The greatest part of the speed along the arc that its axis has: |sin φ|, at an
-    /// end of the arc, or 1 where it comes by a quarter of a turn.
+    /// The largest part of the speed along the arc that the axis has: |sin φ|, at an end of the arc, or 1 where
+    /// the arc passes a quarter of a turn.
     fn steepest(&self) -> f64 {
         let (from, to) = (self.from, self.from + self.sweep);
         let quarter = |angle: f64| ((angle - FRAC_PI_2) / PI).floor();
@@ -205,10 +200,10 @@ impl Round {
     fn next(&mut self) -> Option<Mark> {
         let back = self.sweep < 0.0;
         loop {
-            // Turned so that the angle grows: cos is even.
+            // Mirrored so that the angle grows: cos is even.
             let angle = if back { -self.from } else { self.from } + self.gone;
             let turn = angle.rem_euclid(TAU);
-            // Falling from 0 to π, rising from there to 2π.
+            // The axis falls from 0 to π, and rises from π to 2π.
             let rising = turn >= PI;
             let extreme = if rising { self.c + self.r } else { self.c - self.r };
             let middle = self.at as f64 + if rising { 0.5 } else { -0.5 };
@@ -228,7 +223,7 @@ impl Round {
                 self.at += if rising { 1 } else { -1 };
                 return Some(Mark { at: gone * self.radius, forward: rising });
             }
-            // Nothing more on this side: on to the extreme.
+            // No crossing is left before the extreme: continue there.
             let end = if rising { TAU } else { PI };
             self.gone += (end - turn).max(1e-12);
             if self.gone > self.sweep.abs() {
@@ -247,7 +242,7 @@ impl Iterator for Even {
             return None;
         }
         self.next = n + 1;
-        // The last one exactly, whatever is rounded on the way.
+        // The last mark is exact, in spite of rounding.
         let part = f64::from(n) / f64::from(parts);
         let at = if n == parts { last } else { first + (last - first) * part };
         Some(Mark { at, forward })

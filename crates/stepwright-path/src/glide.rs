@@ -1,4 +1,4 @@
-//! Where a route is when, while its steps are made: for what goes by its speed.
+//! The motion of a route over time, while its steps are made: for outputs that follow its speed.
 //!
 //! ```text
 //!   steps    ┃ ┃  ┃   ┃    ┃         ┃    ┃   ┃
@@ -6,39 +6,39 @@
 //!             moves         stands    moves
 //! ```
 //!
-//! A change of the route takes hold behind the last step, so what comes before it is final.
+//! A change of the route takes effect after the last step, so the motion before that step is final.
 
 use std::collections::VecDeque;
 
 use crate::piece::Piece;
 use crate::route::Route;
 
-/// Seconds: what is nearer to each other is the same time.
+/// The difference below which two times count as equal, in s.
 const SAME: f64 = 1e-9;
 
-/// A time in which a route moves with a constant jerk, or stands.
+/// An interval of time in which a route moves with a constant jerk, or rests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glide {
-    /// When it begins and ends, in s after the start.
+    /// The times of its beginning and its end, in s after the start.
     pub times: [f64; 2],
-    /// Units along the route: beyond where it ends, and not beyond the move of which it is a part.
+    /// A place along the route, in units, between the end of the interval and the end of its move.
     pub within: f64,
-    /// `None` where it stands.
+    /// `None` at rest.
     piece: Option<Piece>,
 }
 
 impl Glide {
-    /// Whether it stands.
+    /// Whether the route rests.
     pub fn is_rest(&self) -> bool {
         self.piece.is_none()
     }
 
-    /// Units/s along the route at this time, which lies within it.
+    /// The speed along the route at this time, which must be within the interval, in units/s.
     pub fn speed(&self, time: f64) -> f64 {
         self.piece.map_or(0.0, |piece| piece.at(time.max(piece.from.t)).v.max(0.0))
     }
 
-    /// When it is slowest or fastest between its ends, if it is.
+    /// The time between its ends at which the speed is lowest or highest, if there is one.
     pub fn turn(&self) -> Option<f64> {
         let piece = self.piece.filter(|piece| piece.jerk != 0.0)?;
         let time = piece.from.t - piece.from.a / piece.jerk;
@@ -46,25 +46,25 @@ impl Glide {
     }
 }
 
-/// What was passed with its steps, and is not taken yet.
+/// The recorded motion that was not taken yet.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Glides {
-    /// Each with the end of its cell along the route.
+    /// The pieces passed, each with the end of its cell along the route.
     passed: VecDeque<(f64, Piece)>,
-    /// Taken up to this time.
+    /// The time up to which the motion was taken.
     taken: f64,
 }
 
 impl<const N: usize> Route<N> {
-    /// Keeps what it passes with its steps, for [`glide`](Route::glide): a few times of constant jerk
-    /// a cell, until they are taken. To be called before its first piece.
+    /// Records the motion for [`glide`](Route::glide): a few intervals of constant jerk per cell, until they
+    /// are taken. To be called before the first piece.
     pub fn with_glides(mut self) -> Route<N> {
         self.glides = Some(Glides::default());
         self
     }
 
-    /// The next part of the time, from where the last one ended and up to `until` s at most, without
-    /// a gap. `None`: what comes before `until` is all taken, or not known before the next step.
+    /// Returns the next interval, from the end of the last one up to `until` s at most, without a gap. `None`
+    /// if all before `until` was taken, or is not known before the next step.
     pub fn glide(&mut self, until: f64) -> Option<Glide> {
         let idle = self.is_held() || self.is_over();
         let glides = self.glides.as_mut()?;
@@ -101,7 +101,7 @@ impl<const N: usize> Route<N> {
         }
     }
 
-    /// Takes down what is passed of the first cell, up to this time.
+    /// Records the motion over the first cell up to this time.
     pub(crate) fn take_down(&mut self, until: f64) {
         let (Some(glides), Some(pieces)) = (&mut self.glides, &self.front) else { return };
         let Some(cell) = self.cells.front() else { return };
@@ -125,15 +125,15 @@ mod tests {
         route
     }
 
-    /// How far it comes by its speeds: twice as fine as they bend.
+    /// The distance by its speeds, by Simpson's rule: exact, as the speed is a parabola.
     fn way(glide: &Glide) -> f64 {
         let [from, to] = glide.times;
         let speed = |part: f64| glide.speed(from + (to - from) * part);
         (to - from) * (speed(0.0) + 4.0 * speed(0.5) + speed(1.0)) / 6.0
     }
 
-    /// However it is asked, the speeds lead along all of the route in all of its time, and nothing is
-    /// told before it is final: with a hold and a dwell.
+    /// At whatever times it is asked, the speeds add up to the whole route in all of its time, with a hold and
+    /// a dwell. Nothing is returned before it is final.
     #[test]
     fn all_of_its_time_is_told_once() {
         for (jerk, stride) in

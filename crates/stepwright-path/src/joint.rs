@@ -1,58 +1,58 @@
-//! Where one piece of a route meets the next: how fast it may be passed.
+//! The joint of two pieces of a route: how fast it may be passed.
 //!
-//! Two numbers of an axis bound it, with Δt the change of its direction and h the shorter of the
-//! two pieces:
+//! Two limits of each axis bound the speed, with Δt the change of the direction of the axis and h the length of
+//! the shorter piece:
 //!
 //! ```text
 //!   the jump       v·|Δt|     ≤ S        what a motor can take at once
 //!   the curvature  v²·|Δt|/h  ≤ A        of chords of a curve: it turns by Δt in every h
 //! ```
 //!
-//! A corner by itself takes nothing of what there is to speed up by: one of 20° or more, or any between
-//! pieces so long that it turns slowly (v²·|Δt|/h ≤ A/8).
+//! A corner by itself uses none of the acceleration for speeding up. A joint is one if it turns by 20° or more,
+//! or if it joins pieces so long that it turns slowly (v²·|Δt|/h ≤ A/8).
 //!
-//! Chords of a curve are bound as the curve: v stays within S/2 of a speed u that turns evenly from the
-//! middle of one chord to the middle of the next, which is why half of a chord at either side has its part
-//! of the axis' acceleration taken ([`Joint::zones`]). Where one is much shorter, or places are rounded,
-//! more of the curve is looked at ([`chords`](crate::chords)).
+//! Chords of a curve are limited as the curve: v stays within S/2 of a speed u that turns evenly from the
+//! middle of one chord to the middle of the next. Half of a chord on each side therefore has less of the axis's
+//! acceleration for speeding up ([`Joint::zones`]). If one chord is much shorter, or places are rounded, more
+//! of the curve is considered ([`chords`](crate::chords)).
 //!
-//! Junction deviation is what grbl and Marlin have instead of the jump, on request: the corner is
-//! passed as fast as an arc that misses it by d would be,
+//! On request, junction deviation, as in grbl and Marlin, takes the place of the jump: the corner is passed as
+//! fast as an arc that misses it by d,
 //!
 //! ```text
 //!   v² = A·d·c / (1 − c)         c = cos(half of the angle by which it turns)
 //! ```
 //!
-//! with a jump that nobody has checked.
+//! with a jump that is not checked.
 
 use crate::cell::Bend;
 use crate::route::AxisPace;
 
-/// What a joint allows.
+/// The limits of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Joint<const N: usize> {
-    /// w = v² at most; and as a corner by itself.
+    /// The largest w = v²; and the largest w as a corner by itself.
     pub cap: f64,
     pub alone: f64,
-    /// Units before and behind it in which it turns; how it does along the route, with the sign of each
-    /// axis; and how it does there at most.
+    /// The lengths before and behind the joint in which it turns; how the direction of each axis turns along
+    /// the route, with its sign; and the most that it turns in the zones.
     pub zones: [f64; 2],
     pub turn: [f64; N],
     pub bend: Bend<N>,
-    /// It turns by 20° or more, or is at rest: no curve leads over it.
+    /// Whether it turns by 20° or more, or is passed at rest: no curve leads over it.
     pub corner: bool,
-    /// The w of twice the ordered speed, if it may be passed faster when more of a curve is looked at; or 0.
+    /// The w of twice the ordered speed, if more of the curve may allow a higher speed; otherwise 0.
     pub top: f64,
 }
 
-/// A joint is a corner by itself where turning takes this part of the acceleration at most,
+/// A joint is a corner by itself if turning uses at most this part of the acceleration,
 const ALONE: f64 = 0.125;
 
 /// or if it turns by an angle whose cosine is less than this.
 const SHARP: f64 = 0.94;
 
 impl<const N: usize> Joint<N> {
-    /// At rest.
+    /// A joint that is passed at rest.
     pub const REST: Joint<N> = Joint {
         cap: 0.0,
         alone: 0.0,
@@ -63,7 +63,7 @@ impl<const N: usize> Joint<N> {
         top: 0.0,
     };
 
-    /// Between two directions of pieces of these lengths, both of which can be passed at the speed
+    /// The joint between two directions of pieces of these lengths, both of which can be passed at the speed
     /// `top`.
     pub fn new(
         [before, after]: [&[f64; N]; 2],
@@ -93,14 +93,14 @@ impl<const N: usize> Joint<N> {
         let most = over(|axis| axis.accel) * length;
         let slow = v * v <= part * most;
         let cap = if slow { alone } else { alone.min(most) };
-        // By the law of jerk a curve that could be faster may be rough.
+        // By the law of jerk, a curve that the joint does not slow down may be rough.
         let smooth = axes.iter().any(|axis| axis.jerk < f64::INFINITY);
         let seen = !corner && (smooth || cap < top * top);
         let top = if seen { top * top } else { 0.0 };
         let joint = Joint { cap, alone, corner, top, ..Joint::REST };
         if slow || corner && deviation.is_none() {
-            // As a chord a corner could be no faster, and all the way to the middle of the next one
-            // nothing would be left to speed up by.
+            // As a chord, a corner would be no faster, and up to the middle of the next chord no acceleration
+            // would be left for speeding up.
             return joint;
         }
         let bound = turn.map(|turn| turn / length);
@@ -108,12 +108,12 @@ impl<const N: usize> Joint<N> {
         Joint { turn, ..joint.turning(bound, [before, after], [length / 2.0; 2]) }
     }
 
-    /// Whether it is one of a curve, and turns.
+    /// Whether the joint is one of a curve, and turns.
     pub fn turns(&self) -> bool {
         self.zones[1] > 0.0
     }
 
-    /// Which turns like this, of these directions, in these parts of the pieces.
+    /// The joint with this turning, between these directions, in these zones.
     pub fn turning(
         self,
         turn: [f64; N],

@@ -1,7 +1,7 @@
-//! How a corner is come to, and left, with an acceleration.
+//! The accelerations with which a corner is reached and left.
 //!
-//! At a corner the speed of each axis jumps, so that along the route need not change evenly: it may
-//! be braked up to the corner, and speed up from there on.
+//! At a corner the speed of each axis jumps, so the speed along the route need not change smoothly: the route
+//! may brake up to the corner, and speed up from there on.
 //!
 //! ```text
 //!   v  ╲     ╱        before  −α along the route, of an axis −α·t
@@ -9,16 +9,17 @@
 //!        ╲_╱
 //! ```
 //!
-//! An axis that jumps by all of S has its u at the far end of what the jump hides on both sides, and u'
-//! does not jump. What its own acceleration does at the corner is hidden as u leaves that end on one
-//! side, within S again:
+//! If an axis jumps by all of S, its u is at the far end of the hidden range on both sides, and u' does not
+//! jump. The jump of the axis's own acceleration at the corner is hidden if u leaves that end on one side,
+//! again within S:
 //!
 //! ```text
 //!   |β·t′ + α·t| ≤ √(2·S·J)
 //! ```
 //!
-//! An axis that turns back is accelerated the same way before and behind, so it may have any. These
-//! bounds are for speed: whether a plan keeps the law is tried with [`Lens`](crate::lens::Lens).
+//! An axis that turns back accelerates in the same direction before and behind the corner, so any acceleration
+//! is allowed. These bounds are for speed. Each plan is checked against the law with
+//! [`Lens`](crate::lens::Lens).
 
 use std::collections::VecDeque;
 
@@ -26,16 +27,16 @@ use crate::cell::Cell;
 use crate::route::AxisPace;
 use crate::turning::is_corner;
 
-/// Of that: what lies before and behind a corner takes of the jump, too.
+/// The part of that bound that is used: the motion before and behind a corner uses the jump, too.
 const PART: f64 = 0.9;
 
-/// Rounds over all axes: less of one side may leave more to be hidden of another axis.
+/// The number of rounds over all axes: lowering one side may leave another axis more to hide.
 const ROUNDS: usize = 2;
 
-/// Below 0 before a node, and above behind it: how large an acceleration may be there.
+/// The largest deceleration before a node, and the largest acceleration behind it.
 pub(crate) type Kink = [f64; 2];
 
-/// Of each node, with the w that it is passed at.
+/// The accelerations of each node, if it is passed at the w in `caps`.
 pub(crate) fn kinks<const N: usize>(
     cells: &VecDeque<Cell<N>>,
     caps: &[f64],
@@ -55,7 +56,7 @@ pub(crate) fn kinks<const N: usize>(
     (0..caps.len()).map(node).collect()
 }
 
-/// What of these accelerations each axis can hide.
+/// Lowers these accelerations to what each axis can hide.
 fn hide<const N: usize>(mut kink: Kink, ways: [&[f64; N]; 2], hidden: &[f64; N]) -> Kink {
     for axis in (0..ROUNDS).flat_map(|_| 0..N) {
         let parts = [0, 1].map(|side| kink[side] * ways[side][axis]);
@@ -64,7 +65,7 @@ fn hide<const N: usize>(mut kink: Kink, ways: [&[f64; N]; 2], hidden: &[f64; N])
         if over <= 0.0 {
             continue;
         }
-        // Of the sides that it comes from.
+        // The sides that add to the sum.
         let own = parts.map(|part| if part * sum > 0.0 { part.abs() } else { 0.0 });
         for side in [0, 1].into_iter().filter(|side| own[*side] > 0.0) {
             kink[side] *= (1.0 - over / (own[0] + own[1])).max(0.0);
@@ -85,10 +86,10 @@ mod tests {
         let most = [1_000.0, 800.0];
         // From X to Y: each has its own.
         near(hide(most, [&[1.0, 0.0], &[0.0, 1.0]], &[300.0, 200.0]), [300.0, 200.0]);
-        // Back: what differs.
+        // Back: only the difference counts.
         near(hide(most, [&[1.0, 0.0], &[-1.0, 0.0]], &[300.0, 200.0]), most);
         near(hide(most, [&[1.0, 0.0], &[-1.0, 0.0]], &[50.0, 200.0]), [850.0, 800.0]);
-        // On: both together.
+        // Ahead: both together.
         near(hide(most, [&[1.0, 0.0], &[0.8, 0.6]], &[164.0, 1e9]), [100.0, 80.0]);
     }
 }

@@ -1,13 +1,13 @@
-//! What a laser does along a move of G-code, by the rule of grbl's laser mode.
+//! The power of a laser along a move of G-code, by the rules of grbl's laser mode.
 
 use stepwright_gcode::{Move, MoveKind, Spindle, SpindleMode};
 
 use crate::decimal;
 
-/// The order of a laser along a move: M3 is a constant power, M4 one in proportion to the speed.
+/// The order to a laser along a move. M3 orders a constant power, M4 a power in proportion to the speed.
 ///
-/// It burns along lines at a feed rate and arcs alone: on a rapid move and on a probing one it is
-/// off. Where the axes stand it is for who asks to say so.
+/// The laser burns only along arcs and lines at a feed rate. It is off on rapids and probing moves. The caller
+/// decides what it does while the axes rest.
 ///
 /// ```
 /// use stepwright_gcode::{Effect, Reader};
@@ -36,31 +36,31 @@ pub struct LaserMove {
 }
 
 impl LaserMove {
-    /// Of a move, by what M3, M4, M5 and S ordered before it, and its ordered speed in mm/s, as
-    /// [`travel`](crate::Route::travel) gives it.
+    /// The order for a move, from the M3, M4, M5 and S before it, and the ordered speed in mm/s that
+    /// [`travel`](crate::Route::travel) returns.
     pub fn new(part: &Move, ordered: Spindle, feed: f64) -> LaserMove {
         let burns = matches!(part.kind, MoveKind::Feed(_) | MoveKind::Arc(..));
         let mode = if burns { ordered.mode } else { SpindleMode::Off };
         LaserMove { mode, s: decimal(ordered.speed), feed }
     }
 
-    /// By which rule: off on moves on which it does not burn.
+    /// The rule of its power; off on moves on which the laser does not burn.
     pub fn mode(&self) -> SpindleMode {
         self.mode
     }
 
-    /// S as it is ordered; 0 on moves on which it does not burn.
+    /// The ordered S; 0 on moves on which the laser does not burn.
     pub fn ordered(&self) -> f64 {
         if self.mode == SpindleMode::Off { 0.0 } else { self.s }
     }
 
-    /// Whether it burns while the axes move.
+    /// Whether the laser burns while the axes move.
     pub fn is_on(&self) -> bool {
         self.ordered() > 0.0
     }
 
-    /// S while the axes move by `speed` mm/s along the path: above what was ordered where an override
-    /// makes M4 faster than its feed rate.
+    /// S while the axes move at `speed` mm/s along the path. With M4, an override that makes the move faster
+    /// than its feed rate makes S higher than ordered.
     pub fn s(&self, speed: f64) -> f64 {
         match self.mode {
             SpindleMode::Off => 0.0,

@@ -1,4 +1,4 @@
-//! A plan that is ahead of what is made, and can be taken back.
+//! A plan that is ahead of the machine, and can be taken back.
 //!
 //! ```text
 //!   behind                            kept                    ahead
@@ -6,31 +6,31 @@
 //!     what is made by now               cut: a plan from here on
 //! ```
 //!
-//! A machine that is fed some time before it moves takes steps of the plan *ahead*. A second plan
-//! is where the machine is, *behind*: it is asked for the same steps, and told the same between
-//! the same steps, so it comes to the same. A [`cut`](Lead::cut) takes a copy of it to the last step
-//! that is kept, and goes on from there.
+//! A machine that gets its steps some time before it moves takes them from the plan *ahead*. A second plan,
+//! *behind*, is where the machine is. It is asked for the same steps, and gets the same orders between the same
+//! steps, so it arrives at the same state. A [`cut`](Lead::cut) takes a copy of the plan behind to the last
+//! step that is kept, and continues from there.
 
 use std::collections::VecDeque;
 
 use crate::route::RouteStep;
 
-/// A plan whose steps depend on nothing but what it was told, and after how many steps.
+/// A plan whose steps depend only on its orders, and on the steps after which it gets them.
 pub trait Planned: Clone {
-    /// What it is told.
+    /// An order to the plan.
     type Order: Clone + std::fmt::Debug;
 
-    /// The next step; `None` if there is none before it is told something.
+    /// The next step; `None` if there is none before another order.
     fn step(&mut self) -> Option<RouteStep>;
 
     /// Takes an order.
     fn obey(&mut self, order: &Self::Order);
 
-    /// Whether an order stays one if steps before it are taken back.
+    /// Whether an order stays valid if steps before it are taken back.
     fn stays(order: &Self::Order) -> bool;
 }
 
-/// What a plan was told, or that it had no step.
+/// An order that a plan got, or `None` where it had no step.
 type Told<P> = Option<<P as Planned>::Order>;
 
 /// A plan ahead of a machine.
@@ -38,12 +38,12 @@ type Told<P> = Option<<P as Planned>::Order>;
 pub struct Lead<P: Planned> {
     ahead: P,
     behind: P,
-    /// Steps that the plan behind has yet to make, from number `done` on.
+    /// The steps that the plan behind has yet to make, from number `done` on.
     steps: VecDeque<RouteStep>,
     done: u64,
-    /// What the plan ahead was told, before the step of this number.
+    /// What the plan ahead was told before the step with this number.
     told: VecDeque<(u64, Told<P>)>,
-    /// The plan without the last cut.
+    /// The state without the last cut.
     uncut: Option<Box<Uncut<P>>>,
 }
 
@@ -53,13 +53,13 @@ struct Uncut<P: Planned> {
     steps: VecDeque<RouteStep>,
     done: u64,
     told: VecDeque<(u64, Told<P>)>,
-    /// Steps that the cut keeps, and orders since.
+    /// The number of steps that the cut keeps, and the orders since then.
     keep: u64,
     since: Vec<P::Order>,
 }
 
 impl<P: Planned> Lead<P> {
-    /// Nothing is made, nor ahead.
+    /// A plan without any steps yet.
     pub fn new(plan: P) -> Lead<P> {
         Lead {
             behind: plan.clone(),
@@ -81,17 +81,17 @@ impl<P: Planned> Lead<P> {
         &self.ahead
     }
 
-    /// Steps that are made.
+    /// The number of steps that the machine has made.
     pub fn done(&self) -> u64 {
         self.done
     }
 
-    /// Steps that are planned.
+    /// The number of steps that were planned, those of the machine included.
     pub fn made(&self) -> u64 {
         self.done + self.steps.len() as u64
     }
 
-    /// The next step ahead; `None` if there is none before an order.
+    /// Plans the next step; `None` if there is none before another order.
     pub fn plan(&mut self) -> Option<RouteStep> {
         match self.ahead.step() {
             Some(step) => {
@@ -99,7 +99,7 @@ impl<P: Planned> Lead<P> {
                 Some(step)
             }
             None => {
-                // Asked again without an order between, it says the same.
+                // Asked again without an order in between, the plan has no step either.
                 let now = self.made();
                 if !matches!(self.told.back(), Some((at, None)) if *at == now) {
                     self.told.push_back((now, None));
@@ -110,7 +110,7 @@ impl<P: Planned> Lead<P> {
         }
     }
 
-    /// An order, behind the last step ahead.
+    /// Gives an order after the last planned step.
     pub fn obey(&mut self, order: P::Order) {
         self.ahead.obey(&order);
         if let Some(uncut) = &mut self.uncut
@@ -122,9 +122,9 @@ impl<P: Planned> Lead<P> {
         self.settle();
     }
 
-    /// The next step that the machine makes, if that is due by `time`.
+    /// Returns the next step that the machine makes, if it is due by `time`.
     pub fn pass(&mut self, time: f64) -> Option<RouteStep> {
-        // Whether it is another behind a cut is not known yet.
+        // While the cut can be undone, the step after it is not known.
         if self.uncut.as_ref().is_some_and(|uncut| self.done >= uncut.keep) {
             return None;
         }
@@ -137,8 +137,8 @@ impl<P: Planned> Lead<P> {
         Some(step)
     }
 
-    /// Plans again behind the first `steps` steps, which are made all the same: with `changes`, and all
-    /// orders that stay. At least what is made is kept.
+    /// Plans again after the first `steps` steps, which are made in any case: with `changes`, and all orders
+    /// that stay valid. Steps that are made already are always kept.
     pub fn cut(&mut self, steps: u64, changes: &[P::Order]) {
         let mut plan = self.behind.clone();
         let (mut at, mut told) = (self.done, std::mem::take(&mut self.told));
@@ -175,18 +175,18 @@ impl<P: Planned> Lead<P> {
         self.settle();
     }
 
-    /// The last cut stays.
+    /// Makes the last cut final.
     pub fn keep_cut(&mut self) {
         if self.uncut.take().is_some() {
             self.settle();
         }
     }
 
-    /// The last cut was none. Orders that came since are obeyed behind what was planned before it.
+    /// Undoes the last cut. Orders that came since are obeyed after the steps that were planned before it.
     pub fn undo_cut(&mut self) {
         let Some(uncut) = self.uncut.take() else { return };
         let Uncut { ahead, mut steps, done, mut told, keep, since } = *uncut;
-        // The same as the plan behind was told meanwhile.
+        // Without what the plan behind has made and was told meanwhile.
         steps.drain(..((self.done - done) as usize).min(steps.len()));
         if let Some(most) = keep.checked_sub(1) {
             while pop::<P>(&mut told, self.done.min(most)).is_some() {}
@@ -197,9 +197,9 @@ impl<P: Planned> Lead<P> {
         }
     }
 
-    /// The plan behind is told what the one ahead was told here.
+    /// Tells the plan behind what the plan ahead was told up to this step.
     fn settle(&mut self) {
-        // Nothing of a cut that may be undone.
+        // Nothing after a cut that can be undone.
         let most = self.uncut.as_ref().map_or(Some(u64::MAX), |uncut| uncut.keep.checked_sub(1));
         let Some(most) = most else { return };
         while let Some(next) = pop::<P>(&mut self.told, self.done.min(most)) {
@@ -208,7 +208,7 @@ impl<P: Planned> Lead<P> {
     }
 }
 
-/// The first, if it was told before the step of this number.
+/// Removes and returns the first, if it was told before the step with this number.
 fn pop<P: Planned>(told: &mut VecDeque<(u64, Told<P>)>, step: u64) -> Option<(u64, Told<P>)> {
     if told.front()?.0 <= step { told.pop_front() } else { None }
 }

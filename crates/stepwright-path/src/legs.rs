@@ -7,23 +7,23 @@
 //!                                            a turn ───►
 //! ```
 //!
-//! A run's interval grows by the same from step to step, so that it covers up to some hundred
-//! steps of a ramp or an arc.
+//! The interval of a run grows by the same amount from step to step, so a run covers up to some hundred steps
+//! of a ramp or an arc.
 
 use stepwright::Ticks;
 use stepwright::compress::Compress;
 use stepwright::run::Run;
 use stepwright_cycle::{Leg, Pace};
 
-/// Steps of a run, at most.
+/// The most steps of a run.
 const WINDOW: usize = 2_048;
-/// Ticks of a wait, at most: longer ones are several.
+/// The longest wait, in ticks. Longer ones are divided.
 pub(crate) const WAIT: u64 = 1 << 30;
 
-/// The steps of an axis to its path's end as [legs](Leg::Run), each within `error` ticks of its
-/// time, and no interval shorter than `least` ticks unless the axis has such a one itself.
+/// Returns the steps of an axis up to the end of its path as [legs](Leg::Run). Each step is within `error`
+/// ticks of its time. No interval is shorter than `least` ticks, unless the axis has such an interval itself.
 ///
-/// Changes of the path are to be made before: what is planned here stays.
+/// Changes of the path must be made before: what is planned here stays.
 pub fn legs(steps: impl IntoIterator<Item = Pace>, error: Ticks, least: Ticks) -> Vec<Leg> {
     let (mut delays, mut ways, mut waits) = (Vec::new(), Vec::new(), Vec::new());
     let mut waited = 0u64;
@@ -32,7 +32,7 @@ pub fn legs(steps: impl IntoIterator<Item = Pace>, error: Ticks, least: Ticks) -
             Pace::Wait { ticks } => waited += u64::from(ticks),
             Pace::Step { ticks, forward } => {
                 let delay = std::mem::take(&mut waited) + u64::from(ticks);
-                // So long a delay is one of its own.
+                // The long part of a delay becomes waits of its own.
                 waits.push((delay / WAIT) as u32);
                 delays.push((delay % WAIT) as Ticks);
                 ways.push(forward);
@@ -44,7 +44,7 @@ pub fn legs(steps: impl IntoIterator<Item = Pace>, error: Ticks, least: Ticks) -
     for mut run in Compress::<_, WINDOW>::new(delays, error).with_least(least) {
         while run.count() > 0 {
             legs.extend((0..waits[at]).map(|_| wait(WAIT as Ticks)));
-            // Up to the next turn, or wait.
+            // Up to the next turn or wait.
             let ends = |n: &usize| ways[at + n] != ways[at] || waits[at + n] > 0;
             let all = usize::from(run.count());
             let count = (1..all).find(ends).unwrap_or(all) as u16;
@@ -66,7 +66,7 @@ fn wait(ticks: Ticks) -> Leg {
     Leg::Run { run: Run::turn(ticks, true), forward: true }
 }
 
-/// The first `count` steps of a run, and the others.
+/// The first `count` steps of a run, and the remaining steps.
 fn split(run: Run, count: u16) -> (Run, Run) {
     let rest = run.interval().wrapping_add_signed(i64::from(run.add()) * i64::from(count));
     let first = Run::new(run.interval(), run.add(), count);

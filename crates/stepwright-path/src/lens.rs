@@ -360,8 +360,9 @@ impl<const N: usize> Lens<N> {
         if broken < f64::INFINITY { Err(broken) } else { Ok(()) }
     }
 
-    /// Follows a slow turn at a constant speed for a long time, as if the speed of each axis were constant and the
-    /// set narrower by what it changes. Returns false, and changes nothing, if that is much, or breaks the law.
+    /// Follows a slow turn at a constant speed for a long time. The speed of each axis is taken as constant,
+    /// and the set is narrower by the change of that speed. Returns false, and changes nothing, if the change
+    /// is too large, or if the law is broken.
     fn turn(&mut self, shape: &Shape<N>, from: Moment, time: f64) -> bool {
         let way = from.v * time;
         let (bend, _) = shape.bounds(from.s, from.s + way);

@@ -1,7 +1,7 @@
-//! Pieces that are added to a route, and the cells that are made of them.
+//! The pieces that are added to a route, and the cells that are made of them.
 //!
-//! A piece becomes cells when it is known how the next one goes on; chords of a curve a few of them later,
-//! when more is seen of how it turns ([`chords`]).
+//! A piece becomes cells when the beginning of the next piece is known. A chord of a curve becomes cells a few
+//! chords later, when more is known of how the curve turns ([`chords`]).
 
 use crate::cell::Cell;
 use crate::chords::{self, View};
@@ -11,24 +11,24 @@ use crate::pace::{PACES, Unplannable};
 use crate::route::{Route, SLIVER};
 use crate::shape::Shape;
 
-/// Radians of an arc in one cell, at most.
+/// The largest part of an arc in one cell, in radians.
 const ARC: f64 = 0.1;
 
-/// Pieces behind a joint that are waited for, at most.
+/// The most pieces behind a joint that are waited for.
 pub(crate) const AHEAD: usize = 24;
 
-/// Chords are rough where this many of those joints turn there and back. Where curves meet one or two do.
+/// Chords are rough if this many of their joints turn there and back. Where curves meet, one or two joints do.
 const ROUGH: usize = 4;
 
-/// A piece whose end is not known yet: how the next ones go on.
+/// A piece whose end is not known yet: it depends on the pieces that follow.
 #[derive(Clone, Debug)]
 pub(crate) struct Loose<const N: usize> {
     pub shape: Shape<N>,
     feed: f64,
     rapid: bool,
     begin: Joint<N>,
-    /// By how much it turns more there than at the joint before; and whether that goes back what the joint
-    /// before went there.
+    /// How much more the route turns there than at the joint before; and whether that reverses such a change at
+    /// the joint before.
     step: [f64; N],
     rough: bool,
 }
@@ -76,7 +76,7 @@ impl<const N: usize> Route<N> {
         }
     }
 
-    /// Makes cells of all pieces but the last, by what is seen now: the next one is late.
+    /// Makes cells of all pieces but the last, by the pieces known now: the next one is late.
     pub(crate) fn settle_seen(&mut self) {
         while self.loose.len() > 1 {
             self.settle_first();
@@ -91,7 +91,7 @@ impl<const N: usize> Route<N> {
         self.chords.clear();
     }
 
-    /// Whether as much is known behind the second piece as is looked at.
+    /// Whether as much of the route is known from the second piece on as is considered.
     fn is_far(&self) -> bool {
         let (Some(next), Some(last)) = (self.loose.get(1), self.loose.back()) else { return false };
         last.shape.end - next.shape.begin >= self.reach(next)
@@ -99,8 +99,8 @@ impl<const N: usize> Route<N> {
             || self.loose.iter().skip(2).any(|piece| piece.begin.corner || piece.shape.is_round())
     }
 
-    /// How far around the beginning of a piece chords are looked at, at most: as far as it comes while u
-    /// changes by the jump, with its jerk once, or there and back with its acceleration.
+    /// The largest distance around the beginning of a piece within which chords are considered: as far as the
+    /// route moves while u changes by the jump, once with its jerk, or there and back with its acceleration.
     fn reach(&self, piece: &Loose<N>) -> f64 {
         let time = self.axes.iter().map(|axis| {
             let smooth = 2.0 * (axis.jump / axis.jerk).sqrt();
@@ -109,13 +109,14 @@ impl<const N: usize> Route<N> {
         piece.feed * time.fold(0.0, f64::max)
     }
 
-    /// Joints around, as far as they are seen, at which the acceleration of turning goes there and back.
+    /// The number of joints around, as far as they are considered, at which the acceleration of turning goes
+    /// there and back.
     fn steps(&self) -> usize {
         self.chords.rough() + self.loose.iter().filter(|piece| piece.rough).count()
     }
 
-    /// Whether the acceleration of turning goes there and back by more than the jump hides: of a step of Δ
-    /// that is Δ²/8J.
+    /// Whether the acceleration of turning goes there and back by more than the jump hides. To hide a step of Δ
+    /// takes Δ²/8J.
     fn is_rough(&self, there: &[f64; N], back: &[f64; N], feed: f64) -> bool {
         self.axes.iter().enumerate().any(|(n, axis)| {
             let [there, back] = [there[n], back[n]].map(|step| step * feed * feed);
@@ -124,7 +125,7 @@ impl<const N: usize> Route<N> {
         })
     }
 
-    /// The joint at the beginning of the first piece, as the chords before and behind show it.
+    /// The joint at the beginning of the first piece, as judged with the chords before and behind it.
     fn seen(&self, first: &Loose<N>) -> Joint<N> {
         let rough = self.steps() >= ROUGH;
         let strict = self.deviation.is_none();
@@ -164,7 +165,7 @@ impl<const N: usize> Route<N> {
     ) {
         let length = shape.length();
         let ([_, first], [last, _]) = (begin.zones, end.zones);
-        // Inner ends of its cells; most chords have none.
+        // The inner ends of its cells. Most chords have none.
         let mut cuts = Vec::new();
         if first + last < length / 2.0 {
             cuts.extend([first, length - last]);
@@ -206,8 +207,8 @@ mod tests {
     use super::*;
     use crate::AxisPace;
 
-    /// Chords of a wave with sharp crests, whose places are multiples of `grid`, if that is above 0; and the last
-    /// chord.
+    /// A route of chords over a wave with sharp crests; and the last chord. Places are multiples of `grid`, if
+    /// that is above 0.
     fn wave(grid: f64) -> (Route<2>, [f64; 2]) {
         let axis =
             AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: 3_000.0 };
@@ -225,8 +226,8 @@ mod tests {
         (route, last)
     }
 
-    /// However much a curve turns, and more and more, its chords are not rough; those of rounded places are,
-    /// and a straight line that goes on from them is not.
+    /// The chords of a curve are not rough, however much it turns, and however fast that grows. Chords between
+    /// rounded places are rough. A straight line that continues them is not.
     #[test]
     fn chords_are_rough_where_places_are_rounded() {
         assert_eq!(wave(0.0).0.steps(), 0);

@@ -1,10 +1,10 @@
 //! Moves of G-code on a route, in millimetres.
 //!
-//! An arc whose ends are not equally far from its centre, because their digits are rounded, is
-//! divided into quarters from one radius to the other, each around the centre that fits both of
-//! its ends: it leads to its exact end, and its direction changes by a part of the difference.
+//! The ends of an arc may differ in their distance from the centre, because their digits are rounded. Such an
+//! arc is divided into quarters from one radius to the other, each around the centre that fits both of its
+//! ends. It leads exactly to its end, and its direction at each joint changes by a part of the difference.
 //!
-//! An arc whose radius is not above a step of its two axes is made of chords.
+//! An arc whose radius is at most a step of its axes is made of chords.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,14 +15,15 @@ use crate::pace::Unplannable;
 use crate::route::Route;
 use crate::sweep::ArcSweep;
 
-/// Radii that differ by less, in mm, are equal: what a centre that is given by a radius is
-/// rounded by.
+/// Radii that differ by less than this, in mm, count as equal. A centre that is given by a radius is rounded by
+/// as much.
 const EQUAL: f64 = 1e-8;
 
-/// Chords of an arc whose radius is not above a step, at most: they are off it by 5 millionths of that.
+/// The most chords of an arc whose radius is at most a step. They are off the arc by 5 millionths of the
+/// radius.
 const MOST_CHORDS: f64 = 1_000.0;
 
-/// Millimetres of a length of G-code, to the digits of an `f64`.
+/// A length of G-code in mm, with the precision of an `f64`.
 ///
 /// ```
 /// use stepwright_gcode::Length;
@@ -32,7 +33,7 @@ pub fn mm(length: Length) -> f64 {
     length.picometres() as f64 / Length::PER_MM as f64
 }
 
-/// The length of a number of millimetres, to a picometre; `None` beyond 1,000,000 mm, and of what is no number.
+/// The length of a number of mm, to a picometre; `None` beyond 1,000,000 mm, and for NaN.
 ///
 /// ```
 /// use stepwright_path::{length, mm};
@@ -41,11 +42,11 @@ pub fn mm(length: Length) -> f64 {
 /// ```
 pub fn length(mm: f64) -> Option<Length> {
     let picometres = (mm * Length::PER_MM as f64).round();
-    // Not a number becomes 0, and too much the most.
+    // The cast makes 0 of NaN, and saturates.
     if picometres.is_nan() { None } else { Length::from_picometres(picometres as i64) }
 }
 
-/// A number of G-code, as near as a float is.
+/// A number of G-code, with the precision of an `f64`.
 pub fn decimal(number: Decimal) -> f64 {
     number.scaled() as f64 / Decimal::SCALE as f64
 }
@@ -55,7 +56,7 @@ pub fn millimetres(point: Point) -> [f64; 3] {
     point.0.map(mm)
 }
 
-/// From a place straight to another.
+/// The straight distance between two places.
 fn distance(from: [f64; 3], to: [f64; 3]) -> f64 {
     from.into_iter().zip(to).map(|(from, to)| to - from).fold(0.0, f64::hypot)
 }
@@ -68,11 +69,11 @@ fn per_second(rate: FeedRate, distance: f64) -> f64 {
 }
 
 impl<T> ArcFit<T, 3> {
-    /// Adds a move of G-code, as [`Route::travel`] does. A line at a feed rate may wait; all else comes
-    /// behind what waits. `tag` makes what goes with it of its ordered speed in mm/s.
+    /// Adds a move of G-code, as [`Route::travel`] does. A line at a feed rate may wait; any other move follows
+    /// the lines that wait. `tag` makes the tag of the move from its ordered speed in mm/s.
     ///
     /// # Errors
-    /// As for [`Route::travel`], and it was not added.
+    /// As for [`Route::travel`]; the move is not added.
     pub fn travel(
         &mut self,
         route: &mut Route<3>,
@@ -92,12 +93,12 @@ impl<T> ArcFit<T, 3> {
 }
 
 impl Route<3> {
-    /// Adds a move of G-code, in millimetres; X, Y and Z are axes 0 to 2. A probe is a line to its
-    /// end. Gives its ordered speed in mm/s.
+    /// Adds a move of G-code, in mm; X, Y and Z are axes 0 to 2. A probe is a line to its end. Returns the
+    /// ordered speed of the move, in mm/s.
     ///
-    /// The route is to end where the move starts. An arc whose ends are not equally far from its
-    /// centre, as G-code tolerates, is made of quarters whose radius goes from one to the other. One
-    /// whose radius is not above a step of its axes is made of chords, a quarter of a step off it.
+    /// The route must end where the move starts. An arc whose ends differ in their distance from the centre, as
+    /// G-code tolerates, is made of quarters whose radius changes from one to the other. An arc whose radius is
+    /// at most a step of its axes is made of chords, a quarter of a step off the arc.
     ///
     /// # Errors
     /// As for [`line_to`](Route::line_to) and [`arc`](Route::arc).
@@ -135,7 +136,7 @@ impl Route<3> {
         for part in 1..=parts as u32 {
             let to = sweep.place(f64::from(part) / parts);
             let [a, b] = [from, to].map(|end| [end[first], end[second]]);
-            // The point that is as far from both, nearest to the centre.
+            // The point at the same distance from both ends that is nearest to the centre.
             let way = [b[0] - a[0], b[1] - a[1]];
             let chord = way[0].hypot(way[1]);
             let ahead = [0, 1].map(|n| centre[n] - (a[n] + b[n]) / 2.0);
@@ -146,7 +147,7 @@ impl Route<3> {
                 let turn = 2.0 * (chord / 2.0 / radius).min(1.0).asin();
                 self.arc([first, second], fitted, sign * turn, climb, feed)?;
             } else {
-                // It leads outwards more than around, and is no longer than some steps.
+                // The quarter leads outwards more than around, and is only some steps long.
                 self.line_to(to, feed)?;
             }
             from = to;
@@ -154,10 +155,10 @@ impl Route<3> {
         Ok(feed)
     }
 
-    /// An arc of chords, a quarter of a step off it.
+    /// Adds an arc as chords, a quarter of a step off the arc.
     fn chords(&mut self, sweep: &ArcSweep, step: f64, rate: FeedRate) -> Result<f64, Unplannable> {
         let [start, end] = sweep.radii();
-        // radius · (1 − cos(angle / 2)) is what a chord is off by.
+        // A chord is off the arc by radius · (1 − cos(angle / 2)).
         let half = (1.0 - step / 4.0 / start.max(end)).max(0.0).acos();
         let parts = (sweep.turn() / (2.0 * half).min(FRAC_PI_2)).min(MOST_CHORDS).ceil();
         let places = (1..=parts as u32).map(|part| sweep.place(f64::from(part) / parts));

@@ -1,41 +1,41 @@
-//! How fast along a path, and why one can't be planned.
+//! The speed and the accelerations along a path, and why a path cannot be planned.
 
-/// Why a path can't be planned, or changed.
+/// Why a path cannot be planned or changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unplannable {
-    /// The speed is beyond [`PACES`], or no number.
+    /// The speed is not within [`PACES`].
     Speed,
-    /// The acceleration, or the deceleration, is.
+    /// The acceleration or the deceleration is not within [`PACES`].
     Accel,
-    /// The jerk is, and not infinite either.
+    /// The jerk is neither within [`PACES`] nor infinite.
     Jerk,
-    /// The path has no length, or an endless one.
+    /// The length of the path is 0 or infinite.
     Length,
-    /// A step of an axis leads nowhere.
+    /// The length of a step of an axis is not a number above 0, or, in a route, not within [`PACES`].
     Step,
-    /// An axis makes more than 2³¹ − 1 steps, or a place is no number.
+    /// An axis makes more than 2³¹ − 1 steps, or a place is NaN.
     TooLong,
     /// The radius is smaller than a step.
     Radius,
-    /// The sweep of an arc of a route is 0, no number, or more than 1,000 turns.
+    /// The sweep of an arc of a route is 0, NaN, or more than 1,000 turns.
     Sweep,
-    /// The jump of an axis is beyond [`PACES`].
+    /// The jump of an axis is not within [`PACES`].
     Jump,
-    /// The junction deviation is.
+    /// The junction deviation is not within [`PACES`].
     Deviation,
-    /// The tolerance of a [`ArcFit`](crate::ArcFit) is, and not 0 either.
+    /// The tolerance of an [`ArcFit`](crate::ArcFit) is neither 0 nor within [`PACES`].
     Tolerance,
-    /// An override that is no number.
+    /// An override is NaN.
     Scale,
-    /// A new end, or an arc, for other axes than the path has.
+    /// A new end, an arc or a limit is not for the axes of the path.
     Axes,
     /// The path is over: there is nothing to change.
     Over,
-    /// An axis can't follow.
+    /// The path is too fast for an axis.
     TooFast {
-        /// Which one, counted from 0.
+        /// The axis, counted from 0.
         axis: usize,
-        /// The highest speed along the path that it, and every other, can follow.
+        /// The highest speed along the path that all axes can follow.
         most: f64,
     },
 }
@@ -76,42 +76,43 @@ impl std::fmt::Display for Unplannable {
 
 impl std::error::Error for Unplannable {}
 
-/// Speeds, accelerations and jerks that can be planned with, in any unit.
+/// The range of speeds, accelerations and jerks that can be planned, in any unit.
 pub const PACES: std::ops::RangeInclusive<f64> = 1e-12..=1e24;
 
 /// Speed, accelerations and jerk along a path, in the user's unit and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
-    /// Unit/s between the ramps.
+    /// The speed between the ramps, in unit/s.
     pub speed: f64,
-    /// Unit/s², up.
+    /// The acceleration, in unit/s².
     pub accel: f64,
-    /// Unit/s², down.
+    /// The deceleration, in unit/s².
     pub decel: f64,
-    /// Unit/s³, by which the acceleration comes and goes; infinite: at once.
+    /// The jerk, in unit/s³: the rate at which the acceleration changes. If it is infinite, the acceleration
+    /// changes at once.
     pub jerk: f64,
 }
 
 impl Pace {
-    /// A trapezoid: the same acceleration up and down, which comes and goes at once.
+    /// A trapezoid: the same acceleration up and down, with infinite jerk.
     pub const fn new(speed: f64, accel: f64) -> Pace {
         Pace { speed, accel, decel: accel, jerk: f64::INFINITY }
     }
 
-    /// The same with a deceleration of its own.
+    /// The same pace with a different deceleration.
     pub const fn with_decel(self, decel: f64) -> Pace {
         Pace { decel, ..self }
     }
 
-    /// The same as an S-curve.
+    /// The same pace as an S-curve, with this jerk.
     pub const fn with_jerk(self, jerk: f64) -> Pace {
         Pace { jerk, ..self }
     }
 
-    /// Whether all of it makes sense.
+    /// Checks that all values can be planned.
     ///
     /// # Errors
-    /// [`Unplannable`]: what is beyond [`PACES`].
+    /// [`Unplannable`] for a value that is not within [`PACES`].
     pub fn check(&self) -> Result<(), Unplannable> {
         let good = |x: f64| PACES.contains(&x);
         let smooth = self.jerk == f64::INFINITY || good(self.jerk);

@@ -1,5 +1,5 @@
-//! The steps of a route in ticks of a timer, axis by axis: what a cycle plays, and
-//! [`legs`](crate::legs) makes runs of.
+//! The steps of a route in ticks of a timer, axis by axis. A cycle plays them, and [`legs`](crate::legs) makes
+//! runs of them.
 
 use stepwright::{Rate, Ticks};
 use stepwright_cycle::Pace;
@@ -7,8 +7,8 @@ use stepwright_cycle::Pace;
 use crate::legs::WAIT;
 use crate::route::RouteStep;
 
-/// Each step at the nearest tick to its time, `lead` ticks after the start; nothing accumulates.
-/// For an axis beyond N there is no place.
+/// The steps of each axis, each at the tick nearest to its time, `lead` ticks after the start. Errors do not
+/// accumulate. Steps of an axis beyond N are left out.
 ///
 /// ```
 /// use stepwright::Rate;

@@ -1,17 +1,16 @@
-//! The speed along cells: two passes in w = v², and what the law of speed asks for besides.
+//! The speed along cells: two passes in w = v², and the check against the law of speed.
 //!
 //! ```text
 //!   back   from rest at the end: as fast as can still be braked      ╱▔▔╲__╱▔▔╲
 //!   on     from the speed there is: no faster than can be risen to   as fast as both allow
 //! ```
 //!
-//! Where a pass back is at a limit of the path, and not on its way down to the end, what comes
-//! behind the end changes nothing before that place: so far a plan is final ([`Passes::sure`]).
+//! Where the backward pass is at a limit of the path, not on its way down to the end, pieces after the end
+//! change nothing before that place. The plan is final up to there ([`Passes::sure`]).
 //!
-//! Joints are bound one by one, and the law of speed is about every two moments. So what comes
-//! out is tried against it ([`Bucket`]), and where it fails, the joints between both moments are
-//! passed slower, at last at rest. From rest to rest over each cell nothing exceeds anything, so
-//! this ends.
+//! Joints are limited one by one, but the law of speed is about any two moments. The result is therefore
+//! checked against the law ([`Bucket`]). Where it fails, the joints between both moments are passed slower, in
+//! the end at rest. A motion from rest to rest over each cell exceeds no limit, so this ends.
 
 use std::collections::VecDeque;
 
@@ -19,26 +18,26 @@ use crate::bucket::Bucket;
 use crate::cell::Cell;
 use crate::route::AxisPace;
 
-/// Rounds in which joints are passed slower, before they are at rest.
+/// The number of rounds in which joints are passed slower, before they are passed at rest.
 const SLOWER: usize = 40;
 
-/// Of w, in each.
+/// The factor of w in each of these rounds.
 const BY: f64 = 0.9;
 
-/// Rounds in which joints are at rest, before the plan is given up.
+/// The number of rounds in which joints are passed at rest, before the plan is given up.
 const AT_REST: usize = 100;
 
-/// The speed at each node: where a cell begins, and at the end of the last one.
+/// The speed at each node: at the beginning of each cell, and at the end of the last one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Passes {
     pub w: VecDeque<f64>,
-    /// Cells from the first on whose speed is final.
+    /// The number of cells from the first on whose speed is final.
     pub sure: usize,
 }
 
 impl Passes {
-    /// Over all cells, from the speed that there is to rest. `None`, and nothing changes, if the
-    /// law can't be kept.
+    /// Plans all cells, from the present speed to rest. Returns `None`, and changes nothing, if the law cannot
+    /// be kept.
     pub fn plan<const N: usize>(
         &mut self,
         cells: &VecDeque<Cell<N>>,
@@ -48,7 +47,7 @@ impl Passes {
     ) -> Option<()> {
         let count = cells.len();
         let first = self.w.front().copied().unwrap_or(0.0);
-        // At each node: the joint, and the tops of both sides.
+        // The limits of each node: of its joint, and of the cells on both sides.
         let mut caps = vec![0.0; count + 1];
         for n in 1..count {
             caps[n] = cells[n].cap.min(cells[n - 1].top).min(cells[n].top);
@@ -57,7 +56,7 @@ impl Passes {
         for round in 0.. {
             let mut back = caps.clone();
             for n in (1..count).rev() {
-                // What rises on the way back.
+                // The rise over the cell, seen backwards.
                 let rise = cells[n].back(back[n + 1]);
                 if rise < back[n] {
                     back[n] = rise;
@@ -69,11 +68,11 @@ impl Passes {
             let mut at = first;
             w.push_back(at);
             for (cell, back) in cells.iter().zip(&back[1..]) {
-                // From beyond a speed that has been made less it can only fall.
+                // From above a limit that was lowered, the speed can only fall.
                 at = back.min(cell.rise(at)).max(cell.fall(at));
                 w.push_back(at);
             }
-            // By the law, whatever is rounded.
+            // Exactly at rest, in spite of rounding.
             w[count] = 0.0;
             let broken = if strict { broken(cells, &w, *bucket, axes) } else { Vec::new() };
             if broken.is_empty() {
@@ -99,8 +98,8 @@ impl Passes {
     }
 }
 
-/// The nodes, up to the last that has a speed, at which the law is broken, each behind the one that it is broken
-/// with. From one on it is looked at as if nothing had been before.
+/// The nodes at which the law is broken, each after the node with which it is broken, up to the last node that
+/// has a speed. After a broken node, the check begins again as if nothing had been before it.
 pub(crate) fn broken<const N: usize>(
     cells: &VecDeque<Cell<N>>,
     w: &VecDeque<f64>,

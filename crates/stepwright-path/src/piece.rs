@@ -1,23 +1,23 @@
-//! A time of constant jerk.
+//! A piece of the motion, with constant jerk.
 //!
-//! From its beginning, or, τ before its end, from there:
+//! A time τ after its beginning, or before its end:
 //!
 //! ```text
 //!   s = s₀ + v₀·τ + a₀·τ²/2 + j·τ³/6
 //!   s = s₁ − v₁·τ + a₁·τ²/2 − j·τ³/6
 //! ```
 //!
-//! When it comes by a place is asked from its slower end, where nothing large is
-//! subtracted: without jerk in closed form,
+//! The time at which it passes a place is computed from its slower end, where nothing large is subtracted.
+//! Without jerk, in closed form:
 //!
 //! ```text
 //!   τ = 2σ / (v + √(v² + 2aσ))
 //! ```
 //!
-//! with it by Newton's method between two bounds. A time is good to some 2⁻⁵⁰ of
-//! the longest in it.
+//! With jerk, by Newton's method between two bounds. The error of a time is some 2⁻⁵⁰ of the longest time in
+//! it.
 
-/// Where and how fast, and when.
+/// The time, the place, the speed and the acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
     pub t: f64,
@@ -31,7 +31,7 @@ impl Moment {
         Moment { t, s, v: 0.0, a: 0.0 }
     }
 
-    /// `time` later, at a constant jerk.
+    /// The moment `time` later, at a constant jerk.
     pub fn after(self, jerk: f64, time: f64) -> Moment {
         let Moment { t, s, v, a } = self;
         Moment {
@@ -48,7 +48,7 @@ fn way(v: f64, a: f64, j: f64, t: f64) -> f64 {
     (v + (a + j * t / 3.0) * t / 2.0) * t
 }
 
-/// From one moment to another.
+/// The motion from one moment to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
     pub from: Moment,
@@ -57,7 +57,7 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    /// Standing still at `s`.
+    /// A rest at `s`.
     pub fn still(s: f64, from: f64, to: f64) -> Piece {
         Piece { from: Moment::at_rest(from, s), to: Moment::at_rest(to, s), jerk: 0.0 }
     }
@@ -66,12 +66,12 @@ impl Piece {
         if t >= self.to.t { self.to } else { self.from.after(self.jerk, t - self.from.t) }
     }
 
-    /// Its beginning, up to `t`.
+    /// The part of the piece up to `t`.
     pub fn until(self, t: f64) -> Piece {
         Piece { to: self.at(t), ..self }
     }
 
-    /// When it comes by `s`.
+    /// The time at which it passes `s`.
     pub fn time(&self, s: f64) -> f64 {
         let Piece { from, to, jerk } = *self;
         let most = to.t - from.t;
@@ -83,10 +83,10 @@ impl Piece {
     }
 }
 
-/// Of a time: a change by less is rounding. As large as the last digit of 1.
+/// The relative change of a time below which it is rounding: the last digit of 1.
 const ROUNDED: f64 = f64::EPSILON;
 
-/// How long it takes over `sigma`, at most `most`.
+/// The time over the distance `sigma`, at most `most`.
 fn tau(sigma: f64, v: f64, a: f64, j: f64, most: f64) -> f64 {
     if sigma <= 0.0 {
         return 0.0;
@@ -118,7 +118,7 @@ fn tau(sigma: f64, v: f64, a: f64, j: f64, most: f64) -> f64 {
         if (next - x).abs() <= x * ROUNDED {
             break;
         }
-        // Outside of what is known it is halved.
+        // Outside the bounds, the interval is halved.
         x = if next > low && next < high { next } else { low + (high - low) / 2.0 };
     }
     x
@@ -128,7 +128,7 @@ fn tau(sigma: f64, v: f64, a: f64, j: f64, most: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Back and forth: the place at the time of a place is that place.
+    /// The place at the time of a place is that place.
     #[test]
     fn times_and_places_are_each_others_inverse() {
         for (v, a, j) in [

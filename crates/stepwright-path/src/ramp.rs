@@ -1,4 +1,4 @@
-//! Ramps with limited jerk, from one speed to another, both without acceleration.
+//! Ramps with limited jerk from one speed to another, without acceleration at either end.
 //!
 //! ```text
 //!   a    ╱▔▔╲            a change of speed by d takes     2·√(d/J)      up to d = A²/J
@@ -10,7 +10,7 @@ use crate::course::{Push, join};
 use crate::pace::Pace;
 use crate::piece::{Moment, Piece};
 
-/// Along a stretch of a route, in its unit and seconds.
+/// The limits along a part of a route, in its unit and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limits {
     pub accel: f64,
@@ -18,17 +18,17 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// As those of a path.
+    /// These limits as those of a path.
     pub fn pace(&self) -> Pace {
         Pace::new(1.0, self.accel).with_jerk(self.jerk)
     }
 
-    /// The same, at least with an acceleration that there is.
+    /// The same limits, with at least this acceleration, which the motion has already.
     pub fn with(self, accel: f64) -> Limits {
         Limits { accel: self.accel.max(accel.abs()), ..self }
     }
 
-    /// Seconds that a change of speed takes.
+    /// The time of a change of speed, in s.
     pub fn time(&self, change: f64) -> f64 {
         let change = change.abs();
         if change * self.jerk <= self.accel * self.accel {
@@ -38,19 +38,20 @@ impl Limits {
         }
     }
 
-    /// How far a change of speed leads.
+    /// The distance of a change of speed.
     pub fn way(&self, from: f64, to: f64) -> f64 {
         (from + to) / 2.0 * self.time(to - from)
     }
 
-    /// The speed up to which it can rise over a way; as well, from which it can fall.
+    /// The speed that can be reached from `from` over a distance; also the speed from which `from` can be
+    /// reached.
     pub fn rise(&self, from: f64, way: f64) -> f64 {
-        // With no limit of the jerk it is this.
+        // The speed without a limit of jerk.
         let most = (from * from + 2.0 * self.accel * way).sqrt();
         root(from, most, |v| self.way(from, v) - way)
     }
 
-    /// Jerks and their times, which change the speed.
+    /// The pushes that change the speed.
     fn pushes(&self, from: f64, to: f64) -> [Push; 3] {
         let change = (to - from).abs();
         let sign = if to < from { -1.0 } else { 1.0 };
@@ -69,24 +70,24 @@ pub(crate) struct Sides {
 }
 
 impl Sides {
-    /// The same on both.
+    /// The same limits on both sides.
     pub fn both(limits: Limits) -> Sides {
         Sides { up: limits, down: limits }
     }
 
-    /// What there is on both.
+    /// The smaller limits of both sides.
     pub fn least(&self) -> Limits {
         let Sides { up, down } = *self;
         Limits { accel: up.accel.min(down.accel), jerk: up.jerk.min(down.jerk) }
     }
 
-    /// From one moment to another over a way, as fast as can be, at most at `top`: with an
-    /// acceleration, if any, upwards at the first and downwards at the second. `None` if the way is
-    /// too short for that.
+    /// Returns the fastest pieces from one moment to another, at most at the speed `top`. The first moment may
+    /// have an acceleration upwards, the second one an acceleration downwards. `None` if the distance is too
+    /// short, or `top` too low, for these accelerations.
     pub fn over(&self, from: Moment, to: Moment, top: f64) -> Option<Vec<Piece>> {
         let Sides { up, down } = *self;
         let ends = [(from.v, from.a, up.jerk), (to.v, -to.a, down.jerk)];
-        // As if it had begun without acceleration before.
+        // Both ends are extended to moments without acceleration.
         let [begin, end] = ends.map(|(v, a, jerk)| v - a * a / 2.0 / jerk);
         let before = ends.map(|(v, a, jerk)| (v - a * a / 3.0 / jerk) * a / jerk);
         let [rise, fall] = ends.map(|(_, a, jerk)| a / jerk);
@@ -121,14 +122,14 @@ impl Sides {
     }
 }
 
-/// Where a rising function comes to 0, from below; `high` if it does not.
+/// The place at which a rising function reaches 0, from below; `high` if it does not reach 0.
 pub(crate) fn root(low: f64, high: f64, of: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (low, high);
     let (mut below, mut above) = (of(low), of(high));
     if above <= 0.0 {
         return high;
     }
-    // By the chord; where that moves one end only, by halves.
+    // By the secant; every third time by halves, as the secant may move one end only.
     for n in 0..200 {
         let middle = low + (high - low) / 2.0;
         let chord = low - below * (high - low) / (above - below);
@@ -218,7 +219,7 @@ mod tests {
             }
             assert_eq!((at.s, at.v, at.a), (2.0 + way, 8.0, -200.0));
         }
-        // From 300 to 0 and on to -200 takes 9.5 and 2 at least.
+        // Ending the accelerations of 300 and -200 takes speeds of 9.5 and 10 at least.
         let end = Moment { t: 0.0, s: 2.3, v: 8.0, a: -200.0 };
         assert!(Sides::both(LIMITS).over(from, end, 100.0).is_none());
         let end = Moment { t: 0.0, s: 4.0, v: 8.0, a: -200.0 };

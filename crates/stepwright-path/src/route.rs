@@ -9,8 +9,8 @@
 //! A route always plans to a rest at the end of the known pieces, so it may run out of pieces at any time. When
 //! enough pieces have been added it plans again from its present state. It keeps the plan before if a new plan
 //! would break the law of speed. Memory is bounded if the caller takes steps between pieces: a route keeps only
-//! the cells ahead of the steps, and with 65,536 cells ahead the first half becomes final, whatever follows; with
-//! limited jerk 8,192 are planned at once.
+//! the cells ahead of the steps, and with 65,536 cells ahead the first half becomes final, whatever follows.
+//! With limited jerk at most 8,192 cells are planned at once.
 //!
 //! **Changes.** An override, a hold and its end take effect at a given time, from the speed at that time: the
 //! cell is divided there, and the rest is planned again.
@@ -130,7 +130,7 @@ pub struct Route<const N: usize> {
 /// The most cells that a route keeps ahead.
 const MOST: usize = 65_536;
 
-/// The same with limited jerk, as planning takes longer: no more are planned at once.
+/// The same with limited jerk, as planning takes longer. No more cells are planned at once.
 pub(crate) const MOST_SMOOTH: usize = 8_192;
 
 /// The least number of new cells for which planning again is worthwhile.
@@ -139,7 +139,7 @@ const FRESH: usize = 8;
 /// The most turns of an arc: 62,832 cells.
 const TURNS: f64 = 1_000.0;
 
-/// The part of a step of each axis below which a piece is none.
+/// A piece that moves each axis by less than this part of a step adds nothing.
 const TINY: f64 = 1e-6;
 
 /// The shortest part of a cell, relative to its length.
@@ -218,8 +218,8 @@ impl<const N: usize> Route<N> {
     }
 
     /// Adds a straight line to a place, at most at `feed` units/s along it. A line to the present end of the
-    /// route adds nothing, nor does one of less than a millionth of a step of each axis: the next piece begins
-    /// where it begins.
+    /// route adds nothing, nor does a line of less than a millionth of a step of each axis: the next piece
+    /// begins where that line begins.
     ///
     /// # Errors
     /// [`Unplannable::Speed`] if `feed` is not within [`PACES`]; [`Unplannable::TooLong`] beyond 2³¹ − 1
@@ -306,7 +306,7 @@ impl<const N: usize> Route<N> {
         Ok(())
     }
 
-    /// Whether a piece of this way is none, for its axes or by rounding.
+    /// Whether a piece is too short to be one, by its distance on each axis, or by rounding along the route.
     fn is_tiny(&self, way: &[f64; N]) -> bool {
         let tiny = |(way, axis): (&f64, &AxisPace)| way.abs() < TINY * axis.step;
         way.iter().zip(&self.axes).all(tiny) || self.length + norm(way) <= self.length
@@ -469,7 +469,7 @@ impl<const N: usize> Route<N> {
         };
         let end = pieces[2].to;
         if self.smooth.is_some() {
-            // A level part may lead on in no time, by rounding.
+            // By rounding, a part at constant speed may take no time.
             let level = pieces[0].from == pieces[0].to;
             self.leave_smooth(&pieces[usize::from(level)], &cell);
         } else {

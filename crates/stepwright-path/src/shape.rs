@@ -1,22 +1,21 @@
-//! Where each axis is along a piece of a route, and where it crosses the middle between two of
-//! its positions.
+//! The place of each axis along a piece of a route, and the places at which it crosses the middle between two
+//! of its positions.
 //!
 //! ```text
 //!   straight  x(s) = x₀ + t·s                    crossed once, in closed form
 //!   round     x(s) = c + r·cos(φ₀ + s/r)         crossed once from one extreme to the next
 //! ```
 //!
-//! An axis steps where it crosses the middle between two positions, so each is always at the
-//! nearest position to the path, and the mean speed between two steps in the same direction is
-//! that of the path. A turn that leads less than a quarter of a step beyond a middle makes no
-//! step.
+//! An axis steps where it crosses the middle between two positions. Each axis is therefore always at the
+//! position nearest to the path, and its mean speed between two steps in the same direction is that of the
+//! path. A turn that leads less than a quarter of a step beyond a middle makes no step.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A turn of an arc beyond a middle by less than this part of a step makes no step.
 const TOUCH: f64 = 0.25;
 
-/// Beyond a middle by this part of a step, or it is rounding.
+/// A distance beyond a middle of less than this part of a step is rounding.
 const ROUNDED: f64 = 1e-6;
 
 /// Two axes on a circle.
@@ -24,8 +23,8 @@ const ROUNDED: f64 = 1e-6;
 struct Round {
     axes: [usize; 2],
     radius: f64,
-    /// The angle at the beginning, and radians in a unit of path, positive from the first axis
-    /// towards the second.
+    /// The angle at the beginning, and the radians per unit of the path, positive from the first axis towards
+    /// the second.
     from: f64,
     turn: f64,
 }
@@ -33,17 +32,17 @@ struct Round {
 /// A piece of a route: a straight line, or two axes on a circle and the others on a line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shape<const N: usize> {
-    /// Where it begins and ends along the route.
+    /// The places of its beginning and its end along the route.
     pub begin: f64,
     pub end: f64,
-    /// Each axis at the beginning (the centre of a circle), and units in a unit of path.
+    /// The place of each axis at the beginning (of a circle, the centre), and its units per unit of the path.
     origin: [f64; N],
     slope: [f64; N],
     round: Option<Round>,
 }
 
 impl<const N: usize> Shape<N> {
-    /// A straight line between two places that differ.
+    /// A straight line between two different places.
     pub fn line(begin: f64, from: [f64; N], to: [f64; N]) -> Shape<N> {
         let way: [f64; N] = std::array::from_fn(|n| to[n] - from[n]);
         let length = norm(&way);
@@ -51,7 +50,7 @@ impl<const N: usize> Shape<N> {
         Shape { begin, end: begin + length, origin: from, slope, round: None }
     }
 
-    /// Two axes by `sweep` radians around a centre that is not where they stand, the others by
+    /// An arc of two axes by `sweep` radians around a centre, which is not their place. The other axes move by
     /// `climb` meanwhile.
     pub fn arc(
         begin: f64,
@@ -75,7 +74,7 @@ impl<const N: usize> Shape<N> {
         self.end - self.begin
     }
 
-    /// Radians from its beginning to its end; 0 of a line.
+    /// The radians from its beginning to its end; 0 for a line.
     pub fn sweep(&self) -> f64 {
         self.round.map_or(0.0, |round| (round.turn * self.length()).abs())
     }
@@ -85,7 +84,7 @@ impl<const N: usize> Shape<N> {
         self.round.is_some()
     }
 
-    /// The change of direction of each axis in a unit of path, with its sign.
+    /// The change of the direction of each axis per unit of the path, with its sign.
     pub fn curvature(&self, s: f64) -> [f64; N] {
         std::array::from_fn(|axis| match self.circle(axis) {
             Some((Round { radius, from, turn, .. }, ahead)) => {
@@ -102,7 +101,7 @@ impl<const N: usize> Shape<N> {
         Some((round, if part == 0 { 0.0 } else { FRAC_PI_2 }))
     }
 
-    /// Where an axis is.
+    /// The place of an axis.
     pub fn place(&self, axis: usize, s: f64) -> f64 {
         let s = s - self.begin;
         match self.circle(axis) {
@@ -114,7 +113,7 @@ impl<const N: usize> Shape<N> {
         }
     }
 
-    /// Units of each axis in a unit of path.
+    /// The units of each axis per unit of the path.
     pub fn direction(&self, s: f64) -> [f64; N] {
         std::array::from_fn(|axis| match self.circle(axis) {
             Some((Round { radius, from, turn, .. }, ahead)) => {
@@ -124,8 +123,8 @@ impl<const N: usize> Shape<N> {
         })
     }
 
-    /// The most that the direction of each axis changes in a unit of path, and its largest part
-    /// of it, between two places.
+    /// The largest change of the direction of each axis per unit of the path, and the largest component of the
+    /// direction, between two places.
     pub fn bounds(&self, from: f64, to: f64) -> ([f64; N], [f64; N]) {
         let mut bend = [0.0; N];
         let mut tilt = self.slope.map(f64::abs);
@@ -144,11 +143,11 @@ impl<const N: usize> Shape<N> {
         (bend, tilt)
     }
 
-    /// The next step of an axis at position `at`, behind `from` and up to `to`: where along the
-    /// route, and whether forward.
+    /// The next step of an axis at position `at`, between the places `from` and `to`: its place along the
+    /// route, and whether it is forward.
     pub fn step(&self, axis: usize, at: i64, size: f64, from: f64, to: f64) -> Option<(f64, bool)> {
         let middle = |forward: bool| (at as f64 + if forward { 0.5 } else { -0.5 }) * size;
-        // Which middle a stretch without a turn leads beyond, if any.
+        // The middle that a part without a turn crosses, if any.
         let crossed = |place: f64, least: f64| {
             let least = least * size;
             let up = place > middle(true) + least;
@@ -160,14 +159,14 @@ impl<const N: usize> Shape<N> {
             let s = s.max(from);
             return (s <= to).then_some((s, forward));
         };
-        // So that the angle grows: cos is even.
+        // Mirrored so that the angle grows: cos is even.
         let sign = round.turn.signum();
         let (phase, turn) = (sign * (round.from - ahead), round.turn.abs());
         let mut half = ((phase + turn * (from - self.begin)) / PI).floor();
         loop {
             let extreme = |half: f64| (self.begin + (half * PI - phase) / turn).min(self.end);
             let last = extreme(half + 1.0);
-            // Whether it is still there at the next extreme, or the end.
+            // Whether the axis is back by the next extreme, or the end.
             let back = crossed(self.place(axis, extreme(half + 2.0)), ROUNDED).is_none();
             let least = if last < self.end && back { TOUCH } else { ROUNDED };
             if let Some(forward) = crossed(self.place(axis, last), least)
@@ -205,7 +204,7 @@ mod tests {
                 let size = 0.013;
                 let mut at = (shape.place(axis, 7.0) / size).round() as i64;
                 let mut s = 7.0;
-                // Cut at any places: the same steps.
+                // Divided at any places, the steps are the same.
                 for to in [7.1, 8.0, 8.0, shape.end] {
                     let to = to.min(shape.end);
                     while let Some((next, forward)) = shape.step(axis, at, size, s, to) {

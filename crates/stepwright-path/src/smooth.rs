@@ -426,7 +426,7 @@ const NEAR: f64 = 1.0 - 1e-6;
 mod tests {
     use super::*;
 
-    /// An arc of many turns is added at once: as many cells of it are planned ahead as of any other path.
+    /// An arc of many turns is added at once. No more of its cells are planned at once than of any other path.
     #[test]
     fn a_part_of_a_long_arc_is_planned_ahead() {
         let axis =
@@ -445,7 +445,7 @@ mod tests {
         assert!(route.is_over() && route.time() < time + 0.12, "{} {time}", route.time());
     }
 
-    /// Its plan took as long as its motion: at 1 mm a minute the moments of the law are many.
+    /// At 1 mm a minute the law has many samples, but planning takes far less time than the motion.
     #[test]
     fn a_slow_turn_settles() {
         let axis =

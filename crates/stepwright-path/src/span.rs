@@ -8,9 +8,9 @@
 //!       ┆ up ┆    ┆ down ┆
 //! ```
 //!
-//! Where the route turns, or its axes are unequal, the limits along it change from cell to cell. Which
-//! cells each side leads over is sought: first with the least limits of all, then with those of the cells
-//! that each side led over; cells that it leads over besides are added, until there are none.
+//! Where the route turns, or its axes are unequal, the limits along it change from cell to cell. The cells of
+//! each side are found in rounds: first with the smallest limits of all cells, then with the limits of the
+//! cells that each side led over. Cells that a side leads over besides are added, until there are none.
 
 use std::ops::Range;
 
@@ -20,31 +20,31 @@ use crate::piece::{Moment, Piece};
 use crate::ramp::{Limits, Sides};
 use crate::runs::Ground;
 
-/// A node that binds: without acceleration, but at a corner.
+/// A node that binds: without acceleration, except at a corner.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bind {
-    /// Cells before it, or, of the beginning, before the cell that it is in.
+    /// The number of cells before it; for the beginning of a course, the number before the cell that it is in.
     pub node: usize,
     pub s: f64,
     pub v: f64,
 }
 
-/// From one node that binds to the next.
+/// The part of a route from one node that binds to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     pub from: Bind,
     pub to: Bind,
-    /// Where it begins with an acceleration that it has already.
+    /// The moment at its beginning, if the motion there has an acceleration already.
     pub begin: Option<Moment>,
-    /// The accelerations that it may have at both ends.
+    /// The accelerations that are allowed at both ends.
     pub kinks: Kink,
 }
 
-/// Rounds in which the cells of both sides are looked for.
+/// The most rounds in which the cells of both sides are searched.
 const ROUNDS: usize = 4;
 
 impl Span {
-    /// These limits, and at least the acceleration that it begins with.
+    /// These limits, with at least the acceleration at the beginning.
     pub fn with(&self, limits: Limits) -> Limits {
         self.begin.map_or(limits, |begin| limits.with(begin.a))
     }
@@ -75,7 +75,7 @@ impl<const N: usize> Ground<'_, N> {
         from..span.to.node.max(from + 1).min(self.cells.len())
     }
 
-    /// The course with the limits of what each side leads over.
+    /// The course with the limits of the cells that each side leads over.
     pub fn fastest(&self, span: &Span, top: f64) -> Vec<Piece> {
         let cells = self.cells(span);
         let limits = |from: usize, to: usize| span.with(self.limits(from, to));
@@ -97,7 +97,7 @@ impl<const N: usize> Ground<'_, N> {
         all
     }
 
-    /// The cell behind those that a course rises over, and the first that it falls over.
+    /// The cell behind those over which a course rises, and the first cell over which it falls.
     fn sides(&self, pieces: &[Piece], cells: &Range<usize>) -> (usize, usize) {
         let up = pieces.iter().rfind(|piece| piece.from.a > 0.0 || piece.to.a > 0.0);
         let down = pieces.iter().find(|piece| piece.from.a < 0.0 || piece.to.a < 0.0);
@@ -105,13 +105,13 @@ impl<const N: usize> Ground<'_, N> {
         let first = |s: f64| self.cells.partition_point(|cell| cell.end <= s);
         let rise = up.map_or(cells.start, |piece| last(piece.to.s) + 1);
         let fall = down.map_or(cells.end, |piece| first(piece.from.s));
-        // No clamp, which panics where there is no cell.
+        // `clamp` would panic if there is no cell.
         let rise = rise.max(cells.start + 1).min(cells.end);
         (rise, fall.max(cells.start).min(cells.end.saturating_sub(1)))
     }
 }
 
-/// The same pieces, of which one ends wherever the speed is highest or lowest.
+/// The same pieces, divided where the speed is highest or lowest.
 pub(crate) fn divided(pieces: Vec<Piece>) -> Vec<Piece> {
     let mut divided = Vec::with_capacity(pieces.len() + 2);
     for piece in pieces {

@@ -1,4 +1,4 @@
-//! A source of steps, played while it is planned: each axis asks for its own.
+//! A source of steps that is played while it is planned. Each axis asks for its own steps.
 //!
 //! ```text
 //!   source ──► steps of all axes in the order of their times
@@ -7,13 +7,12 @@
 //!   axis 0 ◄── queue        axis 1 ◄── queue        …
 //! ```
 //!
-//! An axis whose next step is later than that waits, and asks again, so what is to come may still
-//! be changed, and no more is kept than the steps of some milliseconds.
+//! If the next step of an axis is later than that, the axis waits and asks again. Later steps can therefore
+//! still be changed, and only the steps of some milliseconds are kept.
 //!
-//! A path that turns right behind the middle between two positions has a step and the same step
-//! back at nearly one time. No motor does that: where the step back comes sooner than its shortest
-//! interval both are left out, and the axis stays where it is while the path leads a part of a step
-//! beyond the middle.
+//! If a path turns just behind the middle between two positions, a step and the same step back are due at
+//! almost the same time. No motor can do that. If the step back comes sooner than the shortest interval of the
+//! axis, both are left out. The axis stays where it is while the path leads a part of a step beyond the middle.
 
 use std::collections::VecDeque;
 use std::sync::{Arc as Shared, Mutex, MutexGuard, PoisonError};
@@ -24,21 +23,21 @@ use stepwright_cycle::Pace;
 use crate::LOOK;
 use crate::route::{Route, RouteStep};
 
-/// What makes steps of several axes.
+/// A source of the steps of several axes.
 pub trait StepSource {
-    /// The next step; times never fall. `None` once there are no more.
+    /// Returns the next step; times never fall. `None` once there are no more, or while the source is held.
     fn next_step(&mut self) -> Option<RouteStep>;
 
-    /// Seconds from the start to the end, once there are no more steps.
+    /// The time from the start to the end, in s, once there are no more steps.
     fn duration(&self) -> f64;
 
-    /// Whether it stands: it has no step, and is not over.
+    /// Whether the source is held: it has no step for now, and is not over.
     fn is_held(&self) -> bool {
         false
     }
 }
 
-/// A route that has all of its pieces, closed.
+/// A closed route, which has all of its pieces.
 impl<const N: usize> StepSource for Route<N> {
     fn next_step(&mut self) -> Option<RouteStep> {
         self.next()
@@ -53,19 +52,19 @@ impl<const N: usize> StepSource for Route<N> {
     }
 }
 
-/// The source, and what its axes have not played yet.
+/// The source, and the steps that its axes have not played yet.
 struct Open<S, const N: usize> {
     source: S,
     queues: [VecDeque<RouteStep>; N],
-    /// Seconds from a step of each axis to the same step back, at least.
+    /// The shortest time from a step of each axis to the same step back, in s.
     turns: [f64; N],
-    /// All steps up to this time were made, in s.
+    /// The time up to which all steps were made, in s.
     made: f64,
-    /// Its end, once it is known.
+    /// The time of its end, in s, once it is known.
     end: Option<f64>,
 }
 
-/// A source whose steps are played, for who wants to change it meanwhile.
+/// A source whose steps are played, and which can be changed meanwhile.
 pub struct Stream<S, const N: usize>(Shared<Mutex<Open<S, N>>>);
 
 impl<S, const N: usize> Clone for Stream<S, N> {
@@ -75,9 +74,9 @@ impl<S, const N: usize> Clone for Stream<S, N> {
 }
 
 impl<S: StepSource, const N: usize> Stream<S, N> {
-    /// The stream, and the steps of each axis in ticks of a timer of this rate, the first ones
-    /// `lead` ticks and more after the start. `shortest` is the least interval of each axis, in ticks:
-    /// a step whose step back comes sooner is none. Steps of an axis beyond N are left out.
+    /// Returns the stream, and the steps of each axis in ticks of a timer of this rate. The first steps come at
+    /// least `lead` ticks after the start. `shortest` is the shortest interval of each axis, in ticks: a step
+    /// whose step back comes sooner is left out with it. Steps of an axis beyond N are left out.
     ///
     /// ```
     /// use stepwright::Rate;
@@ -102,7 +101,7 @@ impl<S: StepSource, const N: usize> Stream<S, N> {
     ) -> (Stream<S, N>, [AxisStream<S, N>; N]) {
         let queues = [const { VecDeque::new() }; N];
         let hz = f64::from(rate.hz());
-        // One tick more, by which both may be rounded.
+        // One tick more, as both times may be rounded.
         let turns = shortest.map(|ticks| (f64::from(ticks) + 1.0) / hz);
         let open = Shared::new(Mutex::new(Open { source, queues, turns, made: 0.0, end: None }));
         let look = ((hz * LOOK).ceil() as u64).max(1);
@@ -111,12 +110,12 @@ impl<S: StepSource, const N: usize> Stream<S, N> {
         (Stream(open), axes)
     }
 
-    /// Looks at the source, or changes it: behind the steps that it has made.
+    /// Reads or changes the source. A change takes effect after the steps that were made.
     pub fn look<T>(&self, look: impl FnOnce(&mut S) -> T) -> T {
         look(&mut lock(&self.0).source)
     }
 
-    /// Likewise, with the time up to which steps were made, in s: what is changed from then on.
+    /// The same, with the time up to which steps were made, in s: a change takes effect from then on.
     pub fn change<T>(&self, change: impl FnOnce(&mut S, f64) -> T) -> T {
         let mut open = lock(&self.0);
         let made = open.made;
@@ -124,8 +123,7 @@ impl<S: StepSource, const N: usize> Stream<S, N> {
     }
 }
 
-/// The steps of one axis of a [`Stream`], as a motor cycle plays them. All axes are over at the
-/// same tick.
+/// The steps of one axis of a [`Stream`], as a motor cycle plays them. All axes end at the same tick.
 pub struct AxisStream<S, const N: usize> {
     open: Shared<Mutex<Open<S, N>>>,
     axis: usize,
@@ -138,7 +136,7 @@ pub struct AxisStream<S, const N: usize> {
 }
 
 impl<S, const N: usize> AxisStream<S, N> {
-    /// The timer's.
+    /// The rate of the timer.
     pub fn rate(&self) -> Rate {
         self.rate
     }
@@ -149,7 +147,7 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl<S: StepSource, const N: usize> Open<S, N> {
-    /// Makes steps until this axis has one that stays, or all up to this time.
+    /// Makes steps until this axis has one that is not left out, or until all steps up to this time are made.
     fn make(&mut self, axis: usize, until: f64) -> Option<RouteStep> {
         let turn = self.turns.get(axis).copied().unwrap_or(0.0);
         loop {
@@ -178,7 +176,7 @@ impl<S: StepSource, const N: usize> Open<S, N> {
                 }
                 None if self.source.is_held() => {
                     self.made = self.made.max(until);
-                    // No step back follows the last one while it stands.
+                    // While the source is held, no step back follows the last step.
                     match self.queues.get(axis).and_then(VecDeque::front) {
                         Some(step) => self.made = self.made.max(step.time + turn),
                         None => return None,
@@ -234,7 +232,7 @@ mod tests {
         route
     }
 
-    /// Ticks of the steps, each with its way, and of the end.
+    /// The ticks of the steps, each with its direction, and the tick of the end.
     fn played(paces: impl IntoIterator<Item = Pace>) -> (Vec<(u64, bool)>, u64) {
         let (mut at, mut steps) = (0, Vec::new());
         for pace in paces {
@@ -254,15 +252,15 @@ mod tests {
         let rate = Rate::MHZ;
         let [x, y] = paces(route(), rate, 500);
         let (stream, [a, b]) = Stream::new(route(), rate, 500, [50; 2]);
-        // One axis after the other, and so one far ahead of the other.
+        // One axis after the other, so one is far ahead of the other.
         let ((a, end), (b, same)) = (played(a), played(b));
         assert_eq!((a, b), (played(x).0, played(y).0));
         let time = stream.look(|route| route.duration());
         assert_eq!((end, same), ((time * 1e6).round() as u64 + 500, end));
     }
 
-    /// Where a step back would be none for long, each step is looked behind further than steps are
-    /// made ahead: it comes in time all the same.
+    /// With a long shortest interval, the search for a step back looks further ahead than steps are made. Each
+    /// step still comes in time.
     #[test]
     fn a_slow_axis_has_its_steps_in_time() {
         let axis =
@@ -277,7 +275,7 @@ mod tests {
         assert_eq!((a, b), (played(x).0, played(y).0));
     }
 
-    /// A turn a little behind a middle makes no steps; one half a step behind it does.
+    /// A turn a little behind a middle makes no steps; a turn almost half a step behind it does.
     #[test]
     fn no_step_is_taken_back_at_once() {
         let axis =
@@ -297,7 +295,7 @@ mod tests {
         }
     }
 
-    /// What is asked for takes hold behind the steps that were made, some ms ahead.
+    /// A change takes effect after the steps that were made, some ms ahead.
     #[test]
     fn a_change_on_the_way_is_heard() {
         let (stream, [mut x, mut y]) = Stream::new(route(), Rate::MHZ, 500, [50; 2]);
@@ -311,7 +309,7 @@ mod tests {
         let begun = x.gone;
         let end = begun + played(&mut x).1;
         assert_eq!(y.gone + played(&mut y).1, end);
-        // Y was at 43 mm/s on its way down, and 4 ms were made.
+        // Y braked from 43 mm/s, and steps were made 4 ms ahead.
         assert!((40_000..50_000).contains(&(end - begun)), "{begun} {end}");
         assert_eq!((x.next(), y.next()), (None, None));
     }

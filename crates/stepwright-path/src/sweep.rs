@@ -1,4 +1,4 @@
-//! An arc of G-code, in millimetres: by how much it turns, how long it is, where it leads.
+//! An arc of G-code, in mm: its angle, its length and its places.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -6,8 +6,8 @@ use stepwright_gcode::{Arc, Move, Point};
 
 use crate::moves::{millimetres, mm};
 
-/// The way of an arc of G-code. Where its ends are not equally far from its centre, the radius goes from one to the
-/// other in proportion to the angle.
+/// The path of an arc of G-code. If its ends differ in their distance from the centre, the radius changes from
+/// one to the other in proportion to the angle.
 ///
 /// ```
 /// use stepwright_gcode::{Effect, MoveKind, Reader};
@@ -36,7 +36,7 @@ pub struct ArcSweep {
 }
 
 impl ArcSweep {
-    /// That of a move along this arc.
+    /// The path of a move along this arc.
     pub fn of(part: &Move, arc: Arc) -> ArcSweep {
         let [first, second, _] = arc.plane.axes();
         let spoke = |end: Point| {
@@ -46,7 +46,7 @@ impl ArcSweep {
             [away(first, 0), away(second, 1)]
         };
         let ([x, y], [u, v]) = (spoke(part.from), spoke(part.to));
-        // In whole numbers: ends on one spoke are that whatever its direction.
+        // In integers: ends in the same direction from the centre are so exactly, whatever the direction.
         let angle = ((x * v - y * u) as f64).atan2((x * u + y * v) as f64);
         let angle = if arc.clockwise { -angle } else { angle };
         let centre = arc.centre.map(mm);
@@ -63,17 +63,18 @@ impl ArcSweep {
         }
     }
 
-    /// Radians, above 0. It is 2π where both ends are in the same direction from the centre.
+    /// The angle by which it turns, in radians, above 0. It is 2π if both ends are in the same direction from
+    /// the centre.
     pub fn turn(&self) -> f64 {
         self.turn
     }
 
-    /// How far its start and its end are from the centre.
+    /// The distances of its start and its end from the centre, in mm.
     pub fn radii(&self) -> [f64; 2] {
         self.radii
     }
 
-    /// How long it is, with what the third axis moves.
+    /// Its length in mm, with the motion of the third axis.
     pub fn length(&self) -> f64 {
         let third = self.arc.plane.axes()[2];
         let [start, end] = self.radii;
@@ -85,12 +86,12 @@ impl ArcSweep {
         if self.arc.clockwise { -1.0 } else { 1.0 }
     }
 
-    /// The distance from the centre at a part of its way, from 0 to 1.
+    /// The distance from the centre at a part of the path, from 0 to 1.
     fn radius(&self, share: f64) -> f64 {
         self.radii[0] + (self.radii[1] - self.radii[0]) * share
     }
 
-    /// Where it is at a part of its way, from 0 to 1: there, its end to the last digit.
+    /// The place at a part of the path, from 0 to 1. At 1 it is exactly the end.
     pub fn place(&self, share: f64) -> [f64; 3] {
         if share >= 1.0 {
             return self.to;
@@ -104,7 +105,7 @@ impl ArcSweep {
         place
     }
 
-    /// The axis and its coordinate, of the four sides of its circle that it passes.
+    /// The sides of its circle that it passes, of four: the axis, and its coordinate there.
     pub fn sides(&self) -> impl Iterator<Item = (usize, f64)> {
         let (sweep, [first, second, _]) = (*self, self.arc.plane.axes());
         (0..4_u8).filter_map(move |side| {

@@ -1,26 +1,25 @@
-//! How fast a curve may begin, end and change, for the jerk of each axis.
+//! The speed at which a curve may begin, end and change, within the jerk of each axis.
 //!
-//! At a speed v an axis is accelerated by κ·v², with κ the change of its direction in a unit of
-//! path. Within a time L/v that may change by what the jerk allows, and by what the jump hides: a
-//! step of acceleration by Δ is followed by a u whose acceleration changes evenly, and which is
-//! Δ²/8J away from the axis at most.
+//! At a speed v the acceleration of an axis is κ·v², with κ the change of its direction per unit of the path.
+//! Within a time L/v it may change by what the jerk allows, and by what the jump hides: a u whose acceleration
+//! changes evenly follows a step Δ of the acceleration, and is at most Δ²/8J away from the axis.
 //!
 //! ```text
 //!   |Δκ|·v² ≤ √(4·S·J) + J·L/v
 //! ```
 //!
-//! over windows of 0, 1, 2, 4 … nodes, each without a corner in between, which has its jump. These
-//! bounds are for speed: whether a plan keeps the law is tried with [`Lens`](crate::lens::Lens).
+//! over windows of 0, 1, 2, 4 … nodes, each without a corner in between, as a corner has its jump. These bounds
+//! are for speed. Each plan is checked against the law with [`Lens`](crate::lens::Lens).
 
 use std::collections::VecDeque;
 
 use crate::cell::Cell;
 use crate::route::AxisPace;
 
-/// Of the jerk, for speeding up where it turns.
+/// The part of the jerk for speeding up where the route turns.
 pub(crate) const TURN: f64 = 0.9;
 
-/// Nodes of a window, at most 2 to this.
+/// The number of window lengths above 0. The longest window has 2 to the power of this less one nodes.
 const WINDOWS: u32 = 6;
 
 /// The curvature before and behind a node; `None` at a corner.
@@ -31,7 +30,8 @@ fn bends<const N: usize>(cells: &VecDeque<Cell<N>>, n: usize) -> Bends<N> {
     let (Some(before), Some(after)) = (before, cells.get(n)) else {
         let cell = cells.get(n).or(cells.back())?;
         if n == 0 && cell.turn.is_some() {
-            // Within a curve of chords: what it turned by is gone, but the law knows.
+            // Within a curve of chords: the turning before is not known any more, but the state of the law
+            // includes it.
             return None;
         }
         return Some([cell.shape.curvature(if n == 0 { cell.begin } else { cell.end }); 2]);
@@ -51,16 +51,16 @@ pub(crate) fn is_corner<const N: usize>(cells: &VecDeque<Cell<N>>, n: usize) -> 
     bends(cells, n).is_none()
 }
 
-/// The last node, behind which other cells may follow, up to which they don't change the bounds.
+/// The last node up to which cells that follow don't change the bounds.
 pub(crate) fn firm<const N: usize>(cells: &VecDeque<Cell<N>>) -> usize {
     let far = cells.len().saturating_sub(1 << (WINDOWS - 1));
     (far + 1..cells.len()).rev().find(|n| bends(cells, *n).is_none()).unwrap_or(far)
 }
 
-/// A turn by less is none.
+/// A smaller change of direction counts as none.
 const SMOOTH: f64 = 1e-6;
 
-/// Lowers the w at nodes and over cells.
+/// Lowers the largest w at nodes and over cells to these bounds.
 pub(crate) fn bound<const N: usize>(
     cells: &VecDeque<Cell<N>>,
     (caps, tops): (&mut [f64], &mut [f64]),
@@ -73,7 +73,7 @@ pub(crate) fn bound<const N: usize>(
     let places: Vec<f64> = cells.iter().map(|cell| cell.begin).collect();
     let end = cells.back().map_or(0.0, |cell| cell.end);
     let place = |n: usize| places.get(n).copied().unwrap_or(end);
-    // The last node up to which there is no corner behind each.
+    // For each node, the last one before the next corner.
     let mut clear = vec![count; count + 1];
     for n in (0..count).rev() {
         clear[n] = if nodes[n + 1].is_none() { n } else { clear[n + 1] };
@@ -103,7 +103,7 @@ pub(crate) fn bound<const N: usize>(
     }
 }
 
-/// Of that step: more than is there for all curves, as the law decides.
+/// The factor of that step that is used. It is more than all curves allow: the law decides.
 const SLACK: f64 = 1.2;
 
 /// The largest w up to this one with change·w ≤ slack + reach/√w.
@@ -112,7 +112,7 @@ fn most(w: f64, change: f64, slack: f64, reach: f64) -> f64 {
         if change == 0.0 {
             return w;
         }
-        // The root is below both of these together.
+        // The root is at most the larger of these.
         let high = (2.0 * slack / change).max((2.0 * reach / change).powf(2.0 / 3.0));
         return most(high, change, slack, reach);
     }
@@ -120,7 +120,7 @@ fn most(w: f64, change: f64, slack: f64, reach: f64) -> f64 {
     if change * w * v <= slack * v + reach {
         return w;
     }
-    // From above, where it is convex.
+    // By Newton's method from above, where the function is convex.
     for _ in 0..20 {
         let off = change * v * v * v - slack * v - reach;
         let slope = 3.0 * change * v * v - slack;

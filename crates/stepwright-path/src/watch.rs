@@ -1,15 +1,15 @@
-//! A route that is followed while it is made: how far it is, and going on by what is known.
+//! Following a route while it is made: its progress, and continuing with the pieces known so far.
 
 use crate::loose::AHEAD;
 use crate::route::Route;
 
-/// Beyond half a step, in steps: what places are rounded by.
+/// The rounding of places beyond half a step, in steps.
 const NEAR: f64 = 1e-6;
 
 impl<const N: usize> Route<N> {
-    /// Each axis stands at this position, where it is as near to the place as another: a place in
-    /// the middle between two positions is either's. A route that goes on where another has ended
-    /// takes that one's [`positions`](Route::positions). To be called before its first piece.
+    /// Sets the position at which each axis stands, if no other position is nearer to its place. A place in the
+    /// middle between two positions may have either. A route that continues where another one ended takes the
+    /// [`positions`](Route::positions) of that one. To be called before the first piece.
     pub fn standing_at(mut self, position: [i64; N]) -> Route<N> {
         for (axis, known) in position.into_iter().enumerate() {
             let place = self.place[axis] / self.axes[axis].step;
@@ -20,8 +20,8 @@ impl<const N: usize> Route<N> {
         self
     }
 
-    /// How far along it is at `time`, in units, and how fast, in units/s. It answers for the part
-    /// that is being made: an earlier time is taken for its beginning, a later one for its end.
+    /// The place along the route at `time`, in units, and the speed, in units/s. It is known for the part that
+    /// is being made: an earlier time counts as the beginning of that part, a later one as its end.
     pub fn along(&self, time: f64) -> (f64, f64) {
         if let Some(pieces) = &self.front {
             let piece = pieces.iter().find(|piece| piece.to.t >= time).unwrap_or(&pieces[2]);
@@ -39,15 +39,15 @@ impl<const N: usize> Route<N> {
         }
     }
 
-    /// Makes the next part final by what is known, where more of the route could still make it
-    /// faster: for a machine that moves on while its sender is late. Without it nothing more
-    /// comes out until enough is added, or the route is closed, which this does at its last piece.
+    /// Makes the next part final with the pieces known so far, even if later pieces could make it faster. This
+    /// is for a machine that moves on while its sender is late. Without it no more steps follow until enough
+    /// pieces are added, or the route is closed. At the last piece this closes the route.
     ///
-    /// The plan ends at rest where the route ends, so what comes out can always be braked. False
-    /// if nothing is left to make final.
+    /// The plan ends at rest at the end of the route, so the machine can always brake in time. Returns false if
+    /// nothing is left to make final.
     pub fn go_on(&mut self) -> bool {
         if self.cells.len() <= AHEAD {
-            // It would brake for the end of what is made of them.
+            // Otherwise the route would brake for the end of these cells.
             self.settle_seen();
         }
         if self.cells.is_empty() {
@@ -71,15 +71,15 @@ mod tests {
     const AXIS: AxisPace =
         AxisPace { step: 0.01, speed: 100.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
-    /// A sender that gives a short chord at a time, each when nothing more is final: it moves on
-    /// from chord to chord, and comes to its end.
+    /// A sender gives one short chord at a time, each when no more steps are final. The route moves on from
+    /// chord to chord, and reaches its end.
     #[test]
     fn a_late_sender_is_waited_for_at_speed() {
         let mut route = Route::new([AXIS; 2]).unwrap();
         let (mut at, mut fastest) = ([0i64; 2], 0.0f64);
         for n in 1..=400 {
             route.line_to([0.1 * f64::from(n), 0.0], 50.0).unwrap();
-            // Forty chords are 4 mm: braking from 50 mm/s takes 1.25.
+            // Forty chords are 4 mm. Braking from 50 mm/s takes 1.25 mm.
             if n >= 40 {
                 while route.length() - route.along(route.time()).0 > 3.0 {
                     match route.next() {
@@ -88,7 +88,7 @@ mod tests {
                     }
                 }
                 fastest = fastest.max(route.along(route.time()).1);
-                // It never stands while there is way ahead.
+                // It never rests while there are pieces ahead.
                 assert!(n < 60 || route.along(route.time()).1 > 49.0, "{n}");
             }
         }
@@ -103,8 +103,8 @@ mod tests {
         assert!(!route.go_on() && route.along(route.time()) == (40.0, 0.0));
     }
 
-    /// Rough chords become cells late. Where the sender is late they do by what is seen of them, and it does
-    /// not stand where those end that had become cells before.
+    /// Rough chords become cells late. If the sender is late, they become cells by the chords known so far, and
+    /// the route does not rest at the end of the cells before.
     #[test]
     fn a_late_sender_of_rough_chords_is_waited_for_at_speed() {
         let mut route = Route::new([AXIS; 2]).unwrap();

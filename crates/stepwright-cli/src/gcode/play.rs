@@ -54,7 +54,7 @@ const LOOK: Duration = Duration::from_millis(2);
 /// Points of a picture are at least 1/1200 of its longer side apart.
 const FINE: f64 = 1_200.0;
 
-/// After this many seconds without a step, the measurement of a speed begins anew.
+/// A speed is measured from the present again after this many seconds without a step.
 const REST: f64 = 0.05;
 
 /// Plays a job that has been planned and admitted.

@@ -1,4 +1,4 @@
-//! A machine that is fed before it moves: a board that plays what is streamed.
+//! A machine that is fed ahead of its motion: a board that plays streams.
 //!
 //! ```text
 //!   moves ─► route ─► steps ahead ─► FedRun, a StreamFeeder ─► the caller's line ─► board
@@ -6,9 +6,9 @@
 //!              └── a change, from where it can be made ◄──────────────────────────────┘ = the time of the session
 //! ```
 //!
-//! The session lives where the board is: its time is the board's, and reports tell where that is. A
-//! [`FedRun`] gives the board steps ahead of it. A hold or an override waits until what was sent is taken
-//! back, and the path changes from there on.
+//! The session's time is that of the board, and reports tell the board's position. A [`FedRun`]
+//! sends steps ahead of the board. A hold or an override waits until the steps that were sent are
+//! taken back; the path changes from there on.
 
 use stepwright_feeder::{FeedState, StreamFeeder};
 
@@ -16,34 +16,35 @@ use crate::machine::GrblMachine;
 use crate::motion::Coming;
 use crate::session::Grbl;
 
-/// What a sender says in one breath is planned together, in µs.
+/// Lines that a sender sends within this time are planned together, in µs.
 const TOGETHER: u64 = 30_000;
-/// With less than this ahead of the board, in s, it goes on by what is known.
+/// If less than this is planned ahead of the board, in s, planning continues with the moves that
+/// are known.
 const LATE: f64 = 0.45;
-/// What rests is told so for this long, in s.
+/// The board is told of a rest this far ahead, in s.
 const REST: f64 = 0.25;
 
 impl<M: GrblMachine> Grbl<M> {
-    /// On a board that is fed, without switches, probe and laser. `$22=1` and `$32=1` are refused with
-    /// error 3, a probing move with error 20.
+    /// Makes this the session of a board that is fed, without switches, probe and laser. `$22=1`
+    /// and `$32=1` are refused with error 3, a probing move with error 20.
     pub fn fed(mut self) -> Grbl<M> {
         self.motion.fed = true;
         self
     }
 
-    /// Whether a run is under way, or waits for one to feed it ([`FedRun`]). Until that begins, and while
-    /// the board comes to the end of the run before, the session's time stands.
+    /// Whether a run is in progress, or waits for a [`FedRun`] to feed it. Until that begins, and
+    /// while the board finishes the run before, the session's time stands still.
     pub fn has_run(&self) -> bool {
         self.run().is_some()
     }
 
-    /// The number of that run. It began at the session's time of its first move, when its own is 0.
+    /// The number of that run. Its time 0 is the session's time of its first move.
     fn run(&self) -> Option<u64> {
         (!self.motion.is_over()).then_some(self.motion.runs)
     }
 
-    /// The board has left the path, or is lost, and its axes are there: an alarm that only a reset
-    /// ends, with these words before it.
+    /// Handles a board that has left the path or is lost, with its axes at `at`: raises an alarm
+    /// that only a reset ends, after a message with these words.
     pub fn off_path(&mut self, at: [i64; 3], alarm: u8, words: &str) {
         self.motion.drop_at(at);
         self.after = None;
@@ -53,10 +54,10 @@ impl<M: GrblMachine> Grbl<M> {
     }
 }
 
-/// A run of a session, on its way to a board.
+/// A run of a session that is being sent to a board.
 ///
-/// Its [`turn`](FedRun::turn) is called every few ms, and the session lives by [its time](FedRun::now),
-/// until its [state](FedRun::state) is an end.
+/// Call its [`turn`](FedRun::turn) every few ms, and advance the session to [its
+/// time](FedRun::now), until its [state](FedRun::state) is an end.
 ///
 /// ```
 /// use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
@@ -80,24 +81,25 @@ impl<M: GrblMachine> Grbl<M> {
 pub struct FedRun {
     number: u64,
     feeder: StreamFeeder,
-    /// The session's time when it began, and by now.
+    /// The session's time at the begin of the run, and at present.
     base: f64,
     now: f64,
-    /// Seconds of it that are planned.
+    /// The run's seconds that are planned.
     planned: f64,
-    /// What was sent is being taken back.
+    /// Whether sent steps are being taken back.
     changes: bool,
 }
 
 impl FedRun {
-    /// The run that waits at this time of the session; `None` if [none does](Grbl::has_run). The feeder has
-    /// seen no step.
+    /// Begins the run that waits at this time of the session; `None` if [none
+    /// waits](Grbl::has_run). The feeder must be new: it has seen no step.
     pub fn begin<M: GrblMachine>(grbl: &Grbl<M>, now: f64, feeder: StreamFeeder) -> Option<FedRun> {
         let number = grbl.run()?;
         Some(FedRun { number, feeder, base: now, now, planned: 0.0, changes: false })
     }
 
-    /// Takes the bytes that came from the board, `micros` after the run began; gives those to send.
+    /// Takes the bytes from the board, `micros` after the begin of the run. Returns the bytes to
+    /// send.
     pub fn turn<M: GrblMachine>(
         &mut self,
         grbl: &mut Grbl<M>,
@@ -112,7 +114,7 @@ impl FedRun {
         }
         let here = self.feeder.now(micros).max(0.0);
         let mine = grbl.run() == Some(self.number);
-        // For a run that waits for the end of this one time stands.
+        // While a further run waits for the end of this one, time stands still.
         if mine || !grbl.has_run() {
             self.now = self.now.max(self.base + here);
         }
@@ -126,7 +128,7 @@ impl FedRun {
         while self.feeder.wants() {
             let fills = self.feeder.state() == FeedState::Filling;
             let late = if fills { micros > TOGETHER } else { self.planned < here + LATE };
-            // The steps of a run that waits are not lost to this one.
+            // A run that waits is not planned here, so its steps are not lost.
             match if mine { grbl.motion.plan(late, here + REST) } else { None } {
                 Some(Coming::Step(step)) => {
                     self.planned = step.time;
@@ -135,7 +137,7 @@ impl FedRun {
                 Some(Coming::Rest(until)) => {
                     self.planned = until;
                     self.feeder.know(until);
-                    // The way is shorter than what is sent ahead.
+                    // The path is shorter than the amount that is sent ahead.
                     self.feeder.begin();
                     break;
                 }
@@ -147,12 +149,12 @@ impl FedRun {
         self.feeder.bytes(micros)
     }
 
-    /// Seconds of the session, by where the board is.
+    /// The session's time in seconds, which is that of the board.
     pub fn now(&self) -> f64 {
         self.now
     }
 
-    /// Where its way to the board is.
+    /// The state of the feeder.
     pub fn state(&self) -> FeedState {
         self.feeder.state()
     }

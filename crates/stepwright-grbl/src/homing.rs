@@ -1,4 +1,4 @@
-//! Homing: each axis finds its limit switch, twice, and is told where it is.
+//! Homing: each axis finds its limit switch twice, and its position is set.
 //!
 //! ```text
 //!  (Free: away from a switch that is closed at the beginning)
@@ -6,7 +6,7 @@
 //!    $25                      $25                        $24                        $25
 //! ```
 //!
-//! The place comes from the second edge, whatever the way of the brake.
+//! The position comes from the second edge, however long the braking distance is.
 
 use stepwright_gcode::{FeedRate, Length, Move, MoveKind, Spindle};
 
@@ -15,13 +15,13 @@ use crate::motion::{Scales, Travel, length};
 use crate::session::Grbl;
 use crate::state::{After, State};
 
-/// The axes in their order: Z first, away from the work.
+/// The order of the axes: Z first, away from the work.
 const ORDER: [usize; 3] = [2, 0, 1];
 
-/// A switch is sought over this many times the travel.
+/// The search for a switch ends after this many times the travel.
 const REACH: f64 = 1.5;
 
-/// And located within this many times the way off it.
+/// The second search ends after this many times the back-off distance.
 const LOCATE: f64 = 5.0;
 
 /// Alarms, by grbl's numbers.
@@ -39,13 +39,13 @@ enum Phase {
     Off,
 }
 
-/// A homing that is under way.
+/// A homing in progress.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Homing {
-    /// Axes that are done.
+    /// The number of axes that are done.
     done: usize,
     phase: Phase,
-    /// Steps where the switch closed last, in this phase.
+    /// The position in steps at which the switch closed, in this phase.
     edge: Option<i64>,
 }
 
@@ -56,7 +56,7 @@ impl Homing {
 }
 
 impl<M: GrblMachine> Grbl<M> {
-    /// A look at the switches, and the next phase when one is over.
+    /// Checks the switches, and begins the next phase at the end of one.
     pub(crate) fn go_on_homing(&mut self, inputs: Inputs) {
         let Some(mut homing) = self.homing else { return };
         let Some(&axis) = ORDER.get(homing.done) else { return self.end_homing() };
@@ -119,7 +119,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.home_to(axis, to / steps, self.settings.get(if slow { 24 } else { 25 }));
     }
 
-    /// One axis to a place in mm, at `speed` in mm/min.
+    /// Moves one axis to a position in mm, at `speed` in mm/min.
     fn home_to(&mut self, axis: usize, to: f64, speed: f64) {
         let from = self.place();
         let mut end = from;

@@ -1,4 +1,4 @@
-//! What stays when the power goes off: settings, work offsets, start-up lines, as text.
+//! The values that outlast a loss of power, as text: settings, work offsets, start-up lines.
 
 use stepwright_gcode::{Length, Parameter, Point, System};
 
@@ -26,7 +26,7 @@ fn name(parameter: Parameter) -> String {
     }
 }
 
-/// Why a text is none of kept values.
+/// A text that can't be restored.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotKept {
     /// The line, from 1.
@@ -47,9 +47,9 @@ impl std::fmt::Display for NotKept {
 impl std::error::Error for NotKept {}
 
 impl<M: GrblMachine> Grbl<M> {
-    /// What stays when the power goes off, a value a line; [`restore`](Grbl::restore) reads it.
+    /// The values that outlast a loss of power, one a line; [`restore`](Grbl::restore) reads them.
     ///
-    /// Offsets are in picometres, exact.
+    /// Offsets are exact, in picometres.
     pub fn kept(&self) -> String {
         let settings = GrblSettings::numbers().filter_map(|number| {
             let value = self.settings.get(number);
@@ -64,8 +64,8 @@ impl<M: GrblMachine> Grbl<M> {
         settings.chain(offsets).chain(lines).chain([build]).collect()
     }
 
-    /// Switches the machine off and on again with values that were kept. With homing (`$22`) it is
-    /// locked then, as its place is not known.
+    /// Restarts the machine with values that were kept. With homing (`$22`) it is locked then,
+    /// because its position is not known.
     ///
     /// # Errors
     /// [`NotKept`] at the first line that is wrong; nothing is changed then.
@@ -73,7 +73,7 @@ impl<M: GrblMachine> Grbl<M> {
         let mut settings = GrblSettings::default();
         let mut reader = stepwright_gcode::Reader::default();
         let (mut startup, mut build) = ([String::new(), String::new()], String::new());
-        // Soft limits need homing, which comes later in the file.
+        // Soft limits need homing, whose setting comes later in the text.
         let all: Vec<(usize, &str)> = kept.lines().enumerate().collect();
         let (soft, others): (Vec<_>, Vec<_>) =
             all.into_iter().partition(|(_, line)| line.starts_with("$20="));

@@ -1,5 +1,5 @@
-//! A machine that any G-code sender can drive: grbl 1.1's protocol as a state machine without
-//! I/O. Bytes and time in; answers, steps and switched outputs out.
+//! A machine that any G-code sender can drive: grbl 1.1's protocol as a state machine without I/O.
+//! It takes bytes and times, and returns answers, steps and switched outputs.
 //!
 //! ```text
 //!   sender ──bytes──► receive ──┬─ real-time: ? ! ~ ^X, overrides ───────────────┐
@@ -26,22 +26,23 @@
 //!
 //! Real-time bytes, status reports with their fields and their order, `$` orders, settings,
 //! start-up lines, messages, errors, alarms, check mode, jogging, probing, homing, soft and hard
-//! limits, work offsets, overrides, laser mode. `ok` and `error:N` come when grbl's would: once a
-//! line has its place in the planner, a dwell its end.
+//! limits, work offsets, overrides, laser mode. `ok` and `error:N` come at the same moment as
+//! grbl's: when a line has its place in the planner, or a dwell has ended.
 //!
 //! # What it does otherwise
 //!
 //! - **A position is never lost.** A reset, a limit or the end of a jog brakes along the path. Then
-//!   comes the banner or the alarm. There is no `ALARM:3`, but of a board
-//!   that was lost or has left the path.
+//! comes the banner or the alarm. `ALARM:3` comes only from a board that was lost or has left the
+//! path.
 //! - **An error ends a job.** After an error in G-code, lines are refused with `error:9` until
-//!   [`QUIET`] seconds pass without one, `$X` or a reset: a sender that has sent ahead would
-//!   execute a part without what was wrong. [`Grbl::with_errors_passed`] is grbl's way.
-//! - A laser at rest is dark, with M3 too, and behind an error off until the next M3 or M4.
+//! [`QUIET`] seconds pass without a line, or `$X` or a reset comes: otherwise a part of what was
+//! sent ahead would be executed without the faulty line. [`Grbl::with_errors_passed`] selects
+//! grbl's way.
+//! - A laser at rest is off, with M3 too. After an error it is off until the next M3 or M4.
 //! - The planner has 128 blocks, and the speed at a corner comes from `$140` to `$142`, the start
 //!   speeds of the motors in mm/min, unless `$11` asks for a junction deviation. `$150` to `$152` limit
 //!   the jerk of the axes, in mm/s³.
-//! - Homing takes Z, X, Y, one after another, and measures from the switch's edge.
+//! - Homing homes Z, X and Y one after another, and measures from the switch's edge.
 //! - `$0` to `$6`, `$12` and `$26` are kept for the sender and change nothing.
 
 #![forbid(unsafe_code)]

@@ -1,15 +1,15 @@
-//! Lines as they come: bytes to text, and whether a line may be obeyed.
+//! Assembles bytes to lines, and decides whether lines are refused after an error.
 
-/// Seconds without a line after which lines are obeyed again, behind an error.
+/// After an error, lines are accepted again after this many seconds without a line.
 pub const QUIET: f64 = 0.25;
 
-/// The longest line, without blanks and comments; grbl's.
+/// The longest line without blanks and comments, as in grbl.
 const LONGEST: usize = 80;
 
-/// Stands for bytes of a line that were lost. It is no byte of a line.
+/// Stands for lost bytes of a line. No line contains this byte.
 pub(crate) const SPOILT: u8 = 0xFF;
 
-/// A line that is being put together: capitals, without blanks and comments.
+/// An incomplete line, in capitals, without blanks and comments.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Line {
     text: Vec<u8>,
@@ -28,12 +28,12 @@ enum Comment {
 }
 
 impl Line {
-    /// Whether nothing of it has come.
+    /// Whether no byte of the line has come.
     pub fn is_empty(&self) -> bool {
         self.text.is_empty() && self.comment == Comment::No && !self.too_long
     }
 
-    /// Takes a byte; at the end of the line its text, or `Err` if it is too long.
+    /// Takes a byte. At the end of the line, returns its text, or `Err` if it is too long.
     pub fn take(&mut self, byte: u8) -> Option<Result<Vec<u8>, ()>> {
         match byte {
             b'\r' | b'\n' => {
@@ -45,9 +45,9 @@ impl Line {
             _ if self.comment != Comment::No => {}
             b'(' => self.comment = Comment::Closed,
             b';' => self.comment = Comment::Rest,
-            // Blanks and what is no letter of a line.
+            // Blanks and bytes that are not printable ASCII.
             0..=b' ' | 0x7F.. => {}
-            // As grbl: who wants to skip blocks does not send them.
+            // As in grbl: a sender that skips blocks does not send them.
             b'/' => {}
             _ if self.text.len() == LONGEST => self.too_long = true,
             _ => self.text.push(byte.to_ascii_uppercase()),
@@ -56,17 +56,17 @@ impl Line {
     }
 }
 
-/// Refuses lines behind one with an error.
+/// Refuses lines after a line with an error.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lock {
-    /// When the last byte of a line came.
+    /// The time of the last byte of a line, while closed.
     since: Option<f64>,
-    /// Never refuses.
+    /// Whether lines are never refused.
     pub off: bool,
 }
 
 impl Lock {
-    /// A line had an error, at `now`.
+    /// Closes the lock at `now`, after a line with an error.
     pub fn close(&mut self, now: f64) {
         self.since = Some(now);
     }
@@ -75,7 +75,7 @@ impl Lock {
         self.since = None;
     }
 
-    /// A byte of a line comes.
+    /// Notes a byte of a line; opens the lock if it comes after [`QUIET`].
     pub fn hear(&mut self, now: f64) {
         if let Some(since) = self.since {
             self.since = Some(now).filter(|now| now - since < QUIET);

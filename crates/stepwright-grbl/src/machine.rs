@@ -1,24 +1,24 @@
-//! What is moved: pins out, switches in.
+//! The interface to a machine: steps and outputs, and its switches.
 
 use stepwright_gcode::SpindleMode;
 
-/// Switches and buttons, as they are now.
+/// The present state of switches and buttons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Inputs {
-    /// The limit switch of each axis is closed.
+    /// Whether the limit switch of each axis is closed.
     pub limit: [bool; 3],
-    /// The probe has contact.
+    /// Whether the probe has contact.
     pub probe: bool,
-    /// The safety door is open.
+    /// Whether the safety door is open.
     pub door: bool,
 }
 
-/// What is switched, besides the motors.
+/// The outputs besides the motors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outputs {
-    /// How the spindle turns; of a laser, by which rule its power goes.
+    /// The mode of the spindle; for a laser, the rule for its power.
     pub spindle: SpindleMode,
-    /// Revolutions a minute, or the laser's power in its unit, as it is now.
+    /// The present speed in revolutions per minute, or the laser's power in its unit.
     pub power: f64,
     /// Flood coolant.
     pub flood: bool,
@@ -28,32 +28,34 @@ pub struct Outputs {
 
 /// A machine of three axes.
 ///
-/// Times are in seconds, of the clock by which [`Grbl`](crate::Grbl) is called. They never go back.
+/// Times are in seconds of the clock with which [`Grbl`](crate::Grbl) is called. They never go
+/// back.
 pub trait GrblMachine {
-    /// An axis, 0 to 2, makes a step at `time`.
+    /// Makes a step of an axis, 0 to 2, at `time`.
     fn step(&mut self, time: f64, axis: usize, forward: bool);
 
-    /// The switches, after the last step.
+    /// The state of the switches after the last step.
     fn inputs(&mut self) -> Inputs;
 
-    /// What is switched from `time` on.
+    /// Sets the outputs from `time` on.
     fn switch(&mut self, time: f64, outputs: Outputs);
 }
 
-/// A virtual machine: it has switches at places, and counts its steps.
+/// A virtual machine with switches, which counts its steps.
 ///
-/// A place is in steps from where it was switched on.
+/// Positions are in steps from the position at power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VirtualMill {
-    /// Where each axis is.
+    /// The position of each axis.
     pub at: [i64; 3],
-    /// Each axis closes its limit switch from here on downwards, and from there on upwards.
+    /// Each axis closes its limit switch at the first position and below, and at the second one and
+    /// above.
     pub limits: [[Option<i64>; 2]; 3],
-    /// The probe has contact where Z is here or below.
+    /// The probe has contact at this position of Z and below.
     pub probe: Option<i64>,
-    /// The door is open.
+    /// Whether the door is open.
     pub door: bool,
-    /// What is switched.
+    /// The present outputs.
     pub outputs: Outputs,
 }
 

@@ -1,12 +1,12 @@
-//! The path: moves in, steps out at their times.
+//! The path: takes moves, and gives steps with their times.
 //!
 //! ```text
 //!   Move ──► Route: look-ahead, one clock from its start on ──► steps that are due
 //! ```
 //!
-//! A route begins a little after its first move, so that what a sender says in one breath is
-//! planned together. While the sender is late it goes on by what is known, always able to stop
-//! where that ends.
+//! A route begins a little after its first move, so that moves that a sender sends together are
+//! planned together. While the sender is late, the route continues with the moves that are known,
+//! and can always stop at the end of the last one.
 
 use std::collections::VecDeque;
 
@@ -16,30 +16,30 @@ use stepwright_path::{Unplannable, millimetres};
 
 use crate::settings::GrblSettings;
 
-/// Moves that are planned ahead: with short chords a way to brake.
+/// The number of moves that are planned ahead. With short chords they must suffice for braking.
 pub(crate) const BLOCKS: usize = 128;
 
-/// Seconds that a route which is fed rests at its end, at least.
+/// The least time in s that a fed route rests at its end.
 const TAIL: f64 = 0.15;
 
-/// Seconds from the first move to its start.
+/// Seconds from the first move to the start of the route.
 const BREATH: f64 = 0.02;
 
-/// The length of n millimetres, as near as picometres are, and as a length can be.
+/// A length of `mm` millimetres, rounded to picometres and clamped to the range of lengths.
 pub(crate) fn length(mm: f64) -> Length {
     clamped((mm * Length::PER_MM as f64).round() as i64)
 }
 
-/// The length of n picometres, as near as a length can be.
+/// A length in picometres, clamped to the range of lengths.
 pub(crate) fn clamped(picometres: i64) -> Length {
     let most = if picometres < 0 { -Length::MAX } else { Length::MAX };
     Length::from_picometres(picometres).unwrap_or(most)
 }
 
-/// A move that is on its way.
+/// A move in the route.
 #[derive(Clone, Copy, Debug)]
 struct Block {
-    /// Units along the route to its end.
+    /// The distance along the route to its end.
     end: f64,
     /// The number of its line, if it has one.
     line: Option<u32>,
@@ -53,27 +53,27 @@ pub(crate) struct Travel {
     /// The number of its line, if it has one.
     pub line: Option<u32>,
     pub spindle: Spindle,
-    /// How far the path may be off it, in mm.
+    /// How far the path may deviate from the move, in mm.
     pub tolerance: f64,
 }
 
 /// A route with the time at which it began.
 #[derive(Clone, Debug)]
 struct Live {
-    /// Lines that wait, each with its number and what a laser does.
+    /// Lines that wait to be fitted, each with its number and its laser data.
     fit: ArcFit<(Option<u32>, LaserMove), 3>,
     route: Route<3>,
     epoch: f64,
     /// The next step, before it is due.
     ahead: Option<RouteStep>,
     blocks: VecDeque<Block>,
-    /// It is to stand.
+    /// Whether it is on hold.
     holds: bool,
-    /// What came of the last move.
+    /// The result of the last move.
     added: Result<(), Unplannable>,
 }
 
-/// What changes the way on which it is.
+/// A change of a route in progress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Change {
     Hold,
@@ -82,18 +82,18 @@ enum Change {
     Scale(Scales),
 }
 
-/// What a route is told.
+/// An order to a route.
 #[derive(Clone, Debug)]
 enum Order {
     Travel(Travel),
-    /// By what is known, as nothing else comes.
+    /// Continues with the moves that are known, since no more come.
     GoOn,
-    /// It rests until this time.
+    /// Rests until this time.
     Rest(f64),
     Change(f64, Change),
 }
 
-/// The route of a machine that makes steps when they are asked for, or of one that is fed before.
+/// A route of a machine that makes steps at once, or of one that is fed ahead.
 #[derive(Clone, Debug)]
 enum Track {
     Now(Box<Live>),
@@ -103,15 +103,15 @@ enum Track {
 #[derive(Clone, Debug)]
 struct Fed {
     lead: Lead<Live>,
-    /// Seconds of the path up to which it was said that nothing comes.
+    /// The time of the path, in s, up to which the board was told that there are no steps.
     known: f64,
-    /// What is asked for, and has no time yet; and what has got one that may not be kept.
+    /// Requested changes without a time. `open` has those with a time, which may still be undone.
     wanted: Vec<Change>,
     open: Vec<Change>,
 }
 
 impl Track {
-    /// Where the machine is.
+    /// The route's state at the machine's present time.
     fn here(&self) -> &Live {
         match self {
             Track::Now(live) => live,
@@ -120,13 +120,13 @@ impl Track {
     }
 }
 
-/// Three axes and the path they follow.
+/// Three axes and their path.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Motion {
     /// Each axis' steps from machine zero.
     pub at: [i64; 3],
     track: Option<Track>,
-    /// The machine is fed before it moves; and routes so far.
+    /// Whether the machine is fed ahead; and the number of routes so far.
     pub fed: bool,
     pub runs: u64,
 }
@@ -140,12 +140,12 @@ pub(crate) struct Due {
 }
 
 impl Motion {
-    /// Whether nothing is on its way.
+    /// Whether there is no route.
     pub fn is_over(&self) -> bool {
         self.track.is_none()
     }
 
-    /// Whether it stands because it is held.
+    /// Whether the axes are at rest because of a hold.
     pub fn is_held(&self, now: f64) -> bool {
         let still = |live: &Live| {
             live.holds
@@ -160,7 +160,7 @@ impl Motion {
         self.track.as_ref().map(Track::here)
     }
 
-    /// Moves that may be added.
+    /// The number of moves that may be added.
     pub fn room(&self) -> usize {
         let blocks = match &self.track {
             None => 0,
@@ -170,24 +170,24 @@ impl Motion {
         BLOCKS.saturating_sub(blocks)
     }
 
-    /// mm/s along the path.
+    /// The speed along the path in mm/s.
     pub fn speed(&self, now: f64) -> f64 {
         let begun = self.here().filter(|live| now > live.epoch);
         let speed = |live: &Live| live.route.along(now - live.epoch).1;
         if self.is_held(now) { 0.0 } else { begun.map_or(0.0, speed) }
     }
 
-    /// The number of the line that is on its way.
+    /// The number of the line of the present move.
     pub fn line(&self) -> Option<u32> {
         self.here()?.blocks.front()?.line
     }
 
-    /// What a laser does now; `None` if nothing is on its way.
+    /// The laser data of the present move; `None` without a move.
     pub fn laser(&self) -> Option<LaserMove> {
         Some(self.here()?.blocks.front()?.laser)
     }
 
-    /// Adds a move, which [`room`](Motion::room) was there for.
+    /// Adds a move. [`room`](Motion::room) must not be 0.
     ///
     /// # Errors
     /// [`Unplannable`]: a setting or a feed rate is beyond what can be planned.
@@ -257,22 +257,22 @@ impl Motion {
         })
     }
 
-    /// Brakes, and stands until it is resumed.
+    /// Brakes, and waits for [`resume`](Motion::resume).
     pub fn hold(&mut self, now: f64) {
         self.change(now, Change::Hold);
     }
 
-    /// Goes on.
+    /// Resumes after a hold.
     pub fn resume(&mut self, now: f64) {
         self.change(now, Change::Resume);
     }
 
-    /// Brakes, and drops what is left.
+    /// Brakes, and drops the rest of the route.
     pub fn cancel(&mut self, now: f64) {
         self.change(now, Change::Cancel);
     }
 
-    /// Other parts of the ordered speeds from now on.
+    /// Changes the scales of the ordered speeds from now on.
     pub fn scale(&mut self, now: f64, scales: Scales) {
         self.change(now, Change::Scale(scales));
     }
@@ -303,8 +303,8 @@ impl Motion {
         due
     }
 
-    /// What comes next of a route that is fed: `late` goes on by what is known, and `rest` is the time
-    /// of the path up to which it may rest.
+    /// The next part of a fed route. If `late`, continues with the moves that are known. A rest is
+    /// told up to `rest`, a time of the path.
     pub fn plan(&mut self, late: bool, rest: f64) -> Option<Coming> {
         let Some(Track::Fed(fed)) = &mut self.track else { return None };
         loop {
@@ -323,14 +323,15 @@ impl Motion {
         }
     }
 
-    /// Whether a route that is fed is to change; and if so, whether it brakes.
+    /// Whether a fed route is to change: `Some(true)` if all changes brake; `None` if there are
+    /// none.
     pub fn wants_change(&self) -> Option<bool> {
         let Some(Track::Fed(fed)) = &self.track else { return None };
         let brakes = |change: &Change| matches!(change, Change::Hold | Change::Cancel);
         if fed.wanted.is_empty() { None } else { Some(fed.wanted.iter().all(brakes)) }
     }
 
-    /// It changes from this time of the path on, behind this many steps.
+    /// Makes the requested changes at this time of the path, after this many steps.
     pub fn change_from(&mut self, time: f64, steps: u64) {
         let Some(Track::Fed(fed)) = &mut self.track else { return };
         fed.open = std::mem::take(&mut fed.wanted);
@@ -340,7 +341,7 @@ impl Motion {
         fed.known = time;
     }
 
-    /// Whether the change from that time on was made.
+    /// Keeps the changes if they were `made`; otherwise undoes them, and requests them again.
     pub fn changed(&mut self, made: bool) {
         let Some(Track::Fed(fed)) = &mut self.track else { return };
         if made {
@@ -353,13 +354,13 @@ impl Motion {
         }
     }
 
-    /// Nothing of it is left, and the axes are there.
+    /// Drops the route, and sets the axes' positions.
     pub fn drop_at(&mut self, at: [i64; 3]) {
         (self.track, self.at) = (None, at);
     }
 }
 
-/// What comes next of a route.
+/// The next part of a fed route.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Coming {
     /// A step, at its time in s after the start of the route.
@@ -375,7 +376,7 @@ impl From<RouteStep> for Due {
 }
 
 impl Track {
-    /// Whether nothing of it is left.
+    /// Whether the route has ended.
     fn is_over(&self, now: f64) -> bool {
         let live = self.here();
         let fed = match self {
@@ -414,7 +415,7 @@ impl Planned for Live {
 }
 
 impl Live {
-    /// Moves that are on their way, or wait.
+    /// The number of moves in the route and waiting.
     fn moves(&self) -> usize {
         self.blocks.len() + self.fit.waiting()
     }
@@ -432,22 +433,22 @@ impl Live {
         added
     }
 
-    /// By all that is known.
+    /// Continues with all moves that are known. Returns whether there were any.
     fn go_on(&mut self) -> bool {
-        // Lines that were checked.
+        // These lines were checked before.
         _ = self.fit.settle(&mut self.route);
         self.settled();
         self.route.go_on()
     }
 
-    /// Takes down where moves end that the route has got.
+    /// Notes the ends of moves that were added to the route.
     fn settled(&mut self) {
         while let Some((end, (line, laser))) = self.fit.settled() {
             self.blocks.push_back(Block { end, line, laser });
         }
     }
 
-    /// From this time of the path on.
+    /// Makes a change at this time of the path.
     fn change(&mut self, at: f64, change: Change) {
         match change {
             Change::Hold => {
@@ -464,7 +465,7 @@ impl Live {
                 self.route.cancel(at);
             }
             Change::Scale(scales) => {
-                // Numbers within the range, always.
+                // Scales are always within the range.
                 _ = self.route.scale(at, scales.feed);
                 _ = self.route.scale_rapids(at, scales.rapid);
             }
@@ -498,7 +499,7 @@ impl Live {
         }
     }
 
-    /// Leaves the moves behind that are over at this time of the path.
+    /// Drops the moves that have ended at this time of the path.
     fn forget(&mut self, time: f64) {
         let (here, _) = self.route.along(time);
         while self.blocks.front().is_some_and(|block| block.end <= here) {
@@ -507,7 +508,7 @@ impl Live {
     }
 }
 
-/// Overrides: parts of what is ordered.
+/// Overrides: factors for the ordered speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scales {
     pub feed: f64,

@@ -11,7 +11,7 @@ use crate::settings::GrblSettings;
 use crate::state::{After, State};
 
 impl<M: GrblMachine> Grbl<M> {
-    /// Obeys a line that began with `$`.
+    /// Carries out a line that began with `$`.
     pub(crate) fn order(&mut self, order: &[u8]) {
         if let Some(jog) = order.strip_prefix(b"J=") {
             return self.jog(jog);
@@ -62,7 +62,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.ok();
     }
 
-    /// `$C`: reads lines without a move, until it is said again.
+    /// `$C`: check mode, which reads lines without a motion; a second `$C` ends it.
     fn check(&mut self) {
         match self.state {
             State::Check => {
@@ -132,7 +132,7 @@ impl<M: GrblMachine> Grbl<M> {
         if self.state != State::Idle {
             return self.error(8);
         }
-        // Read as it will be, without an effect.
+        // Parses the line as it will be, without an effect.
         let was = self.reader;
         let read = self.read(value.as_bytes());
         self.reader = was;
@@ -148,13 +148,13 @@ impl<M: GrblMachine> Grbl<M> {
         let plain = |byte: u8| byte.is_ascii_digit() || b"+-.".contains(&byte);
         let value = value.parse::<f64>().ok().filter(|_| value.bytes().all(plain));
         let Some(value) = value else { return self.error(2) };
-        // A board that is fed has no switches for homing, and no laser.
+        // A fed board has no switches for homing, and no laser.
         if self.motion.fed && matches!(number, 22 | 32) && value != 0.0 {
             return self.error(3);
         }
         match self.settings.set(number, value) {
             Ok(()) => {
-                // Steps are kept where millimetres become others.
+                // The position in steps stays; in millimetres it may change.
                 self.find_place();
                 self.switch();
                 self.ok();

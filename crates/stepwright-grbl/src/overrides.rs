@@ -1,8 +1,8 @@
-//! Overrides: parts of the ordered feed rate, rapid rate and spindle speed, in percent.
+//! Overrides of the ordered feed rate, rapid rate and spindle speed, in percent.
 
 use crate::motion::Scales;
 
-/// What the sender has made faster or slower.
+/// The present overrides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Overrides {
     pub feed: u8,
@@ -13,13 +13,14 @@ pub(crate) struct Overrides {
 impl Overrides {
     pub const NONE: Overrides = Overrides { feed: 100, rapid: 100, spindle: 100 };
 
-    /// Of a `plain` move, a jog or a probe or of homing, the feed rate is as it is ordered.
+    /// The scales of the speeds. For a `plain` move (a jog, a probe or homing) the feed rate is as
+    /// ordered.
     pub fn scales(self, plain: bool) -> Scales {
         let feed = if plain { 1.0 } else { f64::from(self.feed) / 100.0 };
         Scales { feed, rapid: f64::from(self.rapid) / 100.0 }
     }
 
-    /// What a real-time byte makes of them; `None` if it is of something else.
+    /// The overrides after a real-time byte; `None` if the byte is not for overrides.
     pub fn after(self, byte: u8) -> Option<Overrides> {
         let by = |value: u8, by: i16| (i16::from(value) + by).clamp(10, 200) as u8;
         let Overrides { feed, spindle, .. } = self;

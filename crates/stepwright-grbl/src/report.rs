@@ -1,4 +1,4 @@
-//! What is reported: status, parameters, modes.
+//! Reports: status, parameters, modes.
 
 use std::fmt::Write;
 
@@ -12,19 +12,19 @@ use crate::session::{Grbl, RX};
 use crate::state::State;
 use stepwright_path::{decimal, mm};
 
-/// From report to report with offsets, at rest and on the way.
+/// Every n-th report has the offsets: n at rest, and n during a motion.
 const OFFSETS_EVERY: (u8, u8) = (10, 30);
-/// Likewise with overrides.
+/// Every n-th report has the overrides: n at rest, and n during a motion.
 const OVERRIDES_EVERY: (u8, u8) = (10, 20);
 
-/// When a report tells what changes seldom: reports until then.
+/// The number of reports until the next one with offsets, and with overrides.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seldom {
     pub offsets: u8,
     pub overrides: u8,
 }
 
-/// Coordinates with commas between them.
+/// Writes coordinates, separated by commas.
 fn coordinates(out: &mut String, values: [Length; 3], inches: bool) {
     for (axis, value) in values.into_iter().enumerate() {
         if axis > 0 {
@@ -34,16 +34,16 @@ fn coordinates(out: &mut String, values: [Length; 3], inches: bool) {
     }
 }
 
-/// A coordinate: three digits after the point, four in inches.
+/// Writes a coordinate: three digits after the point, four in inches.
 fn number(out: &mut String, value: Length, inches: bool) {
-    // Zero has no sign, so it is rounded first.
+    // Rounds first, so that zero has no sign.
     let (value, digits) = if inches { (mm(value) / 25.4, 4) } else { (mm(value), 3) };
     let scale = 10f64.powi(digits);
     let rounded = (value * scale).round() / scale + 0.0;
     _ = write!(out, "{rounded:.*}", digits as usize);
 }
 
-/// What is added to work coordinates.
+/// The offset of work coordinates from machine coordinates.
 pub(crate) fn offset(reader: &Reader) -> Point {
     let of = |parameter| reader.parameter(parameter).0;
     let parts = [
@@ -100,13 +100,13 @@ pub(crate) fn modes(modal: &Modal) -> String {
 }
 
 impl<M: GrblMachine> Grbl<M> {
-    /// Where the machine is.
+    /// The machine's position.
     pub(crate) fn place(&self) -> Point {
         let steps = self.settings.axes(100);
         Point([0, 1, 2].map(|axis| length(self.motion.at[axis] as f64 / steps[axis])))
     }
 
-    /// The status report.
+    /// Writes the status report.
     pub(crate) fn report(&mut self) {
         let mut out = String::from("<");
         let held = self.motion.is_over() || self.motion.is_held(self.now);
@@ -152,7 +152,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.say(&out);
     }
 
-    /// What changes seldom is told now and then.
+    /// Writes the fields that not every report has.
     fn seldom(&mut self, out: &mut String, offset: Point, inches: bool) {
         let moves = !matches!(self.state, State::Idle | State::Alarm { .. });
         let every = |(rest, busy): (u8, u8)| if moves { busy } else { rest };
@@ -161,7 +161,7 @@ impl<M: GrblMachine> Grbl<M> {
             seldom.offsets -= 1;
         } else {
             seldom.offsets = every(OFFSETS_EVERY) - 1;
-            // Overrides come in the next one.
+            // Overrides come in the next report.
             seldom.overrides = seldom.overrides.max(1);
             *out += "|WCO:";
             coordinates(out, offset.0, inches);
@@ -188,7 +188,7 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// The parameters as `$#` prints them.
+    /// Writes the parameters as in `$#`.
     pub(crate) fn parameters(&mut self) {
         let inches = self.settings.is_on(13);
         let mut out = String::new();
@@ -208,7 +208,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.probed();
     }
 
-    /// Where the probe had contact.
+    /// Writes the position of the probe's contact.
     pub(crate) fn probed(&mut self) {
         let mut out = String::from("[PRB:");
         coordinates(&mut out, self.probe_at.0, self.settings.is_on(13));
@@ -217,7 +217,7 @@ impl<M: GrblMachine> Grbl<M> {
     }
 }
 
-/// The switches that are closed.
+/// Writes the letters of the closed switches.
 fn pins(out: &mut String, inputs: Inputs) {
     let letters: String = [
         (inputs.probe, 'P'),

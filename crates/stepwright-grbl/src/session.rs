@@ -1,4 +1,4 @@
-//! The controller: bytes and time in, answers and steps out.
+//! The controller: takes bytes and times, and gives answers and steps.
 
 use std::collections::VecDeque;
 
@@ -15,17 +15,16 @@ use crate::state::{After, State};
 use crate::work::{Probing, Work};
 use stepwright_path::decimal;
 
-/// Bytes of the receiver, as reports tell; what comes beyond is kept too, up to [`KEPT`].
+/// The size of the receive buffer in reports. Further bytes are stored too, up to [`KEPT`].
 pub const RX: usize = 128;
 
-/// Bytes of lines that wait at most. Of what comes beyond no line is executed; real-time bytes are
-/// heard all the same.
+/// The most bytes of waiting lines. Beyond, no line is executed; real-time bytes are still obeyed.
 pub const KEPT: usize = 65_536;
 
 /// grbl 1.1 on a [`GrblMachine`].
 ///
-/// Time is in seconds of any clock that does not go back. Call [`advance`](Grbl::advance) every
-/// few milliseconds: steps have the times of their plan, whenever it is called.
+/// Times are in seconds of any clock that does not go back. Call [`advance`](Grbl::advance) every
+/// few milliseconds. Steps have the times of their plan, whenever it is called.
 #[derive(Debug)]
 pub struct Grbl<M> {
     pub(crate) machine: M,
@@ -37,7 +36,7 @@ pub struct Grbl<M> {
     pub(crate) now: f64,
     pub(crate) overrides: Overrides,
     pub(crate) outputs: Outputs,
-    /// The spindle and the coolant as they are ordered, before overrides.
+    /// The spindle as ordered, before overrides.
     pub(crate) spindle: Spindle,
     pub(crate) seldom: Seldom,
     pub(crate) work: Option<Work>,
@@ -48,13 +47,13 @@ pub struct Grbl<M> {
     pub(crate) startup: [String; 2],
     pub(crate) build: String,
     pub(crate) lock: Lock,
-    /// The spindle stands during a hold, by an override.
+    /// Whether the spindle is stopped during a hold, by an override.
     pub(crate) spindle_rests: bool,
-    /// Limit switches that were closed at the last look.
+    /// The limit switches that were closed at the last check.
     closed: [bool; 3],
-    /// Bytes that wait, in which jogs are cancelled ones.
+    /// The number of waiting bytes whose jogs are cancelled.
     cancelled: usize,
-    /// Lines that were refused, and alarms.
+    /// The number of refused lines and alarms.
     pub(crate) faults: u64,
     rx: VecDeque<u8>,
     line: Line,
@@ -62,7 +61,7 @@ pub struct Grbl<M> {
 }
 
 impl<M: GrblMachine> Grbl<M> {
-    /// At machine zero, with default settings; the banner is its first answer.
+    /// A controller at machine zero, with default settings. The banner is its first answer.
     pub fn new(machine: M) -> Grbl<M> {
         let mut grbl = Grbl {
             machine,
@@ -96,13 +95,13 @@ impl<M: GrblMachine> Grbl<M> {
         grbl
     }
 
-    /// Executes what was sent ahead also behind an error, as grbl does.
+    /// Also executes lines after an error, as grbl does.
     pub fn with_errors_passed(mut self) -> Grbl<M> {
         self.lock.off = true;
         self
     }
 
-    /// Takes bytes of the sender.
+    /// Takes bytes from the sender.
     pub fn receive(&mut self, now: f64, bytes: &[u8]) {
         self.advance(now);
         for &byte in bytes {
@@ -118,7 +117,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.pump();
     }
 
-    /// Lets time pass: steps are made, switches looked at, lines obeyed.
+    /// Lets time pass: makes steps, checks the switches, executes lines.
     pub fn advance(&mut self, now: f64) {
         let now = self.now.max(now);
         while let Some(step) = self.motion.next(now) {
@@ -132,22 +131,22 @@ impl<M: GrblMachine> Grbl<M> {
         self.pump();
     }
 
-    /// The answers since they were last taken.
+    /// Takes the answers since the last call.
     pub fn take_answers(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.out)
     }
 
-    /// Bytes of lines that wait.
+    /// The number of bytes of waiting lines.
     pub fn waiting(&self) -> usize {
         self.rx.len()
     }
 
-    /// Lines that were refused, and alarms, since it was switched on.
+    /// The number of refused lines and alarms since power-up.
     pub fn faults(&self) -> u64 {
         self.faults
     }
 
-    /// Whether an axis moves, or will without another byte.
+    /// Whether an axis moves, or will move without a further byte.
     pub fn is_moving(&self) -> bool {
         let moves = !(self.motion.is_over() || self.motion.is_held(self.now));
         moves || self.work.is_some() && !matches!(self.state, State::Hold | State::Door)
@@ -159,7 +158,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.motion.is_over() && self.work.is_none() && !waits
     }
 
-    /// Nothing follows: a line that has no end is taken as it is.
+    /// Ends the input: a line without an end is executed as it is.
     pub fn finish_line(&mut self, now: f64) {
         let half =
             self.rx.back().map_or(!self.line.is_empty(), |byte| !matches!(byte, b'\r' | b'\n'));
@@ -168,7 +167,7 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// The sender has gone: the line that it was saying is dropped.
+    /// Handles a sender that has disconnected: drops its incomplete line.
     pub fn hang_up(&mut self) {
         let ends = |byte: &u8| matches!(byte, b'\r' | b'\n');
         match self.rx.iter().rposition(ends) {
@@ -186,7 +185,7 @@ impl<M: GrblMachine> Grbl<M> {
         &self.machine
     }
 
-    /// The machine, to put its switches.
+    /// The machine, to set its switches.
     pub fn machine_mut(&mut self) -> &mut M {
         &mut self.machine
     }
@@ -214,7 +213,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.say(&format!("error:{number}\r\n"));
     }
 
-    /// Obeys lines while there are any and it may.
+    /// Executes waiting lines while the state permits it.
     fn pump(&mut self) {
         loop {
             if self.after.is_some() || matches!(self.state, State::Alarm { critical: true }) {
@@ -242,13 +241,13 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// A line of G-code had an error.
+    /// Refuses a line of G-code with an error.
     pub(crate) fn refuse(&mut self, number: u8) {
         // Check mode is there to find all errors.
         if self.state != State::Check {
             self.lock.close(self.now);
             if self.lock.is_closed() && self.settings.is_on(32) {
-                // What follows is another job, which says by itself that it burns.
+                // The next job switches the laser on by itself.
                 self.stop_spindle();
             }
         }
@@ -260,14 +259,14 @@ impl<M: GrblMachine> Grbl<M> {
             [] => self.ok(),
             [b'$', order @ ..] => self.order(order),
             _ if matches!(self.state, State::Alarm { .. } | State::Jog) => self.error(9),
-            // What switches off is obeyed, whatever was wrong.
+            // Orders that switch off are always carried out.
             b"M5" | b"M05" | b"M9" | b"M09" => self.gcode(text),
             _ if self.lock.is_closed() => self.refuse(9),
             _ => self.gcode(text),
         }
     }
 
-    /// Obeys a byte that is no part of a line; whether it is none.
+    /// Carries out a real-time byte. Returns false if the byte belongs to a line.
     fn real_time(&mut self, byte: u8) -> bool {
         match byte {
             b'?' => self.report(),
@@ -280,7 +279,7 @@ impl<M: GrblMachine> Grbl<M> {
             0xA0 | 0xA1 => self.toggle_coolant(byte == 0xA1),
             _ => match self.overrides.after(byte) {
                 Some(overrides) => self.override_by(overrides),
-                // Others from there on are of no line.
+                // Other bytes from 0x80 on belong to no line.
                 None => return byte >= 0x80,
             },
         }
@@ -323,7 +322,7 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// The door opens, or is said to.
+    /// Handles an open door, or the real-time byte for it.
     fn door(&mut self) {
         match self.state {
             State::Idle | State::Run | State::Hold => {
@@ -347,14 +346,14 @@ impl<M: GrblMachine> Grbl<M> {
         if self.state == State::Jog && self.after.is_none() {
             self.cancelled = self.rx.len();
             if self.work.take().is_some() {
-                // A jog that waits for its place in the planner.
+                // Answers a jog that waits for its place in the planner.
                 self.ok();
             }
             self.brake(After::Jog);
         }
     }
 
-    /// Spindle stop, in a hold alone.
+    /// Stops the spindle during a hold, or restarts it.
     fn rest_spindle(&mut self) {
         if self.state == State::Hold && self.spindle.mode != SpindleMode::Off {
             self.spindle_rests = !self.spindle_rests;
@@ -372,17 +371,17 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// Coolant as it is to be from now on.
+    /// Switches the coolant.
     pub(crate) fn cool(&mut self, coolant: Coolant) {
         let Coolant { flood, mist } = coolant;
-        // The reader tells what changes by what it was told.
+        // The reader reports changes relative to the state that it knows.
         self.reader.set_coolant(coolant);
         self.outputs = Outputs { flood, mist, ..self.outputs };
         self.seldom.overrides = 0;
         self.machine.switch(self.now, self.outputs);
     }
 
-    /// What was said and not obeyed is dropped.
+    /// Drops lines that were received and not executed.
     pub(crate) fn forget_lines(&mut self) {
         self.rx.clear();
         self.line = Line::default();
@@ -399,7 +398,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.brake(After::Reset);
     }
 
-    /// Brakes along the path; then comes `after`.
+    /// Brakes along the path, then carries out `after`.
     pub(crate) fn brake(&mut self, after: After) {
         if self.after.is_none_or(|known| known.rank() < after.rank()) {
             self.after = Some(after);
@@ -408,7 +407,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.settle();
     }
 
-    /// Comes to what follows, once nothing moves.
+    /// Carries out `after` once no axis moves.
     fn settle(&mut self) {
         if !self.motion.is_over() {
             return;
@@ -433,18 +432,18 @@ impl<M: GrblMachine> Grbl<M> {
         self.switch();
     }
 
-    /// What is planned from starts where the machine is.
+    /// Sets the reader's position to the machine's, from which the next move starts.
     pub(crate) fn find_place(&mut self) {
         self.reader.set_position(self.place());
     }
 
-    /// The spindle is off, and whoever wants it says so again.
+    /// Switches the spindle off until it is ordered again.
     fn stop_spindle(&mut self) {
         self.spindle = Spindle::default();
         self.reader.set_spindle(Spindle { mode: SpindleMode::Off, ..self.reader.modal().spindle });
     }
 
-    /// Nothing of what was asked for is left.
+    /// Drops all orders, and switches the outputs off.
     fn drop_all(&mut self) {
         (self.work, self.homing, self.probing) = (None, None, None);
         self.stop_spindle();
@@ -463,18 +462,18 @@ impl<M: GrblMachine> Grbl<M> {
         if critical {
             self.say("[MSG:Reset to continue]\r\n");
         }
-        // A homing that fails ends as by a reset.
+        // A failed homing ends like a reset.
         if matches!(number, 6..=9) {
             self.restart_as(true);
         }
     }
 
-    /// As at power-up, but for the place, the settings and what is kept.
+    /// Restarts as at power-up, except for the position, the settings and the kept values.
     fn restart(&mut self) {
         self.restart_as(matches!(self.state, State::Alarm { .. } | State::Sleep));
     }
 
-    /// Likewise, locked or not.
+    /// Like [`restart`](Grbl::restart), locked or not.
     pub(crate) fn restart_as(&mut self, locked: bool) {
         self.reader = self.fresh_reader();
         self.find_place();
@@ -497,7 +496,7 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// Looks at the switches.
+    /// Checks the switches.
     fn look(&mut self) {
         let inputs = self.machine.inputs();
         let closed = std::mem::replace(&mut self.closed, inputs.limit);
@@ -517,7 +516,7 @@ impl<M: GrblMachine> Grbl<M> {
         }
         let ends = matches!(self.after, Some(After::Reset | After::Alarm(_)));
         let moves = !self.motion.is_over() && !ends;
-        // One that stays closed lets it be left.
+        // A switch that stays closed permits the motion away from it.
         let closes = (0..3).any(|axis| inputs.limit[axis] && !closed[axis]);
         if moves && self.settings.is_on(21) && closes {
             self.brake(After::Alarm(1));
@@ -531,7 +530,7 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// Switches spindle and laser as they are to be now.
+    /// Sets the outputs for the spindle or the laser.
     pub(crate) fn switch(&mut self) {
         let rests = self.spindle_rests || matches!(self.state, State::Door | State::Sleep);
         let (mode, s) = match self.settings.is_on(32) {
@@ -551,14 +550,14 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// The laser's rule and S where it is: off on rapids, and where nothing moves.
+    /// The laser's present rule and S: off in rapids and at rest.
     fn laser(&self) -> (SpindleMode, f64) {
         let Some(laser) = self.motion.laser() else { return (SpindleMode::Off, 0.0) };
         let speed = self.motion.speed(self.now);
         (laser.mode(), if speed > 0.0 { laser.s(speed) } else { 0.0 })
     }
 
-    /// A reader with the offsets that are kept, and the last tool.
+    /// A new reader with the kept offsets.
     fn fresh_reader(&self) -> Reader {
         let mut reader = Reader::default();
         for parameter in crate::kept::PARAMETERS {

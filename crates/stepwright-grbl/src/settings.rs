@@ -1,8 +1,8 @@
-//! The settings `$0` to `$152`: ranges, defaults, and how they are written.
+//! The settings `$0` to `$152`: ranges, defaults and formats.
 
 use std::fmt::Write;
 
-/// What values a setting takes.
+/// The values that a setting can have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     /// 0 or 1.
@@ -11,7 +11,7 @@ enum Kind {
     Whole(u16),
     /// Numbers from 0 to 10⁶, written with three digits after the point.
     Number,
-    /// Numbers above 0, likewise.
+    /// Numbers above 0, up to 10⁶, in the same format.
     Positive,
 }
 
@@ -19,7 +19,7 @@ enum Kind {
 struct Row {
     number: u8,
     kind: Kind,
-    /// The value before any was set.
+    /// The default value.
     default: f64,
 }
 
@@ -27,7 +27,7 @@ const fn row(number: u8, kind: Kind, default: f64) -> Row {
     Row { number, kind, default }
 }
 
-/// All of them in the order in which `$$` prints them.
+/// All settings in the order in which `$$` prints them.
 ///
 /// `$140` to `$142` are not grbl's: how much the speed of an axis may jump at a corner, which is the
 /// start speed of its motor. Nor are `$150` to `$152`: the limit of its jerk in mm/s³; 0 is none.
@@ -77,13 +77,13 @@ const TABLE: [Row; 40] = [
 /// The largest value of a number with a point.
 const MOST: f64 = 1e6;
 
-/// The least value of a number that is to be above 0.
+/// The least value of a [`Positive`](Kind::Positive) number.
 const LEAST: f64 = 0.001;
 
-/// Why a setting is not changed, with grbl's error number.
+/// Why a setting was not changed, with grbl's error number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SettingFault {
-    /// 2: the value is no number, or beyond what the setting takes.
+    /// 2: the value is not a number, or outside the setting's range.
     Number,
     /// 3: there is no such setting.
     Unknown,
@@ -132,7 +132,7 @@ impl GrblSettings {
         TABLE.iter().position(|row| row.number == number)
     }
 
-    /// The value of a setting; 0 if there is no such.
+    /// The value of a setting; 0 for an unknown setting.
     pub fn get(&self, number: u8) -> f64 {
         GrblSettings::place(number).map_or(0.0, |place| self.0[place])
     }
@@ -142,7 +142,7 @@ impl GrblSettings {
         self.get(number) != 0.0
     }
 
-    /// The value of a setting of X, Y and Z, `number` being that of X.
+    /// The values of a setting for X, Y and Z; `number` is that of X.
     pub fn axes(&self, number: u8) -> [f64; 3] {
         [0, 1, 2].map(|axis| self.get(number.saturating_add(axis)))
     }
@@ -155,7 +155,7 @@ impl GrblSettings {
     /// Changes a setting.
     ///
     /// # Errors
-    /// [`SettingFault`]; then nothing is changed.
+    /// [`SettingFault`]; nothing is changed then.
     pub fn set(&mut self, number: u8, value: f64) -> Result<(), SettingFault> {
         let place = GrblSettings::place(number).ok_or(SettingFault::Unknown)?;
         if value < 0.0 {
@@ -172,11 +172,11 @@ impl GrblSettings {
             _ if !good => return Err(SettingFault::Number),
             0 if value < 3.0 => return Err(SettingFault::ShortPulse),
             20 if value != 0.0 && !self.is_on(22) => return Err(SettingFault::NeedsHoming),
-            // Soft limits mean nothing without homing.
+            // Without homing, soft limits are switched off.
             22 if value == 0.0 => self.put(20, 0.0),
             _ => {}
         }
-        // No zero has a sign.
+        // Makes −0 to 0.
         self.0[place] = value + 0.0;
         Ok(())
     }
@@ -187,7 +187,7 @@ impl GrblSettings {
         }
     }
 
-    /// A setting as `$$` prints it; `None` if there is no such.
+    /// A setting as in `$$`; `None` for an unknown setting.
     pub fn line(&self, number: u8) -> Option<String> {
         let place = GrblSettings::place(number)?;
         let mut line = format!("${number}=");

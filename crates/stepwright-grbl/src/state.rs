@@ -1,17 +1,17 @@
-//! What the machine is doing, and what comes next.
+//! The state of the machine, and the action after a brake.
 
-/// What the machine is doing, by grbl's names.
+/// The state of the machine, by grbl's names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
     Idle,
     Run,
     Jog,
-    /// Braking, or standing, until it is resumed.
+    /// Braking or at rest, until it is resumed.
     Hold,
-    /// Likewise, for the door.
+    /// Like `Hold`, for the door.
     Door,
     Home,
-    /// Nothing moves before it is unlocked, or, if `critical`, reset.
+    /// No motion until it is unlocked, or, if `critical`, reset.
     Alarm {
         critical: bool,
     },
@@ -19,21 +19,21 @@ pub(crate) enum State {
     Sleep,
 }
 
-/// What comes once a brake has ended.
+/// The action after a brake has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum After {
     Reset,
     Alarm(u8),
-    /// The rest of a jog is dropped.
+    /// Drops the rest of a jog.
     Jog,
-    /// Likewise, and the door is open.
+    /// Drops the rest of a jog; the door is open.
     Door,
-    /// The door's or a sleep's spindle stops.
+    /// Stops the spindle for the door or for a sleep.
     Sleep,
 }
 
 impl After {
-    /// A reset is more than an alarm, and an alarm more than what else ends a move.
+    /// The priority: a reset precedes an alarm, and an alarm precedes all else.
     pub(crate) fn rank(self) -> u8 {
         match self {
             After::Reset => 3,

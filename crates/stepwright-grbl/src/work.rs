@@ -1,4 +1,4 @@
-//! A line on its way: its effects, one after another, each when it may.
+//! A line in execution: carries out its effects one after another, each as soon as possible.
 
 use std::collections::VecDeque;
 
@@ -11,47 +11,47 @@ use crate::session::Grbl;
 use crate::state::{After, State};
 use stepwright_path::{ArcSweep, decimal, mm};
 
-/// Effects that have yet to happen; then comes the answer.
+/// The remaining effects of a line, and the answer after them.
 #[derive(Clone, Debug)]
 pub(crate) struct Work {
     effects: VecDeque<Effect>,
     line: Option<u32>,
     jog: bool,
-    /// When the dwell is over that is under way.
+    /// The end of the present dwell.
     rests: Option<f64>,
     answer: Answer,
 }
 
-/// What is said once a line is done.
+/// The answer at the end of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Answer {
     Ok,
-    /// A start-up line was: this one, 0 or 1; `ok` follows if it was for homing.
+    /// For a start-up line, 0 or 1; `ok` follows if it came after homing.
     Startup {
         which: usize,
         home: bool,
     },
-    /// Homing was; start-up lines follow.
+    /// For homing; start-up lines follow.
     Home,
 }
 
-/// A probe's move that is under way.
+/// A probing move in progress.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probing {
     pub probe: Probe,
 }
 
-/// What came of an effect.
+/// The result of an effect.
 enum Progress {
     Done,
-    /// It waits, and is asked again.
+    /// It must wait, and is tried again.
     Waits,
-    /// It has led to an alarm: its line is not answered.
+    /// It has caused an alarm: its line gets no answer.
     Given,
 }
 
 impl<M: GrblMachine> Grbl<M> {
-    /// A line of G-code, without blanks and comments.
+    /// Executes a line of G-code, without blanks and comments.
     pub(crate) fn gcode(&mut self, text: &[u8]) {
         match self.read(text) {
             Ok(block) => self.begin(block, false, Answer::Ok),
@@ -59,11 +59,11 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// What a line does; what can't be done here is an error, and no mode is changed then.
+    /// Parses a line. A line that can't be executed here is an error, and changes no mode.
     pub(crate) fn read(&mut self, text: &[u8]) -> Result<Block, u8> {
         let was = self.reader;
         let block = text.iter().chain(b"\n").find_map(|byte| self.reader.push(*byte));
-        // An end of line gives one, always.
+        // The end of a line always gives a block.
         let block = block.unwrap_or(Ok(Block::default())).map_err(|error| error.fault.number())?;
         let probes = |effect| matches!(effect, Effect::Move(part) if is_probe(&part));
         if self.motion.fed && block.effects().any(probes) {
@@ -79,7 +79,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.work = Some(Work { effects, line: block.number, jog, rests: None, answer });
     }
 
-    /// A jog's line behind `$J=`, which names its feed rate and nothing but words of a jog.
+    /// Executes the rest of a line after `$J=`. It must have a feed rate, and only words of a jog.
     pub(crate) fn jog(&mut self, text: &[u8]) {
         if !matches!(self.state, State::Idle | State::Jog) {
             return self.error(8);
@@ -103,7 +103,7 @@ impl<M: GrblMachine> Grbl<M> {
         self.begin(block, true, Answer::Ok);
     }
 
-    /// Start-up lines, as after a reset.
+    /// Begins the start-up lines, as after a reset.
     pub(crate) fn begin_startup(&mut self) {
         self.go_on_with_startup(0, false);
     }
@@ -124,14 +124,14 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// Homing has begun: its answer comes at its end.
+    /// Sets up the answer to a homing that has begun, for its end.
     pub(crate) fn begin_homing_work(&mut self) {
         let effects = VecDeque::new();
         self.work =
             Some(Work { effects, line: None, jog: false, rests: None, answer: Answer::Home });
     }
 
-    /// Does what can be done of the line; whether it is done.
+    /// Carries out as many effects of the line as possible. Returns whether the line is done.
     pub(crate) fn go_on_with_work(&mut self) -> bool {
         if self.homing.is_some() {
             return false;
@@ -149,7 +149,7 @@ impl<M: GrblMachine> Grbl<M> {
                 work.effects.pop_front();
             }
             if self.state == State::Hold {
-                // M0; what is left of the line comes after it.
+                // M0: the rest of the line comes after it.
                 return false;
             }
         }
@@ -177,7 +177,7 @@ impl<M: GrblMachine> Grbl<M> {
             }
             Effect::Parameter(parameter, _) => {
                 self.seldom.offsets = 0;
-                // Kept ones are written at rest.
+                // Parameters that are kept are written at rest.
                 if matches!(parameter, Parameter::G92 | Parameter::ToolLength) {
                     return Progress::Done;
                 }
@@ -218,8 +218,8 @@ impl<M: GrblMachine> Grbl<M> {
         Progress::Done
     }
 
-    /// Whether a move stays within the travel of the axes, or nobody asks. The sides of an arc may be beyond
-    /// by half a step, which no motor makes.
+    /// Whether a move stays within the travel of the axes, or soft limits are off. The sides of an
+    /// arc may exceed the travel by half a step, which no motor makes.
     fn is_within(&self, part: &Move) -> bool {
         if !self.settings.is_on(20) {
             return true;
@@ -259,7 +259,7 @@ impl<M: GrblMachine> Grbl<M> {
                 }
                 Progress::Done
             }
-            // Beyond 2³¹ steps, or a speed that no machine has.
+            // More than 2³¹ steps, or a speed that no machine has.
             Err(_) => {
                 self.brake(After::Alarm(2));
                 Progress::Given
@@ -267,13 +267,13 @@ impl<M: GrblMachine> Grbl<M> {
         }
     }
 
-    /// Moves until the probe has contact, or has none.
+    /// Moves until the probe gains or loses contact.
     fn probe(&mut self, part: &Move, probe: Probe, line: Option<u32>) -> Progress {
         if !self.motion.is_over() {
             return Progress::Waits;
         }
         if self.probing.take().is_some() {
-            // It has come to rest.
+            // The probing move has ended.
             self.find_place();
             if !self.probe_met {
                 self.probe_at = self.place();
@@ -311,7 +311,7 @@ const fn is_probe(part: &Move) -> bool {
     matches!(part.kind, MoveKind::Probe(..))
 }
 
-/// Whether a line has words of a jog alone: F, N, axes, G20, G21, G53, G90, G91.
+/// Whether a line has only words of a jog: F, N, axes, G20, G21, G53, G90, G91.
 fn is_jog(text: &[u8]) -> bool {
     let mut bytes = text.iter().peekable();
     while let Some(letter) = bytes.next() {
@@ -322,7 +322,7 @@ fn is_jog(text: &[u8]) -> bool {
         let good = match letter {
             b'F' | b'N' | b'X' | b'Y' | b'Z' => true,
             b'G' => [&b"20"[..], b"21", b"53", b"90", b"91"].contains(&&number[..]),
-            // What begins with no letter is no word: the reader says so.
+            // Text that does not begin with a letter is not a word; the reader refuses it.
             _ => !letter.is_ascii_alphabetic(),
         };
         if !good {

@@ -1,4 +1,4 @@
-//! Why a file is not played, or not to its end.
+//! The error of a file that is not played, or not to its end.
 
 use std::error::Error;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use stepwright_cyclefile::FileError;
 use stepwright_host::LinkError;
 
-/// Where in a file a mistake stands.
+/// The position of a mistake in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlayPlace {
     /// What is wrong there, without the file and its line.
@@ -17,31 +17,31 @@ pub struct PlayPlace {
     pub motor: Option<String>,
 }
 
-/// Why a file is not played, or not to its end.
+/// The error of a file that is not played, or not to its end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlayError {
-    /// What is wrong, with its place.
+    /// What is wrong, with its position.
     pub message: String,
     /// What can be done about it.
     pub hint: Option<String>,
-    /// Where in a file it is, if it is in one. Boxed: an error is seldom.
+    /// The position in the file, if there is one. Boxed, because errors are rare.
     pub place: Option<Box<PlayPlace>>,
-    /// Whether somebody has broken it off.
+    /// Whether the user has interrupted it.
     pub interrupted: bool,
 }
 
 impl PlayError {
-    /// It failed, or was refused.
+    /// A failure or a refusal.
     pub fn new(message: impl Into<String>) -> PlayError {
         PlayError { message: message.into(), hint: None, place: None, interrupted: false }
     }
 
-    /// Somebody has broken it off.
+    /// An interruption by the user.
     pub fn interrupted(message: impl Into<String>) -> PlayError {
         PlayError { interrupted: true, ..PlayError::new(message) }
     }
 
-    /// The end of a conversation with this board.
+    /// The error for a failed conversation with this board.
     pub fn lost(name: &str, trouble: &LinkError) -> PlayError {
         match trouble {
             LinkError::Killed | LinkError::Ended => {
@@ -56,12 +56,12 @@ impl PlayError {
         }
     }
 
-    /// The same with what can be done about it.
+    /// Adds what can be done about it.
     pub fn hint(self, hint: impl Into<String>) -> PlayError {
         PlayError { hint: Some(hint.into()), ..self }
     }
 
-    /// The same with the motor that it is about.
+    /// Adds the motor that it is about.
     pub fn motor(mut self, name: &str) -> PlayError {
         if let Some(place) = &mut self.place {
             place.motor = Some(name.to_owned());

@@ -1,4 +1,4 @@
-//! A G-code job on the virtual board: an Uno's timer, and steps as long as its.
+//! Plays a G-code job on the virtual board, which has the timer and the step costs of an Uno.
 //!
 //! ```
 //! use stepwright_path::AxisPace;
@@ -30,18 +30,18 @@ use stepwright_sim::{CycleBoard, Description, Recorder, Stand};
 
 use crate::PlayError;
 
-/// Events from one look at the clock to the next.
+/// The most events of one [`pass`](BegunJob::pass).
 const EVENTS: u32 = 10_000;
 
 /// The board of a job.
 pub type GcodeBoard<'a, R> = CycleBoard<'a, R, 3>;
 
-/// The laser's power changes.
+/// A change of the laser's power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lit {
-    /// From this tick of the board on.
+    /// The tick of the board from which it counts.
     pub time: u64,
-    /// From 0, off, to 1.
+    /// The power from 0, off, to 1.
     pub power: f64,
 }
 
@@ -53,20 +53,20 @@ pub struct BegunJob<'a, 'b, R: Recorder> {
     pub board: &'a mut GcodeBoard<'b, R>,
     /// Ticks of the board in a second.
     pub rate: Rate,
-    /// Ticks from the start to that of the path.
+    /// Ticks from the board's begin to that of the path.
     pub lead: Ticks,
-    /// When the board began, in ticks.
+    /// The tick at which the board began.
     pub from: u64,
-    /// When the path does, a lead later.
+    /// The tick at which the path begins, `lead` later.
     pub path: u64,
 }
 
-/// Has a job that has been planned, and is not refused, begin; `go` lets the board's time pass.
-/// `recorder` sees the edges of the pins. It runs on the terms of its plan.
+/// Begins a job that has been planned and admitted, on the terms of its plan. `go` lets the board's
+/// time pass. `recorder` makes the recorder of the pins' edges.
 ///
 /// # Errors
-/// [`PlayError`] if the axes can't be planned for, or the board refuses them; what `recorder` and
-/// `go` say.
+/// [`PlayError`] if the axes can't be planned, or the board refuses them; the errors of `recorder`
+/// and `go`.
 pub fn begin<T, R: Recorder, E: From<PlayError>>(
     job: Vec<u8>,
     axes: [AxisPace; 3],
@@ -82,7 +82,7 @@ pub fn begin<T, R: Recorder, E: From<PlayError>>(
     let lit = plan.laser.map(|_| Vec::new());
     let delays = plan.delays();
     let shortest = delays.map(|delay| rate.micros(delay.unwrap_or(0)));
-    // No first step comes sooner than one may after another.
+    // The first step comes no sooner than the shortest interval between steps permits.
     let lead = shortest.into_iter().fold(board.lead, Ticks::max);
     let (stream, mut steps) = Stream::new(job, rate, lead, shortest);
     let recorder = recorder(rate)?;
@@ -93,7 +93,7 @@ pub fn begin<T, R: Recorder, E: From<PlayError>>(
         let prepared = board.cycle().prepare(axis, Program::Paced(steps), Calibration::None);
         prepared.map_err(|why| refused(&why))?;
     }
-    // A job of dwells alone has nothing to start.
+    // A job with only dwells has nothing to start.
     if delays.iter().any(Option::is_some) {
         board.cycle().start().map_err(|why| refused(&why))?;
     }
@@ -103,29 +103,29 @@ pub fn begin<T, R: Recorder, E: From<PlayError>>(
 }
 
 impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
-    /// Whether it goes on.
+    /// Whether the job is running.
     pub fn is_running(&mut self) -> bool {
         self.board.cycle().is_running()
     }
 
-    /// Brakes along the path; what is left of the job is not made.
+    /// Brakes along the path, and drops the rest of the job.
     pub fn brake(&self) {
         self.stream.look(GcodeJob::cancel);
     }
 
-    /// Brakes along the path, and stands until it is resumed.
+    /// Brakes along the path, and waits for [`resume`](BegunJob::resume).
     pub fn hold(&self) {
         self.stream.change(|job, made| job.hold_at(made));
     }
 
-    /// Goes on.
+    /// Resumes after a hold.
     pub fn resume(&self) {
         self.stream.change(|job, made| job.resume_at(made));
     }
 
-    /// Lets the board's time pass to `limit` ticks, or as far as some events lead, each of which is
-    /// `seen`, with the changes of the laser's power since the one before. False: nothing more happens
-    /// before `limit`.
+    /// Lets the board's time pass to `limit` ticks, or for a limited number of events. Calls `seen`
+    /// after each event, with the changes of the laser's power since the event before. Returns
+    /// false if nothing more happens before `limit`.
     pub fn pass(
         &mut self,
         limit: u64,
@@ -142,14 +142,15 @@ impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
         true
     }
 
-    /// What its power did up to now.
+    /// Collects the changes of the laser's power up to now.
     fn look_at_laser(&mut self) {
         let (hz, from, passed) = (f64::from(self.rate.hz()), self.path, self.passed());
         let (now, over) = (self.board.now(), !self.is_running());
         let Some(lit) = &mut self.lit else { return };
         lit.clear();
         self.stream.look(|job| {
-            // The path may end a part of a tick behind the board: it is off from there on.
+            // The path may end a fraction of a tick after the board. The laser is off from there
+            // on.
             let end = if over { job.time() + 1.0 / hz } else { 0.0 };
             let until = end.max(passed as f64 / hz);
             while let Some(change) = job.power(until) {
@@ -159,21 +160,21 @@ impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
         });
     }
 
-    /// Where the axes are, in steps.
+    /// The axes' positions in steps.
     pub fn positions(&mut self) -> [i64; 3] {
         let cycle = self.board.cycle();
         [0, 1, 2].map(|axis| cycle.position(axis).unwrap_or(0))
     }
 
-    /// How far it is along its path, in ticks.
+    /// The time since the begin of the path, in ticks.
     pub fn passed(&self) -> u64 {
         self.board.now().saturating_sub(self.path)
     }
 
-    /// Why the board has ended it, if it has.
+    /// Checks whether the board has ended the job.
     ///
     /// # Errors
-    /// [`PlayError`]: that.
+    /// [`PlayError`]: the reason.
     pub fn checked(&mut self) -> Result<(), PlayError> {
         match self.board.cycle().error() {
             Some(error) => Err(PlayError::new(format!("the board has ended the job: {error}"))),

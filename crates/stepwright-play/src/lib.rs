@@ -9,10 +9,10 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `gcode` | a job on the virtual board |
-//! | `cycle` | motor cycles, there and on a real board |
+//! | `gcode` | G-code jobs on the virtual board |
+//! | `cycle` | motor cycles, on the virtual board and on a real one |
 //! | `error` | why a file can't be played, with its place |
-//! | `voice` | what is said meanwhile, and who may break it off |
+//! | `voice` | output during the playing, and interruption |
 
 #![warn(missing_docs)]
 #![forbid(unsafe_code)]
@@ -27,7 +27,7 @@ pub use voice::{PlayFormat, PlayVoice};
 
 use stepwright::Rate;
 
-/// Ticks in µs, to a ns.
+/// Ticks as µs, rounded to a ns.
 pub fn micros(ticks: u64, rate: Rate) -> String {
     let hz = u128::from(rate.hz());
     let nanos = (u128::from(ticks) * 1_000_000_000 + hz / 2) / hz;

@@ -1,28 +1,28 @@
-//! What is said while a file is played.
+//! The output while a file is played.
 
 use std::fmt::Display;
 
-/// In which form what is played is said.
+/// The format of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlayFormat {
     /// Positions each second, as stepper_h prints them.
     List,
-    /// Every event: `time_us,motor,event,value,position`; of a board positions at each look.
+    /// Every event: `time_us,motor,event,value,position`; for a real board, positions at each poll.
     Csv,
-    /// What became of each motor and cycle, once it is asked for.
+    /// The result of each motor and cycle, on request.
     Json,
-    /// Nothing is said.
+    /// No output.
     Silent,
 }
 
-/// Who is told what a player does, and may break it off.
+/// Receives the output of a player, and may interrupt it.
 pub trait PlayVoice {
-    /// A line of what was asked for.
+    /// Prints a line of the result.
     fn result(&self, line: &dyn Display);
 
-    /// A line for people.
+    /// Prints a note for the user.
     fn note(&self, line: &dyn Display);
 
-    /// Whether somebody wants it to end. It is asked some hundred times a second.
+    /// Whether the player shall end. Called some hundred times a second.
     fn asked(&self) -> bool;
 }

@@ -2,11 +2,11 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `text` | the file, whose mistakes end a player |
-//! | `player` | on the virtual board |
-//! | `onlooker` | who looks on there, and may hold it up |
-//! | `remote`, `port` | on a real one; words for its troubles |
-//! | `told` | what is said of a cycle on either |
+//! | `text` | the file; a mistake in it ends the player |
+//! | `player` | plays on the virtual board |
+//! | `onlooker` | watches a player there, and may hold it up |
+//! | `remote`, `port` | plays on a real board; the messages for its errors |
+//! | `told` | the output about a cycle on either |
 //!
 //! ```
 //! use std::fmt::Display;

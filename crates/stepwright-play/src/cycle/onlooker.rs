@@ -1,4 +1,4 @@
-//! Who looks on while cycles are played on the virtual board, and may hold them up.
+//! An observer that watches cycles on the virtual board, and may hold them up.
 
 use std::ops::Range;
 
@@ -8,38 +8,39 @@ use stepwright_path::LivePath;
 use crate::PlayError;
 use stepwright_cyclefile::MOST;
 
-/// A part of what is played, and when it begins.
+/// A part of a file, and the time at which it begins.
 pub struct PlayPart<'a> {
     /// `line`, `arc`, `path`, `home`, `moves` or `rest`.
     pub kind: &'static str,
-    /// Where it stands in the file.
+    /// Its position in the file.
     pub at: Range<usize>,
     /// Ticks since the board was switched on.
     pub begin: u64,
-    /// The path, of a line or an arc, and ticks from the begin to the path's own.
+    /// For a line or an arc, the path, and the ticks from the begin of the part to that of the
+    /// path.
     pub path: Option<(&'a LivePath, Ticks)>,
 }
 
-/// What an onlooker says to the player.
+/// The answer of an onlooker to the player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlayAhead {
-    /// It may be played up to this tick.
+    /// Play up to this tick.
     On(u64),
-    /// The motors are to brake, and the rest is not played. Said once.
+    /// Brake the motors, and drop the rest. Returned once.
     Stop,
 }
 
-/// An onlooker.
+/// An observer of a player.
 pub trait Onlooker {
-    /// A part begins.
+    /// Called when a part begins.
     fn part(&mut self, part: PlayPart);
 
-    /// The motors are here now, at this tick. Called when one has moved.
+    /// Called when a motor has moved, with the tick and the motors' positions.
     fn at(&mut self, ticks: u64, positions: &[i64; MOST]);
 
-    /// How far it may be played; it is this tick.
+    /// How far to play; `ticks` is the present.
     ///
     /// # Errors
-    /// It is not to be played any further.
+    /// An error ends the playing.
     fn may(&mut self, ticks: u64) -> Result<PlayAhead, PlayError>;
 }

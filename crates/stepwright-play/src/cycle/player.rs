@@ -1,4 +1,4 @@
-//! Cycles on the virtual board, and the lines that are printed of them.
+//! Plays cycles on the virtual board, and prints their events.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use crate::{PlayError, PlayFormat, PlayVoice};
 use stepwright_cyclefile::{Act, CyclePlan, JoinedPath, MOST, Move, Stage, Task, TimedAct, along};
 use stepwright_plan::sheet::quoted;
 
-/// Takes down the edges of the motors' pins, and keeps them for who asks.
+/// Records the edges of the motors' pins.
 pub trait PlayTape: Recorder {
     /// The edges since the last call, if they were kept.
     fn fetch(&mut self) -> Vec<Edge> {
@@ -25,7 +25,7 @@ pub trait PlayTape: Recorder {
 
 impl PlayTape for () {}
 
-/// The motors of a file on a virtual board of their own, cycle after cycle.
+/// Plays the cycles of a file on a virtual board.
 pub struct CyclePlayer<'p, T: PlayTape> {
     plan: &'p CyclePlan,
     text: &'p PlayText,
@@ -34,25 +34,25 @@ pub struct CyclePlayer<'p, T: PlayTape> {
     format: PlayFormat,
     way: Option<((u8, u8), WayPlot)>,
     limit: u64,
-    /// When positions were last printed, and which.
+    /// The time at which positions were last printed, and those positions.
     looked: u64,
     shown: Option<Vec<i64>>,
-    /// Faults that have been told.
+    /// The faults that were reported.
     faults: [Faults; MOST],
     onlooker: Option<&'p mut dyn Onlooker>,
-    /// Where the onlooker has seen the motors last.
+    /// The positions that the onlooker was told last.
     seen: [i64; MOST],
-    /// The path that is made, and when its own time began.
+    /// The present path, and the time of its begin.
     path: Option<(LivePath, u64)>,
-    /// The path of several pieces that is made.
+    /// The present path of several pieces.
     joined: Option<JoinedPath>,
-    /// Whether the motors were told to brake, and nothing more is played.
+    /// Whether the motors were braked, and the rest is dropped.
     braked: bool,
 }
 
 impl<'p, T: PlayTape> CyclePlayer<'p, T> {
-    /// The motors of a file at rest. The way of two of them is drawn if there is a `pair`; a cycle is
-    /// finished that has not ended by itself after `limit` seconds of the board's time.
+    /// A player with the file's motors at rest. With a `pair`, draws the path of these two motors.
+    /// A cycle that has not ended after `limit` seconds of the board's time is finished.
     pub fn new(
         plan: &'p CyclePlan,
         text: &'p PlayText,
@@ -65,7 +65,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         let mut board = CycleBoard::new(plan.motors, plan.stands, plan.clock, plan.rate, tape);
         board.cycle().set_strategies(plan.strategies);
         for (motor, position) in (0..).zip(plan.positions) {
-            // No cycle is running yet.
+            // Not refused: no cycle is running yet.
             _ = board.cycle().set_position(motor, position);
         }
         let way = pair.map(|(x, y)| {
@@ -98,17 +98,17 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         }
     }
 
-    /// The same with an onlooker.
+    /// Adds an onlooker.
     pub fn before(self, onlooker: &'p mut dyn Onlooker) -> CyclePlayer<'p, T> {
         CyclePlayer { onlooker: Some(onlooker), ..self }
     }
 
-    /// Whether the motors were told to brake before all was played.
+    /// Whether the motors were braked before the end.
     pub fn braked(&self) -> bool {
         self.braked
     }
 
-    /// Says to the onlooker that a part begins.
+    /// Tells the onlooker that a part begins.
     fn part(&mut self, kind: &'static str, at: &Range<usize>, path: Option<(LivePath, Ticks)>) {
         let begin = self.board.now();
         if let Some(onlooker) = &mut self.onlooker {
@@ -119,7 +119,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         self.joined = None;
     }
 
-    /// Brakes as well as can be: a path along itself, whatever else at once.
+    /// Brakes: along the path if there is one, otherwise stops at once.
     fn stop(&mut self) {
         self.braked = true;
         match (&self.path, &self.joined) {
@@ -132,12 +132,12 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         }
     }
 
-    /// Since the board was switched on.
+    /// Seconds since the board was switched on.
     pub fn seconds(&self) -> f64 {
         self.told.seconds(self.board.now())
     }
 
-    /// Steps of all cycles that came late.
+    /// The number of late steps of all cycles.
     pub fn late(&self) -> u32 {
         self.told.late
     }
@@ -147,17 +147,17 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         self.board.now()
     }
 
-    /// The recordings.
+    /// Gives access to the recordings.
     pub fn tape<R>(&mut self, look: impl FnOnce(&mut T) -> R) -> R {
         self.board.with_recorder(look)
     }
 
-    /// The way of two motors.
+    /// The path of two motors.
     pub fn way(&self) -> Option<&WayPlot> {
         self.way.as_ref().map(|(_, way)| way)
     }
 
-    /// Where the motors are, in the file's unit.
+    /// The motors' positions, in the file's unit.
     pub fn positions(&mut self) -> Vec<i64> {
         let motors = 0..self.plan.names.len() as u8;
         let cycle = self.board.cycle();
@@ -167,7 +167,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
     /// Plays all cycles.
     ///
     /// # Errors
-    /// A cycle that is refused, cancelled or endless, and who breaks it off.
+    /// A cycle that is refused, cancelled or endless; an interruption by the voice or the onlooker.
     pub fn play(&mut self, stages: &'p mut [Stage]) -> Result<(), PlayError> {
         if self.format == PlayFormat::Csv {
             self.told.voice.result(&"time_us,motor,event,value,position");
@@ -229,7 +229,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
             if !self.board.cycle().is_running() {
                 break;
             }
-            // An act on a cycle that runs is never refused.
+            // An act is never refused while a cycle runs.
             let name = match act {
                 Act::Pause => {
                     _ = self.board.cycle().pause();
@@ -243,7 +243,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
                     self.board.cycle().finish();
                     "finish"
                 }
-                // Of a path, which has it in its law.
+                // Acts of a path, whose law contains them.
                 Act::Feed(_) | Act::To(_) => continue,
             };
             self.row(name);
@@ -266,7 +266,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         }
     }
 
-    /// A line of no length: the motors stand at its end already.
+    /// Handles a line without length: the motors are at its end already.
     fn nothing(&mut self, number: usize, at: &Range<usize>, rest: u64) -> Result<(), PlayError> {
         self.row("start");
         self.row("end");
@@ -274,7 +274,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         self.rest(at, rest)
     }
 
-    /// Stands still for this many µs.
+    /// Rests for this many µs.
     fn rest(&mut self, at: &Range<usize>, rest: u64) -> Result<(), PlayError> {
         if rest > 0 && !self.braked {
             self.part("rest", at, None);
@@ -318,7 +318,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         Ok(())
     }
 
-    /// Finishes a cycle that has not ended within the limit; whether there was one.
+    /// Finishes a cycle that has not ended within the limit. Returns whether there was one.
     fn is_cut_off(&mut self) -> bool {
         let over = self.board.cycle().is_running();
         if over {
@@ -328,7 +328,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         over
     }
 
-    /// What became of a cycle, for csv, json and standard error.
+    /// Reports the end of a cycle, for csv, json and standard error.
     fn report(&mut self, number: usize, begun: u64) {
         let error = self.board.cycle().error();
         let mut stopped = Vec::new();
@@ -370,7 +370,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
                 break;
             }
             let limit = due.min(time).min(may);
-            // Some events at a time, so that Ctrl-C is heard.
+            // A limited number of events at a time, so that Ctrl-C is noticed.
             let mut events = 0;
             let mut more = true;
             while more && events < 10_000 {
@@ -397,7 +397,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         Ok(())
     }
 
-    /// How far it may be played.
+    /// The tick up to which to play.
     fn may(&mut self) -> Result<u64, PlayError> {
         let now = self.board.now();
         let said = self.onlooker.as_mut().map(|onlooker| onlooker.may(now)).transpose()?;
@@ -421,7 +421,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         self.shown = Some(positions);
     }
 
-    /// What the pins have done since the last call.
+    /// Reports the edges of the pins since the last call.
     fn events(&mut self) {
         if let Some(onlooker) = &mut self.onlooker {
             let cycle = self.board.cycle();
@@ -465,9 +465,9 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         let (event, value) = match edge.pin {
             Pin::Step => ("step", edge.level),
             Pin::Direction => ("dir", edge.level),
-            // No machine of cycles has any.
+            // The motors of cycles have no coils.
             Pin::Coil(_) => return,
-            // Low turns a driver on.
+            // A low level turns a driver on.
             Pin::Enable => ("enable", !edge.level),
             Pin::Min => ("switch-min", edge.level),
             Pin::Max => ("switch-max", edge.level),
@@ -479,7 +479,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
             .result(&format_args!("{time},{name},{event},{},{position}", u8::from(value)));
     }
 
-    /// A line of csv about the cycle.
+    /// Prints a row of csv about the cycle.
     fn row(&mut self, value: &str) {
         if self.format == PlayFormat::Csv {
             self.events();
@@ -488,7 +488,7 @@ impl<'p, T: PlayTape> CyclePlayer<'p, T> {
         }
     }
 
-    /// What became of all of it.
+    /// The result of all cycles as JSON.
     pub fn json(&mut self) -> String {
         let positions = self.positions();
         let motors = (0u8..).zip(&positions);

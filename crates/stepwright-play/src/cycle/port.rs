@@ -1,4 +1,4 @@
-//! A board that runs the program `cycles`, and words for its troubles.
+//! A board with the program `cycles`, and the messages for its errors.
 
 use stepwright::drive::Arduino;
 use stepwright_host::LinkError;
@@ -6,12 +6,12 @@ use stepwright_host::programs::{CycleProblem, CycleSession, RowProblem};
 
 use crate::PlayError;
 
-/// Which Arduino it is.
+/// The Arduino model of the board.
 pub fn arduino(board: &CycleSession) -> Arduino {
     if board.board() == "mega" { Arduino::Mega } else { Arduino::Uno }
 }
 
-/// Why a row was not obeyed, though the file is fine.
+/// The error for a row that was not carried out although the file is correct.
 pub fn failure(name: &str, problem: CycleProblem) -> PlayError {
     let version = "does it run the same version of the program as this command?";
     let trouble = match problem {
@@ -26,6 +26,6 @@ pub fn failure(name: &str, problem: CycleProblem) -> PlayError {
                 .hint(version);
         }
     };
-    // The board was there a moment ago.
+    // The board answered before.
     PlayError::lost(name, &trouble).hint("what it plays goes on; a reset of the board ends it")
 }

@@ -1,7 +1,8 @@
-//! The cycles of a file on a board, and what is printed of them.
+//! Plays the cycles of a file on a real board, and prints their events.
 //!
-//! The board says where its motors are and when a cycle began, was paused and ended; not when
-//! each of its steps came. So csv has a row `at` for each look instead of one for each edge.
+//! The board reports the positions of its motors, and the times at which a cycle began, was paused
+//! and ended, but not the times of its steps. So csv has a row `at` for each poll instead of a row
+//! for each edge.
 
 use std::ops::Range;
 use std::time::Duration;
@@ -18,13 +19,13 @@ use stepwright_host::programs::{CycleProblem, CycleSession, RowProblem};
 use stepwright_plan::sheet::quoted;
 use stepwright_protocol::Fault;
 
-/// What a report says of a homing that has found its switch.
+/// The code of a report for a homing that has found its switch.
 const HOME: u8 = 2;
 
-/// From one look at the motors to the next, at most.
+/// The longest time between two polls of the motors.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// The motors of a file on a board.
+/// Plays the cycles of a file on a board.
 pub struct CyclesOnBoard<'p> {
     board: CycleSession,
     plan: &'p CyclePlan,
@@ -32,24 +33,24 @@ pub struct CyclesOnBoard<'p> {
     told: Told<'p>,
     /// The number of the last cycle.
     number: u8,
-    /// Ticks of all cycles and rests before the present one: as if one followed the other.
+    /// Ticks of all cycles and rests before the present one, as if each followed the other without
+    /// a pause.
     before: u64,
-    /// Where that is in seconds, the next line of positions.
+    /// The time in seconds of the next line of positions.
     due: u64,
     limit: u64,
     shown: Option<Vec<i64>>,
-    /// Faults that have been told, and their times.
+    /// The faults that were reported, and their times.
     faults: Vec<(u8, Option<u64>)>,
     last: Option<CycleReport>,
     watcher: Option<CycleWatcher<'p>>,
 }
 
-/// Is told each look at the motors: ticks since the start, and where they are.
+/// Called at each poll of the motors with the ticks since the start and the positions.
 type CycleWatcher<'p> = &'p mut dyn FnMut(u64, &[i64]);
 
 impl<'p> CyclesOnBoard<'p> {
-    /// The motors of a file on a board that was met. A cycle is finished that has not ended by itself
-    /// after `limit` seconds.
+    /// A player on a connected board. A cycle that has not ended after `limit` seconds is finished.
     pub fn new(
         board: CycleSession,
         plan: &'p CyclePlan,
@@ -79,27 +80,27 @@ impl<'p> CyclesOnBoard<'p> {
         }
     }
 
-    /// Has this be told each look at the motors: ticks since the start, pauses between cycles
-    /// included, and where they are.
+    /// Calls `watcher` at each poll of the motors, with the ticks since the start, including rests
+    /// between cycles, and the positions.
     pub fn watch_by(&mut self, watcher: CycleWatcher<'p>) {
         self.watcher = Some(watcher);
     }
 
-    /// Seconds of all cycles and rests so far.
+    /// The duration of all cycles and rests so far, in seconds.
     pub fn seconds(&self) -> f64 {
         self.told.seconds(self.before)
     }
 
-    /// Steps of all cycles that came late.
+    /// The number of late steps of all cycles.
     pub fn late(&self) -> u32 {
         self.told.late
     }
 
-    /// Plays all cycles. Whatever comes of it, no motor is left moving.
+    /// Plays all cycles. Also after an error, no motor is left moving.
     ///
     /// # Errors
-    /// What the board has no room for; a cycle that is refused, cancelled or endless; a lost line;
-    /// who breaks it off.
+    /// A file for which the board has no room; a cycle that is refused, cancelled or endless; a
+    /// lost line; an interruption by the voice.
     pub fn play(&mut self, stages: &mut [Stage]) -> Result<(), PlayError> {
         self.check(stages)?;
         let report = self.look()?;
@@ -118,7 +119,7 @@ impl<'p> CyclesOnBoard<'p> {
         for (n, stage) in stages.iter_mut().enumerate() {
             result = self.stage(n + 1, stage);
             if let Err(failure) = &result {
-                // The line may be what has failed.
+                // Errors are ignored, since the line itself may have failed.
                 _ = self.board.say(&CycleLine::Now(LineAct::Finish));
                 self.told.note(n, failure);
                 break;
@@ -132,7 +133,7 @@ impl<'p> CyclesOnBoard<'p> {
         result
     }
 
-    /// That the board can do all of it, before anything moves.
+    /// Checks that the board can play all cycles, before anything moves.
     fn check(&self, stages: &mut [Stage]) -> Result<(), PlayError> {
         let (board, called) = (&self.board, self.board.name());
         let (has, name) = (self.plan.names.len(), board.board());
@@ -206,13 +207,13 @@ impl<'p> CyclesOnBoard<'p> {
         Ok(())
     }
 
-    /// Says a line that must be fine.
+    /// Sends a line that must not be refused.
     fn say(&mut self, line: CycleLine) -> Result<(), PlayError> {
         let said = self.board.say(&line);
         self.heard(said)
     }
 
-    /// How the board is.
+    /// Requests a report of the board.
     fn look(&mut self) -> Result<CycleReport, PlayError> {
         let report = self.board.look();
         self.heard(report)
@@ -224,15 +225,15 @@ impl<'p> CyclesOnBoard<'p> {
         self.heard(paused)
     }
 
-    /// What came of a row, in the command's words.
+    /// Converts the problem of a row to an error.
     fn heard<T>(&self, result: Result<T, CycleProblem>) -> Result<T, PlayError> {
         result.map_err(|problem| port::failure(&self.board.name(), problem))
     }
 
-    /// Says what motors there are.
+    /// Tells the board the motors and their pins.
     fn set_up(&mut self) -> Result<(), PlayError> {
         self.say(CycleLine::New)?;
-        // Pins may change places from one file to the next.
+        // Pins may be used differently by the file before: frees all pins first.
         for motor in 0..self.board.motors() as u8 {
             self.say(CycleLine::Wire(motor, MotorPins::NONE))?;
         }
@@ -364,7 +365,7 @@ impl<'p> CyclesOnBoard<'p> {
         self.stand(stage.rest)
     }
 
-    /// Plans a path from where the motors stand; false if they are at its end already.
+    /// Plans a path from the motors' positions. Returns false if they are at its end already.
     fn plan_path(&mut self, number: usize, stage: &mut Stage) -> Result<bool, PlayError> {
         let report = self.look()?;
         let positions = self.positions(&report);
@@ -381,7 +382,7 @@ impl<'p> CyclesOnBoard<'p> {
         Ok(!moves.is_empty())
     }
 
-    /// Why a cycle did not start, at the line of the motor that was the reason.
+    /// The error for a cycle that did not start, at the line of the motor that caused it.
     fn refused(
         &self,
         refusal: Refusal,
@@ -401,7 +402,7 @@ impl<'p> CyclesOnBoard<'p> {
         }
     }
 
-    /// Watches the cycle until it is over, and says how it was then.
+    /// Watches the cycle until it is over. Returns the last report.
     fn watch(&mut self, number: usize, stage: &Stage) -> Result<CycleReport, PlayError> {
         if self.told.format == PlayFormat::Csv {
             let time = self.told.micros(self.before);
@@ -416,7 +417,7 @@ impl<'p> CyclesOnBoard<'p> {
             }
             let mut report = self.look()?;
             if faults(self.motors(&report)) != self.faults {
-                // Positions were taken before the faults: now they are those of the end.
+                // The positions were read before the faults; the next report has those of the end.
                 report = self.look()?;
             }
             self.tell(&report, &mut acts);
@@ -439,7 +440,7 @@ impl<'p> CyclesOnBoard<'p> {
         }
     }
 
-    /// What is new in a report, in the order of its times.
+    /// Prints the new events of a report, in the order of their times.
     fn tell(&mut self, report: &CycleReport, acts: &mut [Option<u64>; 3]) {
         let positions = self.positions(report);
         if let Some(watcher) = &mut self.watcher {
@@ -483,7 +484,7 @@ impl<'p> CyclesOnBoard<'p> {
         }
     }
 
-    /// Stands still for this many µs.
+    /// Rests for this many µs.
     fn stand(&mut self, us: u64) -> Result<(), PlayError> {
         let (mut left, mut shown) = (Duration::from_micros(us), Duration::ZERO);
         while !left.is_zero() {
@@ -521,7 +522,7 @@ impl<'p> CyclesOnBoard<'p> {
         self.last = Some(*report);
     }
 
-    /// What became of all of it.
+    /// The result of all cycles as JSON.
     pub fn json(&self) -> String {
         let Some(report) = &self.last else { return self.told.json(0.0, &[]) };
         let motors: Vec<_> = (self.motors(report).iter().zip(&self.plan.motors))
@@ -540,12 +541,12 @@ impl<'p> CyclesOnBoard<'p> {
     }
 }
 
-/// The faults of motors, and when they came.
+/// The faults of motors, and their times.
 fn faults(motors: &[MotorReport]) -> Vec<(u8, Option<u64>)> {
     motors.iter().map(|motor| (motor.faults, motor.fault_at)).collect()
 }
 
-/// A motor whose bounds fit a line.
+/// Limits the bounds of a motor to numbers that fit a line.
 fn bounded(motor: Motor) -> Motor {
     let fit = |at: i64| at.max(i64::MIN + 1);
     Motor { min: motor.min.map(fit), max: motor.max.map(fit), ..motor }

@@ -1,4 +1,4 @@
-//! The text of a cycle file, whose mistakes end a player.
+//! The text of a cycle file. A mistake in it ends the player.
 
 use std::fmt::Display;
 use std::ops::{Deref, Range};
@@ -7,7 +7,7 @@ use stepwright_cyclefile::CycleText;
 
 use crate::PlayError;
 
-/// A file and what it is called.
+/// A file and its name.
 pub struct PlayText(CycleText);
 
 impl PlayText {
@@ -16,7 +16,7 @@ impl PlayText {
         PlayText(CycleText::named(name, text))
     }
 
-    /// What is wrong at this place.
+    /// An error at this position.
     pub fn blame(&self, span: Range<usize>, what: impl Display) -> PlayError {
         self.0.blame(span, what).into()
     }

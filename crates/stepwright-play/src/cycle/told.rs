@@ -1,4 +1,4 @@
-//! What is said of a cycle, wherever it is played.
+//! The output about cycles, on a virtual or a real board.
 
 use std::ops::Range;
 
@@ -11,29 +11,29 @@ use super::PlayText;
 use crate::{PlayError, PlayFormat, PlayVoice, micros};
 use stepwright_cyclefile::CyclePlan;
 
-/// What became of each cycle, and how it is said.
+/// The results of cycles, and their output.
 pub(super) struct Told<'p> {
     pub plan: &'p CyclePlan,
     pub text: &'p PlayText,
     pub format: PlayFormat,
     pub voice: &'p dyn PlayVoice,
     cycles: Vec<Value>,
-    /// Of all cycles: steps that came late, and the handler's longest time in µs.
+    /// For all cycles: late steps, and the handler's longest time in µs.
     pub late: u32,
     longest: u32,
 }
 
-/// How a cycle ended.
+/// The end of a cycle.
 pub(super) struct Ending {
     pub seconds: f64,
     pub error: Option<CycleError>,
     pub late: u32,
     pub longest: u32,
-    /// Motors that stopped on the way.
+    /// The motors that stopped before the end.
     pub stopped: Vec<(u8, Faults)>,
 }
 
-/// How a motor is in the end.
+/// The final state of a motor.
 pub(super) struct Ended {
     pub position: i64,
     pub status: Status,
@@ -51,12 +51,12 @@ impl<'p> Told<'p> {
         Told { plan, text, format, voice, cycles: Vec::new(), late: 0, longest: 0 }
     }
 
-    /// What the file calls a motor.
+    /// The name of a motor in the file.
     pub fn name(&self, motor: u8) -> &'p str {
         self.plan.names.get(usize::from(motor)).map_or("", String::as_str)
     }
 
-    /// Positions of all.
+    /// Prints the positions of all motors.
     pub fn list(&self, positions: &[i64]) {
         if self.format == PlayFormat::List {
             let each = self.plan.names.iter().zip(positions);
@@ -65,8 +65,8 @@ impl<'p> Told<'p> {
         }
     }
 
-    /// A cycle that failed, for json: what is wrong, in which line of the file, with which
-    /// motor. One that was refused took no time.
+    /// Notes a failed cycle for json: the error, its line in the file, and the motor. A refused
+    /// cycle took no time.
     pub fn note(&mut self, n: usize, failure: &PlayError) {
         let what = failure.place.as_ref().map_or(&failure.message, |place| &place.what);
         if self.cycles.len() <= n {
@@ -83,7 +83,7 @@ impl<'p> Told<'p> {
         }
     }
 
-    /// A cycle in which nothing had to move.
+    /// Notes a cycle without a motion.
     pub fn nothing(&mut self, number: usize) {
         self.cycles.push(json!({ "seconds": 0.0, "error": null }));
         if self.format == PlayFormat::List {
@@ -92,7 +92,7 @@ impl<'p> Told<'p> {
         }
     }
 
-    /// A motor is home.
+    /// Notes a homed motor.
     pub fn home(&mut self, number: usize, motor: u8, seconds: f64) {
         self.cycles.push(json!({ "seconds": seconds, "error": null }));
         if self.format == PlayFormat::List {
@@ -101,14 +101,14 @@ impl<'p> Told<'p> {
         }
     }
 
-    /// Why a cycle did not start: the motor by its name in the file.
+    /// The error for a cycle that did not start, with the name of the motor in the file.
     pub fn refused(&self, refusal: Refusal, at: Range<usize>) -> PlayError {
         let name = refusal.motor().map_or("", |motor| self.name(motor));
         let failure = self.text.blame(at, refusal.named(name));
         if name.is_empty() { failure } else { failure.motor(name) }
     }
 
-    /// Why a cycle was cancelled.
+    /// The error for a cancelled cycle.
     pub fn cancelled(
         &self,
         number: usize,
@@ -142,13 +142,13 @@ impl<'p> Told<'p> {
         }
     }
 
-    /// A cycle that has not ended by itself.
+    /// The error for a cycle that has not ended by itself.
     pub fn endless(&self, number: usize, limit: u64, at: Range<usize>) -> PlayError {
         let what = format!("cycle {number} has not ended after {limit} s");
         self.text.blame(at, what).hint("give finish-s, or a longer --limit")
     }
 
-    /// What became of a cycle, for json and standard error.
+    /// Notes the end of a cycle, for json and standard error.
     pub fn ended(&mut self, number: usize, ending: &Ending) {
         let Ending { seconds, error, late, longest, stopped } = ending;
         for (motor, faults) in stopped {
@@ -178,7 +178,7 @@ impl<'p> Told<'p> {
         self.cycles.push(cycle);
     }
 
-    /// What became of all of it.
+    /// The result of all cycles as JSON.
     pub fn json(&self, seconds: f64, motors: &[Ended]) -> String {
         let motors: Vec<_> = (self.plan.names.iter().zip(motors))
             .map(|(name, motor)| {
@@ -208,17 +208,17 @@ impl<'p> Told<'p> {
         format!("{:#}", tidy(all))
     }
 
-    /// A time in µs, as exact as the timer is.
+    /// Ticks as a time in µs, as exact as the timer.
     pub fn micros(&self, ticks: u64) -> String {
         micros(ticks, self.plan.rate)
     }
 
-    /// Ticks of this many µs.
+    /// Converts µs to ticks.
     pub fn ticks(&self, us: u64) -> u64 {
         (u128::from(us) * u128::from(self.plan.rate.hz()) / 1_000_000) as u64
     }
 
-    /// Seconds of this many ticks.
+    /// Converts ticks to seconds.
     pub fn seconds(&self, ticks: u64) -> f64 {
         ticks as f64 / f64::from(self.plan.rate.hz())
     }

@@ -1,5 +1,5 @@
-//! Files on a board that is the virtual one behind the line: what it refuses, and where its
-//! motors end.
+//! Tests of files on the virtual board behind a line: its refusals, and the final positions of its
+//! motors.
 
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -22,13 +22,13 @@ fn summed(line: &str) -> String {
     format!("{line}*{:02X}", line.bytes().fold(0, stepwright_protocol::crc))
 }
 
-/// A board whose time is that of the caller's waiting, and what it says of itself.
+/// A board with its identification. Its time passes while the caller waits.
 struct Chip {
     about: &'static str,
     board: CycleLineBoard<'static, Vec<Edge>, 4>,
     line: Vec<u8>,
     answers: VecDeque<u8>,
-    /// One byte in this many of those that it says is spoiled; 0: none.
+    /// Spoils every n-th byte that it sends; 0: none.
     noise: usize,
     said: usize,
 }
@@ -111,7 +111,7 @@ impl PlayVoice for Nobody {
     }
 }
 
-/// Plays a file; the positions in the end.
+/// Plays a file. Returns the final positions.
 fn play(about: &'static str, noise: usize, file: &str) -> Result<Vec<i64>, PlayError> {
     let text = PlayText::named("file.toml", file);
     let mut plan = stepwright_cyclefile::read(&text)?;
@@ -122,7 +122,7 @@ fn play(about: &'static str, noise: usize, file: &str) -> Result<Vec<i64>, PlayE
     Ok(session.shown.clone().unwrap())
 }
 
-/// A file of motors named A, B …, and what follows.
+/// A file with motors named A, B …, followed by `rest`.
 fn file(motors: usize, rest: &str) -> String {
     let names = ["A", "B", "C", "D", "E"];
     let motor = |name| format!("[[motor]]\nname = \"{name}\"\nstep = 1\nsmallest-delay-us = 500\n");
@@ -236,12 +236,12 @@ fn paths_play_from_where_the_motors_stand() {
     let all = format!("{GO}{}{}{arc}", line("A = 300"), line("B = 0"));
     assert_eq!(play(MEGA, 0, &file(2, &all)).unwrap(), [0, 300]);
     assert_eq!(play(MEGA, 97, &file(2, &all)).unwrap(), [0, 300]);
-    // Changes on the way are in the runs.
+    // Changes during the path are part of the runs.
     let changed = "[[cycle]]\nline = { to = { A = 500, B = 100 }, speed = 900, accel = 3000 }\n\
                    pause-s = 0.2\nresume-s = 0.9\nfeed = [{ at-s = 0.1, percent = 50 }]\n\
                    retarget = [{ at-s = 1.1, to = { A = -40, B = 20 } }]\n";
     assert_eq!(play(MEGA, 0, &file(2, changed)).unwrap(), [-40, 20]);
-    // No way at all.
+    // A path without length.
     assert_eq!(play(MEGA, 0, &file(2, &line("A = 0"))).unwrap(), [0, 0]);
 }
 
@@ -259,7 +259,7 @@ fn a_path_that_a_board_can_not_keep_is_refused() {
     let message = failure.message;
     assert!(message.contains("the path of cycle 1 is "), "{message}");
     assert!(message.contains(" runs, and a mega keeps 400"), "{message}");
-    // More than places of a line can name: too long, not endless.
+    // More runs than the places of a line can number: too long, not endless.
     let far = arc(20_000, 900).replace("3600", "40000");
     let failure = play(MEGA, 0, &far).expect_err("a hundred times round");
     let message = failure.message;

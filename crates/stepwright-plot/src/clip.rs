@@ -1,17 +1,17 @@
-//! What of a line lies in a part of the plane.
+//! Clips lines to a rectangle.
 
 /// A point, or a range from low to high.
 type Pair = (f64, f64);
 
-/// The pieces of a line through `points` with x and y in the ranges: Liang and
-/// Barsky's way, every stretch cut where it crosses an edge.
+/// The pieces of a line through `points` with x and y in the ranges, by the Liang–Barsky algorithm:
+/// every segment is cut where it crosses an edge.
 pub fn clip(points: &[Pair], x: Pair, y: Pair) -> Vec<Vec<Pair>> {
     let mut pieces: Vec<Vec<Pair>> = Vec::new();
     for pair in points.windows(2) {
         let (a, b) = (pair[0], pair[1]);
         let Some((from, to)) = within(a, b, x, y) else { continue };
         let at = |t: f64| (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1));
-        // Ends that are not cut stay as they are, to the last bit.
+        // Ends that are not cut stay unchanged to the last bit.
         let begin = if from > 0.0 { at(from) } else { a };
         let end = if to < 1.0 { at(to) } else { b };
         match pieces.last_mut() {
@@ -22,8 +22,7 @@ pub fn clip(points: &[Pair], x: Pair, y: Pair) -> Vec<Vec<Pair>> {
     pieces
 }
 
-/// From which to which part of itself, 0 to 1, the stretch from `a` to `b` lies
-/// within the ranges.
+/// The part of the segment from `a` to `b` within the ranges, as fractions of it from 0 to 1.
 fn within(a: Pair, b: Pair, x: Pair, y: Pair) -> Option<Pair> {
     let (mut from, mut to) = (0.0f64, 1.0f64);
     for (start, end, (low, high)) in [(a.0, b.0, x), (a.1, b.1, y)] {

@@ -10,7 +10,7 @@ pub(crate) const SOFT: Colour = [0x6b, 0x72, 0x80];
 pub(crate) const GRID: Colour = [0xe2, 0xe6, 0xec];
 const AXIS: Colour = [0x9a, 0xa3, 0xaf];
 
-/// Series, in their order; told apart without colour vision too.
+/// The colours of the series, in order. They differ without colour vision too.
 pub const PALETTE: [Colour; 6] = [
     [0x1d, 0x5f, 0xd1],
     [0xd9, 0x57, 0x0c],
@@ -27,7 +27,7 @@ pub struct Figure {
     pub title: String,
     /// Smaller lines below it.
     pub notes: Vec<String>,
-    /// Each with its height in pixels.
+    /// The rows of panels, each with its height in pixels.
     pub rows: Vec<(f64, Vec<Panel>)>,
 }
 
@@ -38,74 +38,74 @@ pub struct Panel {
     pub y: (String, String),
     /// Name and unit of the x axis.
     pub x: (String, String),
-    /// What it shows.
+    /// The curves.
     pub curves: Vec<Curve>,
-    /// Shaded stretches behind it.
+    /// Shaded ranges behind the curves.
     pub bands: Vec<Band>,
     /// Whether the bands' names are written in them.
     pub named: bool,
-    /// Which part of the plane it shows.
+    /// The part of the plane that is shown.
     pub view: View,
-    /// Names that stand at the y axis instead of numbers, from the top down: each has the
-    /// height 1, and the lowest begins at 0. For signals.
+    /// Names at the y axis instead of numbers, from the top down, for signals. Each lane has the
+    /// height 1, and the lowest begins at 0.
     pub lanes: Vec<String>,
 }
 
-/// A part of the plane, from and to; what is `None` holds all curves, and 0.
+/// A part of the plane, from and to. `None` is a range that contains all curves, and 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct View {
-    /// Along the x axis.
+    /// The range of x.
     pub x: Option<(f64, f64)>,
-    /// Along the y axis.
+    /// The range of y.
     pub y: Option<(f64, f64)>,
 }
 
 /// A line in a panel.
 #[derive(Clone, Debug, Default)]
 pub struct Curve {
-    /// For the legend.
+    /// The name in the legend.
     pub name: String,
-    /// Of the line, the dots and the tint below it.
+    /// The colour of the line, the dots and the area below it.
     pub colour: Colour,
-    /// In the order of x.
+    /// The points, in the order of x.
     pub points: Vec<(f64, f64)>,
     /// Whether the area between the line and 0 is tinted.
     pub filled: bool,
     /// Points to mark with a dot.
     pub dots: Vec<(f64, f64)>,
-    /// Whether the line is broken: for what the others are held against.
+    /// Whether the line is dashed: for a reference to which the others are compared.
     pub dashed: bool,
 }
 
-/// A stretch of the x axis, shaded.
+/// A shaded range of the x axis.
 #[derive(Clone, Debug)]
 pub struct Band {
     /// Its begin.
     pub from: f64,
     /// Its end.
     pub to: f64,
-    /// Written in it, if it fits.
+    /// The name, which is written in it if it fits.
     pub name: String,
     /// The shade.
     pub tint: Colour,
 }
 
-/// Above a panel, and of a curve beside it.
+/// The styles of a panel's heading and of a curve's name.
 const HEADING: Style = Style::new(14.5, INK).bold();
 const NAME: Style = Style::new(13.0, INK);
 
 const WIDTH: f64 = 1200.0;
 const EDGE: f64 = 28.0;
-/// Height of one more row of a legend.
+/// The height of a further row of a legend.
 const LEGEND: f64 = 21.0;
 
 impl Figure {
-    /// It as an svg.
+    /// The figure as SVG.
     pub fn svg(&self) -> String {
         crate::svg::render(&self.picture())
     }
 
-    /// Arranges it.
+    /// Arranges the figure.
     pub fn picture(&self) -> Picture {
         let notes: Vec<String> = self.notes.iter().flat_map(|note| broken(note)).collect();
         let head = 58.0 + 21.0 * notes.len() as f64 + 10.0;
@@ -137,13 +137,13 @@ impl Figure {
     }
 }
 
-/// Between two facts of a note; a browser would take plain spaces for one.
+/// The separator of two facts of a note. A browser would merge plain spaces.
 pub const GAP: &str = "\u{2002}·\u{2002}";
 
-/// Characters of a note that stand beside each other.
+/// The most characters of a note in one line.
 const NOTE: usize = 150;
 
-/// A note in lines that have room: broken between two facts.
+/// Breaks a note into lines that fit, between two facts.
 fn broken(note: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for fact in note.split(GAP) {
@@ -198,7 +198,7 @@ impl Panel {
         };
         let all = || {
             let (low, high) = range(&mut points().map(|(_, y)| y));
-            // Room above for the names of the bands, and so that no line is cut.
+            // Room above for the names of the bands, and so that no curve is cut off.
             let (low, high) = if high > low { (low, high) } else { (low - 1.0, low + 1.0) };
             let room = (high - low) * if self.named { 0.16 } else { 0.08 };
             let low = if low < 0.0 { low - room } else { low };
@@ -214,13 +214,13 @@ impl Panel {
         )
     }
 
-    /// Whether all curves are 0 all along.
+    /// Whether all curves are 0 everywhere.
     fn is_flat(&self) -> bool {
         let mut points = self.curves.iter().flat_map(|curve| &curve.points);
         self.view.y.is_none() && points.all(|(_, y)| *y == 0.0)
     }
 
-    /// What is seen of a curve, which has a gap where a value is no finite number.
+    /// The visible pieces of a curve. It has a gap where a value is not finite.
     fn pieces(&self, curve: &Curve, x: &Scale, frame: Frame) -> Vec<Vec<(f64, f64)>> {
         const ALL: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
         let runs = curve.points.split(|(x, y)| !(x.is_finite() && y.is_finite()));
@@ -240,7 +240,7 @@ impl Panel {
         }
         let (mut values, decimals) = y.ticks(((frame.height / 56.0) as usize).max(2));
         if self.is_flat() {
-            // Nothing but 0 is known of such an axis.
+            // Only 0 is meaningful on such an axis.
             values.retain(|value| *value == 0.0);
         }
         let millions = if in_millions(&values) { 1e-6 } else { 1.0 };
@@ -260,7 +260,7 @@ impl Panel {
             let text = number(value, decimals);
             picture.text((at, frame.bottom() + 21.0), label.middle(), text);
         }
-        // The line y = 0, which is the x axis unless something is negative. Lanes have none.
+        // The line y = 0, which is the x axis unless a value is negative. Lanes have no such line.
         let zero = if self.lanes.is_empty() { y.at(0.0) } else { frame.bottom() };
         let zero = zero.clamp(frame.top, frame.bottom());
         picture.line(vec![(frame.left, zero), (frame.right(), zero)], AXIS, 1.4);
@@ -284,8 +284,8 @@ impl Panel {
         picture.text(below, Style::new(13.5, INK).middle(), name(&self.x));
     }
 
-    /// Names of several curves, right of the heading; those that have no room
-    /// there in rows of their own below.
+    /// Draws the names of several curves, right of the heading. Names without room there get rows
+    /// below.
     fn legend(&self, picture: &mut Picture, frame: Frame) {
         let rows = self.legend_rows(frame.width);
         for (row, above) in rows.iter().zip((0..rows.len()).rev()) {
@@ -306,7 +306,7 @@ impl Panel {
         }
     }
 
-    /// The rows of the legend, for a frame so wide.
+    /// The rows of the legend, for a frame of this width.
     fn legend_rows(&self, width: f64) -> Vec<Vec<&Curve>> {
         let named: Vec<&Curve> = self.curves.iter().filter(|c| !c.points.is_empty()).collect();
         if !self.lanes.is_empty() {
@@ -330,20 +330,20 @@ impl Panel {
     }
 }
 
-/// Whether the numbers of a y axis have no room before it.
+/// Whether the numbers of a y axis are too long to fit beside it.
 fn in_millions(values: &[f64]) -> bool {
     values.iter().any(|value| value.abs() >= 1e7)
 }
 
-/// The decimals that these values need in millions.
+/// The number of decimals that these values need in millions.
 fn fewest_decimals(values: &[f64]) -> usize {
     usize::from(values.iter().any(|value| value % 1e6 != 0.0))
 }
 
-/// Of the line before a name of the legend, in pixels.
+/// The length of the line before a name in the legend, in pixels.
 const SAMPLE: f64 = 24.0;
 
-/// Of a name in the legend, in pixels.
+/// The width of a name in the legend, in pixels.
 fn name_width(name: &str) -> f64 {
     font::width(name, NAME)
 }
@@ -354,7 +354,7 @@ impl Band {
         picture.fill(Frame { left, width: (right - left).max(0.0), ..frame }, self.tint, 1.0);
     }
 
-    /// A name that would not fit is left out; the neighbours tell.
+    /// Draws the name, unless it does not fit.
     fn name(&self, picture: &mut Picture, frame: Frame, x: &Scale) {
         let (left, right) = (x.at(self.from), x.at(self.to));
         let style = Style::new(13.0, SOFT).middle();
@@ -370,7 +370,7 @@ impl Band {
 }
 
 impl Curve {
-    /// Draws a piece of it.
+    /// Draws a piece of the curve.
     fn draw(&self, picture: &mut Picture, piece: &[(f64, f64)], x: &Scale, y: &Scale) {
         let points: Vec<_> = piece.iter().map(|&(vx, vy)| (x.at(vx), y.at(vy))).collect();
         if let (true, [first, .., last]) = (self.filled, points.as_slice()) {
@@ -385,7 +385,7 @@ impl Curve {
         picture.shapes.push(Shape::Line { points, colour, width, dashed });
     }
 
-    /// Draws the dots of it that are in view.
+    /// Draws the visible dots of the curve.
     fn mark(&self, picture: &mut Picture, view: &View, x: &Scale, y: &Scale) {
         let holds = |range: Option<(f64, f64)>, v: f64| range.is_none_or(|(a, b)| a <= v && v <= b);
         let seen = |&&(vx, vy): &&(f64, f64)| {
@@ -399,8 +399,8 @@ impl Curve {
     }
 }
 
-/// The width of a line: thinner where its turns up and down lie so close that it would
-/// become a block.
+/// The width of a line. It is thinner where its turns up and down are so close that it would look
+/// like a block.
 fn stroke(points: &[(f64, f64)]) -> f64 {
     let [first, .., last] = points else { return 2.4 };
     let (mut turns, mut up) = (0u32, true);
@@ -413,16 +413,16 @@ fn stroke(points: &[(f64, f64)]) -> f64 {
             (turns, up, extreme) = (turns + 1, !up, *y);
         }
     }
-    // Pixels from turn to turn.
+    // The pixels between two turns.
     let apart = (last.0 - first.0) / f64::from(turns + 1);
     if turns < 100 { 2.4 } else { (apart * 0.27).clamp(1.0, 2.4) }
 }
 
-/// Pixels: a line that goes up and down by less is a level one.
+/// A line that goes up and down by less than this many pixels counts as level.
 const SWING: f64 = 10.0;
 
-/// What can be seen of many points: the first, lowest, highest and last of
-/// every half pixel. Points are in the order of x.
+/// Thins many points to the visible ones: the first, lowest, highest and last of every half pixel.
+/// Points are in the order of x.
 fn thin(points: &[(f64, f64)], x: &Scale, frame: Frame) -> Vec<(f64, f64)> {
     if points.len() as f64 <= 2.0 * frame.width {
         return points.to_vec();

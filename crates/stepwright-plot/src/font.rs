@@ -1,5 +1,5 @@
-//! The font of the text: the png's glyphs, and how wide a text is in every format. (The fonts
-//! that a browser has for an svg are about as wide.)
+//! The font of the text: the glyphs of the PNG, and the widths of text in all formats. (The fonts
+//! of browsers for an SVG have about the same widths.)
 
 use std::sync::OnceLock;
 
@@ -18,14 +18,14 @@ pub fn faces() -> Option<&'static Faces> {
     FACES.get_or_init(load).as_ref()
 }
 
-/// Regular and bold.
+/// The regular and the bold face.
 pub struct Faces {
     regular: Face<'static>,
     bold: Face<'static>,
 }
 
 impl Faces {
-    /// One of them.
+    /// The bold or the regular face.
     pub fn face(&self, bold: bool) -> &Face<'static> {
         if bold { &self.bold } else { &self.regular }
     }
@@ -36,7 +36,7 @@ pub fn glyph(face: &Face<'_>, c: char) -> GlyphId {
     face.glyph_index(c).unwrap_or_default()
 }
 
-/// From the origin of a character to that of the next, in pixels, with letters of this size.
+/// The distance from the origin of a character to that of the next, in pixels, at this font size.
 pub fn advance(face: &Face<'_>, c: char, size: f64) -> f64 {
     let units = face.glyph_hor_advance(glyph(face, c)).unwrap_or(0);
     f64::from(units) * size / f64::from(face.units_per_em())

@@ -1,17 +1,16 @@
-//! A picture as a page of its own, which tells the values under the mouse.
+//! A picture as an HTML page, which shows the values under the mouse.
 
 use serde_json::{Value, json};
 
 use crate::picture::{Picture, Probe};
 use crate::svg::{escaped, render};
 
-/// The page: style, picture, data and script in one file, nothing from a
-/// network.
+/// The page: style, picture, data and script in one file, without network access.
 pub fn page(title: &str, picture: &Picture) -> String {
     let probes: Vec<Value> = picture.probes.iter().map(probe).collect();
-    // A script element ends, or goes on, by what follows a "<".
+    // Text after a "<" could end the script element.
     let data = json!(probes).to_string().replace('<', "\\u003c");
-    // Each mark is looked for behind the one before: what is put in may have marks of its own.
+    // Searches each mark after the one before, because inserted text may contain marks.
     let mut page = String::new();
     let mut rest = TEMPLATE;
     for (mark, text) in [("{title}", escaped(title)), ("{svg}", render(picture)), ("{data}", data)]
@@ -44,7 +43,7 @@ fn probe(probe: &Probe) -> Value {
     })
 }
 
-/// Seven significant digits: the page need not carry more.
+/// Rounds to seven significant digits, to keep the page small.
 fn short(value: f64) -> f64 {
     format!("{value:.6e}").parse().unwrap_or(value)
 }
@@ -56,7 +55,7 @@ mod tests {
     use super::*;
     use crate::picture::{Frame, ProbeCurve, Style};
 
-    /// Names of a file are text, whatever is in them: neither marks of the template nor tags.
+    /// Names are inserted as text, even if they look like marks of the template or like tags.
     #[test]
     fn names_are_text() {
         let names = [

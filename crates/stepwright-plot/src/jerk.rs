@@ -1,10 +1,10 @@
 //! The jerk of a motion, from its accelerations.
 
-/// Accelerations on either side of a time whose slope is the jerk then.
+/// The number of accelerations on either side of a time from whose slope the jerk is taken.
 const BESIDE: usize = 2;
 
-/// Seconds and steps/s³, of accelerations in the order of time: the slope of the line that fits
-/// those around each best, for two neighbours would show the ticks of the timer.
+/// Seconds and steps/s³, from accelerations in the order of time: the slope of the best-fitting
+/// line through the neighbours of each. Only two neighbours would show the ticks of the timer.
 pub(crate) fn jerk(accels: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let around = |n: usize| {
         let near = &accels[n.saturating_sub(BESIDE)..(n + BESIDE + 1).min(accels.len())];
@@ -13,7 +13,7 @@ pub(crate) fn jerk(accels: &[(f64, f64)]) -> Vec<(f64, f64)> {
     (0..accels.len()).filter_map(around).collect()
 }
 
-/// The slope of the line that fits best.
+/// The slope of the best-fitting line.
 fn slope(points: &[(f64, f64)]) -> Option<f64> {
     let count = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;

@@ -9,20 +9,19 @@
 //! assert!(svg.starts_with("<svg"));
 //! ```
 //!
-//! A [`Figure`] is arranged once into a [`Picture`] of simple shapes, which
-//! every format then writes; so all three look the same, and none of them
-//! needs a library or a font of the system.
+//! A [`Figure`] is arranged once into a [`Picture`] of simple shapes, which every format writes. So
+//! all three look the same, and none needs a library or a font of the system.
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `figure` | panels, axes, curves, shaded stretches |
-//! | `font` | glyphs, and how wide a text is |
-//! | `clip` | the part of a line that is in view |
+//! | `figure` | panels, axes, curves, shaded ranges |
+//! | `font` | glyphs and text widths |
+//! | `clip` | clips a line to the view |
 //! | [`Traces`], `slopes`, `jerk` | position, speed, acceleration and jerk from steps |
-//! | [`WayPlot`] | the way of two motors, both axes to the same scale |
-//! | `scale` | from values to pixels, round numbers |
+//! | [`WayPlot`] | the path of two motors, both axes to the same scale |
+//! | `scale` | converts values to pixels, and chooses round numbers |
 //! | `picture` | the shapes |
-//! | `palette` | few colours, for small files |
+//! | `palette` | reduces the colours, for small files |
 //! | `svg`, `png`, `html` | the formats |
 
 #![warn(missing_docs)]
@@ -60,7 +59,7 @@ pub use speed_way::SpeedWay;
 pub use traces::Traces;
 pub use way::WayPlot;
 
-/// Why there is no plot.
+/// The error of a plot that could not be written.
 #[derive(Debug)]
 pub enum PlotError {
     /// The picture can't be encoded.
@@ -80,7 +79,7 @@ impl fmt::Display for PlotError {
 
 impl std::error::Error for PlotError {}
 
-/// A file for a plot, whose name says the format: `move.svg`, `.png` or `.html`.
+/// A file for a plot. Its name determines the format: `move.svg`, `.png` or `.html`.
 #[derive(Clone, Debug)]
 pub struct PlotFile {
     path: PathBuf,
@@ -111,19 +110,19 @@ impl FromStr for PlotFile {
 }
 
 impl PlotFile {
-    /// The file.
+    /// The path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// That it can be written: before a long motion, not after it.
+    /// Checks that the file can be written, before a long motion.
     ///
     /// # Errors
     /// [`PlotError::Write`]
     pub fn check(&self) -> Result<(), PlotError> {
         let about = fs::metadata(&self.path);
         if about.as_ref().is_ok_and(|about| !about.is_file() && !about.is_dir()) {
-            // A pipe waits for its reader, to whom the look would be the end.
+            // A pipe is not opened: closing it would end its reader.
             return Ok(());
         }
         fs::OpenOptions::new()
@@ -132,14 +131,14 @@ impl PlotFile {
             .open(&self.path)
             .map_err(|error| PlotError::Write(self.path.clone(), error))?;
         if about.is_err() {
-            // There may never be anything to draw. A link to it stays.
+            // Removes the new file again, since there may be nothing to draw. A link to it stays.
             let made = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
             let _ = fs::remove_file(made);
         }
         Ok(())
     }
 
-    /// The same file with something before its ending: `a-2.png` for `a.png`.
+    /// The file with a suffix before its extension: `a-2.png` for `a.png`.
     pub fn numbered(&self, what: &str) -> PlotFile {
         let part = |part: Option<&std::ffi::OsStr>| {
             part.map_or(String::new(), |part| part.to_string_lossy().into_owned())
@@ -157,7 +156,8 @@ impl PlotFile {
         self.save_picture(&figure.title, &figure.picture())
     }
 
-    /// The same for a picture that is no figure; `title` is for a page.
+    /// Like [`save`](PlotFile::save), for a picture that is not a [`Figure`]. `title` is that of an
+    /// HTML page.
     ///
     /// # Errors
     /// [`PlotError`]
@@ -173,7 +173,7 @@ impl PlotFile {
     }
 }
 
-/// What one or more axes did over time: position, speed and acceleration.
+/// The motion of one or more axes over time: position, speed and acceleration.
 #[derive(Clone, Debug, Default)]
 pub struct MotionPlot {
     /// The heading.
@@ -182,16 +182,16 @@ pub struct MotionPlot {
     pub notes: Vec<String>,
     /// The axes.
     pub series: Vec<AxisSeries>,
-    /// What the scales are in, where it is not steps.
+    /// The unit of the scales; steps by default.
     pub unit: Option<MachineUnit>,
     /// Whether the jerk is drawn too.
     pub jerk: bool,
-    /// Whether each axis has panels of its own, one below the other.
+    /// Whether each axis has separate panels, one below the other.
     pub stacked: bool,
 }
 
-/// What one axis did: points in the order of time, each of seconds and a value, which is
-/// negative backwards.
+/// The motion of one axis: points in the order of time, each of seconds and a value, which is
+/// negative backward.
 #[derive(Clone, Debug, Default)]
 pub struct AxisSeries {
     /// `axis 1`
@@ -204,23 +204,23 @@ pub struct AxisSeries {
     pub accel: Vec<(f64, f64)>,
     /// Steps/s³.
     pub jerk: Vec<(f64, f64)>,
-    /// Seconds over which speeds were compared, at most.
+    /// The longest time in s over which speeds were compared.
     pub window: f64,
 }
 
-/// When a point is.
+/// The time of a point.
 fn time(point: Option<&(f64, f64)>) -> f64 {
     point.map_or(0.0, |(time, _)| *time)
 }
 
 impl MotionPlot {
-    /// Its panels.
+    /// The figure with its panels.
     pub fn figure(&self) -> Figure {
         let ends = |series: &AxisSeries| [series.speed.last(), series.position.last()].map(time);
         let end = self.series.iter().flat_map(ends).fold(0.0, f64::max);
         let unit = self.unit.map_or("steps", |unit| unit.name);
         let window = self.series.iter().map(|series| series.window).fold(0.0, f64::max);
-        // What is shorter has no height of its own.
+        // A change that is shorter than the window does not show its true height.
         let means =
             if window >= 0.1 { format!(", mean of up to {window:.1} s") } else { String::new() };
         let mut shown = vec![
@@ -257,7 +257,7 @@ impl MotionPlot {
             y: (name, shown.unit.clone()),
             x: (String::new(), unit.into()),
             curves,
-            // The same time in all of them.
+            // All panels show the same time.
             view: View { x: Some((0.0, end * per_second)), y: None },
             ..Panel::default()
         };
@@ -273,14 +273,14 @@ impl MotionPlot {
     }
 }
 
-/// Height of a panel among those of several axes.
+/// The height of a panel if the axes are stacked.
 const STACKED: f64 = 200.0;
 
-/// What is drawn of each axis.
+/// A quantity that is drawn for each axis.
 struct Quantity {
     name: &'static str,
     unit: String,
-    /// Of a panel of all axes.
+    /// The height of a panel with all axes.
     height: f64,
     points: fn(&AxisSeries) -> &Vec<(f64, f64)>,
 }

@@ -1,14 +1,14 @@
-//! A picture with at most 256 colours: a plot of lines and tints takes a quarter of the bytes
-//! that all its colours would.
+//! Reduces a picture to at most 256 colours. A plot of lines and tints then takes a quarter of the
+//! bytes.
 
 use std::collections::HashMap;
 
 use crate::picture::Colour;
 
-/// Entries of a palette.
+/// The number of entries of a palette.
 const ROOM: usize = 256;
 
-/// Pixels as places in a palette.
+/// Pixels as indices into a palette.
 pub struct Indexed {
     /// At most 256 colours.
     pub palette: Vec<Colour>,
@@ -17,8 +17,8 @@ pub struct Indexed {
 }
 
 impl Indexed {
-    /// Of these pixels, row by row. The most frequent colours stay as they are; a rarer one,
-    /// of the edge of a line or a letter, becomes one that is close.
+    /// Indexes these pixels, row by row. The most frequent colours stay exact. A rarer one, at the
+    /// edge of a line or a letter, is replaced by a similar colour.
     pub fn of(colours: &[Colour]) -> Indexed {
         let mut counts = HashMap::new();
         for run in colours.chunk_by(|a, b| a == b) {
@@ -42,11 +42,11 @@ impl Indexed {
     }
 }
 
-/// A palette, and the place of each colour in it.
+/// A palette, and the index of each colour in it.
 type Places = (Vec<Colour>, HashMap<Colour, u8>);
 
-/// A palette in which each of the colours has one that differs by `bound` at most in each of
-/// red, green and blue; `None` if 256 are too few.
+/// A palette that has for each of the colours one that differs by at most `bound` in red, green and
+/// blue; `None` if 256 entries are too few.
 fn within(ranked: &[(Colour, usize)], bound: u8) -> Option<Places> {
     let (mut palette, mut places) = (Vec::new(), HashMap::new());
     for (colour, _) in ranked {
@@ -95,7 +95,7 @@ mod tests {
         for n in 0..4096u16 {
             colours.push([(n >> 8) as u8 * 16, (n >> 4 & 15) as u8 * 16, (n & 15) as u8 * 16]);
         }
-        // Steps of 16, some of which become one.
+        // Steps of 16, some of which share an entry.
         assert!((16..=63).contains(&worst(&colours)));
         let palette = Indexed::of(&colours).palette;
         assert_eq!(palette[..3], [[0x1d, 0x5f, 0xd1], [0x77; 3], [0xfd, 0xf2, 0xe9]]);

@@ -1,11 +1,11 @@
-//! A picture as a list of shapes, which both the SVG and the PNG writer take.
+//! A picture as a list of shapes, for the SVG and the PNG writer.
 //!
-//! Points are in pixels of the SVG, y downwards.
+//! Points are in pixels of the SVG; y grows downward.
 
 /// A colour: red, green, blue.
 pub type Colour = [u8; 3];
 
-/// Where a text's anchor lies.
+/// The position of a text's anchor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
     /// Its left end.
@@ -16,7 +16,7 @@ pub enum Anchor {
     End,
 }
 
-/// One thing to draw; lengths are in pixels, y grows downwards, an opacity is 0 to 1.
+/// A shape to draw. Lengths are in pixels, y grows downward, an opacity is 0 to 1.
 #[derive(Clone, Debug)]
 #[allow(missing_docs)] // each field is what its name says
 pub enum Shape {
@@ -32,7 +32,7 @@ pub enum Shape {
     Text { x: f64, y: f64, size: f64, bold: bool, anchor: Anchor, colour: Colour, text: String },
 }
 
-/// Of a dashed line: this many pixels of ink, this many of none.
+/// The dashes of a line: pixels drawn, and pixels left out.
 pub const DASH: [f64; 2] = [9.0, 6.0];
 
 /// Shapes in the order in which they are painted.
@@ -42,9 +42,9 @@ pub struct Picture {
     pub width: f64,
     /// In pixels.
     pub height: f64,
-    /// From the back to the front.
+    /// The shapes, from the back to the front.
     pub shapes: Vec<Shape>,
-    /// For the read-out of the page: where the panels lie and what they show.
+    /// The panels' frames and values, for the read-out of the HTML page.
     pub probes: Vec<Probe>,
 }
 
@@ -52,20 +52,20 @@ pub struct Picture {
 /// pixels with their values as text.
 #[derive(Clone, Debug)]
 pub struct Probe {
-    /// Where the curves lie.
+    /// The frame of the curves.
     pub frame: Frame,
     /// Unit of the x axis.
     pub x_unit: String,
     /// Unit of the y axis.
     pub y_unit: String,
-    /// What can be read out.
+    /// The curves that can be read out.
     pub curves: Vec<ProbeCurve>,
 }
 
 /// A curve that can be read out.
 #[derive(Clone, Debug)]
 pub struct ProbeCurve {
-    /// As in the legend.
+    /// The name as in the legend.
     pub name: String,
     /// x and y in pixels, and in the panel's units.
     pub points: Vec<[f64; 4]>,
@@ -97,7 +97,7 @@ impl Frame {
 }
 
 impl Picture {
-    /// White paper.
+    /// An empty white picture.
     pub fn new(width: f64, height: f64) -> Picture {
         let mut picture = Picture { width, height, shapes: Vec::new(), probes: Vec::new() };
         picture.fill(Frame { left: 0.0, top: 0.0, width, height }, [255; 3], 1.0);
@@ -123,21 +123,21 @@ impl Picture {
     }
 }
 
-/// How a text looks.
+/// The style of a text.
 #[derive(Clone, Copy, Debug)]
 pub struct Style {
     /// Height in pixels.
     pub size: f64,
     /// Bold or regular.
     pub bold: bool,
-    /// Which point of it is given.
+    /// The anchor.
     pub anchor: Anchor,
     /// Its colour.
     pub colour: Colour,
 }
 
 impl Style {
-    /// Regular, from its left end.
+    /// A regular style, anchored at the left end.
     pub const fn new(size: f64, colour: Colour) -> Style {
         Style { size, bold: false, anchor: Anchor::Start, colour }
     }
@@ -147,12 +147,12 @@ impl Style {
         Style { bold: true, ..self }
     }
 
-    /// The same, by its middle.
+    /// The same, anchored at its middle.
     pub const fn middle(self) -> Style {
         Style { anchor: Anchor::Middle, ..self }
     }
 
-    /// The same, by its right end.
+    /// The same, anchored at its right end.
     pub const fn end(self) -> Style {
         Style { anchor: Anchor::End, ..self }
     }

@@ -1,5 +1,5 @@
-//! A picture as PNG, drawn with our own font: it looks the same everywhere,
-//! and needs nothing from the system.
+//! A picture as PNG, drawn with the built-in font: it looks the same everywhere, and needs nothing
+//! of the system.
 
 use tiny_skia::{FillRule, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
 use ttf_parser::{Face, OutlineBuilder};
@@ -8,7 +8,7 @@ use crate::font::{self, Faces};
 use crate::palette::Indexed;
 use crate::picture::{Anchor, Colour, DASH, Picture, Shape};
 
-/// Pixels of the PNG for one of the picture: sharp on today's screens.
+/// The pixels of the PNG for each pixel of the picture, to be sharp on high-resolution screens.
 const SCALE: f32 = 2.0;
 
 /// The picture, as the bytes of a file.
@@ -16,7 +16,7 @@ pub fn render(picture: &Picture) -> Result<Vec<u8>, String> {
     encode(&drawn(picture)?).map_err(|error| error.to_string())
 }
 
-/// The picture in all its colours.
+/// The picture with all colours.
 fn drawn(picture: &Picture) -> Result<Pixmap, String> {
     let pixels = |length: f64| (length * f64::from(SCALE)).round() as u32;
     let map = Pixmap::new(pixels(picture.width), pixels(picture.height));
@@ -28,9 +28,10 @@ fn drawn(picture: &Picture) -> Result<Pixmap, String> {
     Ok(canvas.map)
 }
 
-/// The bytes of a file with a palette. No filter: neighbours are the same, or nothing alike.
+/// The bytes of a file with a palette. No filter is used: neighbouring pixels are either equal or
+/// unrelated.
 fn encode(map: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
-    // The background covers all of it, so nothing is transparent.
+    // The background covers the whole picture, so no pixel is transparent.
     let colours: Vec<Colour> =
         map.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect();
     let indexed = Indexed::of(&colours);
@@ -150,7 +151,7 @@ fn outline(
     pen.path.finish()
 }
 
-/// Puts a glyph's curves, in font units and y upwards, where the text stands.
+/// Adds a glyph's curves, in font units with y upward, at the position of the text.
 struct Pen {
     path: PathBuilder,
     x: f32,
@@ -234,7 +235,7 @@ mod tests {
                 worst = worst.max(drawn.abs_diff(*stored));
             }
         }
-        // At the edges of lines, where nobody sees it.
+        // The deviation is at the edges of lines, where it is not visible.
         assert!((1..=31).contains(&worst), "{worst}");
         let mut all = Vec::new();
         let mut encoder = png::Encoder::new(&mut all, map.width(), map.height());

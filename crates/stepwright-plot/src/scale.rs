@@ -1,8 +1,8 @@
-//! From values to pixels, and the round numbers along an axis.
+//! Converts values to pixels, and chooses the round numbers of an axis.
 
 use std::ops::RangeInclusive;
 
-/// With fewer numbers an axis can't be read.
+/// The fewest numbers with which an axis can be read.
 const FEWEST: usize = 4;
 
 /// An axis: values from `low` to `high` along some pixels.
@@ -10,7 +10,7 @@ const FEWEST: usize = 4;
 pub struct Scale {
     low: f64,
     high: f64,
-    /// The pixels of the two.
+    /// The pixels of `low` and `high`.
     from: f64,
     to: f64,
 }
@@ -18,10 +18,11 @@ pub struct Scale {
 impl Scale {
     /// `low` lies at pixel `from`, `high` at `to`.
     pub fn new((low, high): (f64, f64), (from, to): (f64, f64)) -> Scale {
-        // An axis of no length, or of one that is lost beside its values, would divide by zero.
+        // A length of 0, or one that is tiny compared to its values, would cause a division by
+        // zero.
         let least = (low.abs() * 1e-12).max(1e-290);
         let high = if high - low <= least { low + (low.abs() * 1e-9).max(1.0) } else { high };
-        // One without an end, or of no number, has no round numbers.
+        // An infinite range or NaN has no round numbers.
         let ends = low.abs() <= 1e300 && high.abs() <= 1e300;
         let (low, high) = if ends { (low, high) } else { (0.0, 1.0) };
         Scale { low, high, from, to }
@@ -32,8 +33,8 @@ impl Scale {
         self.from + (value - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
-    /// Round values on the axis, about `wanted` of them, four at least unless fewer are
-    /// wanted, with the decimals that they need.
+    /// About `wanted` round values on the axis, at least four unless fewer are wanted, and the
+    /// decimals that they need.
     pub fn ticks(&self, wanted: usize) -> (Vec<f64>, usize) {
         let mut step = round_step((self.high - self.low) / wanted.max(1) as f64);
         while wanted > 1 && self.every(step).count() < FEWEST {
@@ -44,7 +45,7 @@ impl Scale {
         (self.every(step).map(|i| i as f64 * step).collect(), decimals)
     }
 
-    /// Which multiples of a step lie on the axis.
+    /// The multiples of a step on the axis, as factors.
     fn every(&self, step: f64) -> RangeInclusive<i64> {
         let slack = step * 1e-9;
         let first = ((self.low - slack) / step).ceil() as i64;
@@ -55,7 +56,7 @@ impl Scale {
 /// 1, 2 or 5 times a power of ten: the nearest to `step` by ratio.
 fn round_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
-    // Between the neighbours lie √2, √10 and √50.
+    // The limits between neighbours are √2, √10 and √50.
     let factor = match step / power {
         f if f < 1.414 => 1.0,
         f if f < 3.162 => 2.0,
@@ -65,14 +66,14 @@ fn round_step(step: f64) -> f64 {
     factor * power
 }
 
-/// A number with its thousands apart: `1 000 000`, `0.25`, `−3`.
+/// A number with separated thousands: `1 000 000`, `0.25`, `−3`.
 pub fn number(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let (whole, part) = text.split_once('.').map_or((text.as_str(), None), |(w, p)| (w, Some(p)));
     let negative = value < 0.0 && text.bytes().any(|b| matches!(b, b'1'..=b'9'));
     let mut out = String::from(if negative { "−" } else { "" });
     for (i, digit) in whole.chars().enumerate() {
-        // Four digits stand well without a gap.
+        // Four digits are readable without a gap.
         if i > 0 && (whole.len() - i) % 3 == 0 && whole.len() > 4 {
             out.push('\u{2009}');
         }
@@ -85,7 +86,7 @@ pub fn number(value: f64, decimals: usize) -> String {
     out
 }
 
-/// A unit of time that suits this many seconds, and how many it has per second.
+/// A suitable unit of time for this many seconds, and its number per second.
 pub fn time_unit(seconds: f64) -> (&'static str, f64) {
     match seconds {
         s if s < 2e-3 => ("µs", 1e6),

@@ -1,8 +1,8 @@
-//! Position, speed, acceleration and jerk over time, from steps that were kept.
+//! Position, speed, acceleration and jerk over time, from recorded steps.
 
 use crate::jerk::jerk;
 
-/// Windows of the acceleration in the time that an axis takes.
+/// The number of windows of the acceleration in the time of an axis' motion.
 const WINDOWS: u64 = 300;
 
 /// Up to this many steps, each is drawn.
@@ -13,19 +13,19 @@ const FEW: usize = 80;
 pub(crate) struct Mark {
     pub time: u64,
     pub position: i64,
-    /// It is the first after a pause.
+    /// Whether it is the first step after a pause.
     pub first: bool,
-    /// It is the last before one.
+    /// Whether it is the last step before a pause.
     pub last: bool,
-    /// It is near an end of its motion.
+    /// Whether it is near an end of its motion.
     pub end: bool,
 }
 
-/// Ticks as seconds.
+/// Converts ticks to seconds.
 #[derive(Clone, Copy)]
 pub(crate) struct Clock {
     pub hz: f64,
-    /// The ticks at 0 s.
+    /// The tick at 0 s.
     pub zero: f64,
 }
 
@@ -34,18 +34,18 @@ impl Clock {
         (mark.time as f64 - self.zero) / self.hz
     }
 
-    /// Between two marks.
+    /// The middle of the time between two marks.
     fn middle(self, a: &Mark, b: &Mark) -> f64 {
         ((a.time as f64 + b.time as f64) / 2.0 - self.zero) / self.hz
     }
 
-    /// Steps/s from a mark to another.
+    /// The mean speed between two marks, in steps/s.
     fn speed(self, a: &Mark, b: &Mark) -> f64 {
         (b.position - a.position) as f64 * self.hz / (b.time as f64 - a.time as f64)
     }
 }
 
-/// Seconds and steps: of few steps each, of many a line through them.
+/// Seconds and steps: each step if there are few, otherwise a line through the marks.
 pub(crate) fn position(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
     let mut before = 0.0;
@@ -60,8 +60,8 @@ pub(crate) fn position(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
     points
 }
 
-/// The speed at the end `a` of a motion, by the intervals from there to `b` and on to `c`:
-/// where the acceleration is constant that is what it is. Never the other way.
+/// The speed at the end `a` of a motion, from the intervals from there to `b` and on to `c`. It is
+/// exact for a constant acceleration, and never of the other sign.
 fn end_speed(clock: Clock, a: &Mark, b: &Mark, c: Option<&Mark>) -> f64 {
     let (near, at) = (clock.speed(a, b), clock.middle(a, b));
     let Some(c) = c else { return near };
@@ -71,7 +71,7 @@ fn end_speed(clock: Clock, a: &Mark, b: &Mark, c: Option<&Mark>) -> f64 {
     speed.clamp(least, most)
 }
 
-/// Seconds and steps/s.
+/// The speed: seconds and steps/s.
 pub(crate) fn speed(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
     let mut speed = 0.0;
@@ -105,7 +105,7 @@ pub(crate) fn speed(marks: &[Mark], clock: Clock) -> Vec<(f64, f64)> {
     points
 }
 
-/// Ticks over which speeds are compared, at most.
+/// The longest time over which speeds are compared, in ticks.
 pub(crate) fn window(marks: &[Mark]) -> u64 {
     match marks {
         [first, .., last] => (last.time - first.time) / WINDOWS,
@@ -113,14 +113,14 @@ pub(crate) fn window(marks: &[Mark]) -> u64 {
     }
 }
 
-/// Seconds and steps/s², 0 at rest.
+/// The acceleration: seconds and steps/s², 0 at rest.
 pub(crate) fn accel(marks: &[Mark], window: u64, clock: Clock) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
     for motion in marks.chunk_by(|mark, _| !mark.last) {
         let (Some(begin), Some(end)) = (motion.first(), motion.last()) else { continue };
         let changes = changes(motion, window, clock);
         points.push((clock.at(begin), 0.0));
-        // At the ends it is what it is beside them.
+        // At the ends, takes the acceleration beside them.
         points.extend(changes.first().map(|(_, accel)| (clock.at(begin), *accel)));
         points.extend(&changes);
         points.extend(changes.last().map(|(_, accel)| (clock.at(end), *accel)));
@@ -129,10 +129,10 @@ pub(crate) fn accel(marks: &[Mark], window: u64, clock: Clock) -> Vec<(f64, f64)
     points
 }
 
-/// Seconds and steps/s², within a motion.
+/// The acceleration within a motion: seconds and steps/s².
 fn changes(motion: &[Mark], window: u64, clock: Clock) -> Vec<(f64, f64)> {
     let (Some(begin), Some(end)) = (motion.first(), motion.last()) else { return Vec::new() };
-    // A short motion among others is looked at more closely.
+    // A short motion among others gets a smaller window.
     let window = window.min((end.time - begin.time) / 24);
     let mut changes = Vec::new();
     for three in windows(motion, window).windows(3) {
@@ -143,7 +143,7 @@ fn changes(motion: &[Mark], window: u64, clock: Clock) -> Vec<(f64, f64)> {
     changes
 }
 
-/// Seconds and steps/s³, 0 at rest.
+/// The jerk: seconds and steps/s³, 0 at rest.
 pub(crate) fn jerks(marks: &[Mark], window: u64, clock: Clock) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
     for motion in marks.chunk_by(|mark, _| !mark.last) {
@@ -155,7 +155,7 @@ pub(crate) fn jerks(marks: &[Mark], window: u64, clock: Clock) -> Vec<(f64, f64)
     points
 }
 
-/// Marks of a motion that lie a window apart, or more; its ends among them.
+/// The marks of a motion that are at least a window apart, including its ends.
 fn windows(motion: &[Mark], window: u64) -> Vec<Mark> {
     let mut ends: Vec<Mark> = Vec::new();
     for mark in motion {
@@ -163,7 +163,7 @@ fn windows(motion: &[Mark], window: u64) -> Vec<Mark> {
             ends.push(*mark);
         }
     }
-    // The end belongs to it, even if that makes the last window longer.
+    // The end is included, even if that makes the last window longer.
     if let Some(last) = motion.last().filter(|end| ends.last().is_some_and(|l| l.time < end.time)) {
         if ends.len() > 1 {
             ends.pop();

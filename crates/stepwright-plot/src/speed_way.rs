@@ -1,12 +1,12 @@
-//! The way of two axes on paper, with the speed as its colour, or the power of a laser.
+//! The path of two axes, with the speed or the power of a laser as its colour.
 
 use crate::figure::{GRID, INK, SOFT};
 use crate::picture::{Colour, Frame, Picture, Shape, Style};
 use crate::scale::number;
 use crate::way::Paper;
 
-/// Colours of the speed, from rest to the fastest: dark and blue, then green, then yellow, each
-/// lighter than the one before, so that they differ without colour too.
+/// The colours of the speed, from rest to the highest: dark blue, then green, then yellow. Each is
+/// lighter than the one before, so that they differ without colour vision too.
 const SPEEDS: [Colour; 12] = [
     [0x3b, 0x0f, 0x70],
     [0x42, 0x2f, 0x8a],
@@ -22,13 +22,13 @@ const SPEEDS: [Colour; 12] = [
     [0xf7, 0xb8, 0x2d],
 ];
 
-/// A line and its colour of [`SPEEDS`].
+/// A line, and the index of its colour in [`SPEEDS`].
 type Stroke = (Option<usize>, Vec<(f64, f64)>);
 
-/// Where no speed is shown.
+/// The colour of a path without a speed.
 const PALE: Colour = [0xb8, 0xbc, 0xc2];
 
-/// Where two axes have been, and how fast they were.
+/// The path of two axes, and their speeds.
 ///
 /// ```
 /// use stepwright_plot::SpeedWay;
@@ -45,13 +45,13 @@ pub struct SpeedWay {
     names: [String; 2],
     unit: String,
     speed_unit: String,
-    /// Places, and the speed from the one before to each; `None` where none is shown.
+    /// Points, and for each the speed on the path to it; `None` where no speed is shown.
     points: Vec<(f64, f64)>,
     speeds: Vec<Option<f64>>,
 }
 
 impl SpeedWay {
-    /// Of two axes with these names, in this unit, and the unit of the speed.
+    /// The empty path of two axes with these names, in this unit, and the unit of the speed.
     pub fn new(names: [&str; 2], unit: &str, speed_unit: &str) -> SpeedWay {
         SpeedWay {
             names: names.map(str::to_owned),
@@ -62,13 +62,13 @@ impl SpeedWay {
         }
     }
 
-    /// On to here, at this speed.
+    /// Adds a line to this point, at this speed.
     pub fn go(&mut self, x: f64, y: f64, speed: f64) {
         self.points.push((x, y));
         self.speeds.push(Some(speed));
     }
 
-    /// On to here without one: a thin pale line, below the others.
+    /// Adds a line to this point without a speed: thin and pale, below the others.
     pub fn go_pale(&mut self, x: f64, y: f64) {
         self.points.push((x, y));
         self.speeds.push(None);
@@ -79,7 +79,7 @@ impl SpeedWay {
         self.speeds.iter().skip(1).copied().flatten().fold(0.0, f64::max)
     }
 
-    /// Draws it.
+    /// Draws the path.
     pub fn picture(&self, title: &str) -> Picture {
         let names = [&*self.names[0], &*self.names[1]];
         let Paper { mut picture, frame, x, y } = Paper::new(title, names, &self.unit, &self.points);
@@ -94,7 +94,7 @@ impl SpeedWay {
         let mut last = None;
         for (point, speed) in self.points.iter().zip(&self.speeds) {
             let (point, now) = ((x.at(point.0), y.at(point.1)), speed.map(colour));
-            // The first point has no way to it.
+            // No line leads to the first point.
             if line.len() > 1 && now != last {
                 let end = line.last().copied();
                 lines.push((last, std::mem::take(&mut line)));
@@ -109,7 +109,7 @@ impl SpeedWay {
         if line.len() > 1 {
             lines.push((last, line));
         }
-        // What is pale comes first: the others lie on it.
+        // Pale lines come first, so that the others cover them.
         lines.sort_by_key(|(colour, _)| colour.is_some());
         for (colour, line) in lines {
             match colour.and_then(|n| SPEEDS.get(n)) {
@@ -125,7 +125,7 @@ impl SpeedWay {
         picture
     }
 
-    /// A strip of the colours above the frame, with the speeds of its ends.
+    /// Draws a strip of the colours above the frame, with the speeds at its ends.
     fn legend(&self, picture: &mut Picture, frame: Frame, fastest: f64) {
         let (wide, high) = (16.0, 12.0);
         let all = wide * SPEEDS.len() as f64;
@@ -144,8 +144,8 @@ impl SpeedWay {
     }
 }
 
-/// Whether a point is straight on from two others. Of a bend with the chord c and the angle θ to
-/// its end the middle is c·θ/4 away, at most a twentieth of a pixel.
+/// Whether a point continues the straight line through two others. A bend with the chord c and the
+/// angle θ to its end is c·θ/4 off in its middle; the limit is a twentieth of a pixel.
 pub(crate) fn straight(line: &[(f64, f64)], point: (f64, f64)) -> bool {
     let &[a, b] = line else { return false };
     let (before, after) = ((b.0 - a.0, b.1 - a.1), (point.0 - b.0, point.1 - b.1));
@@ -170,19 +170,19 @@ mod tests {
     #[test]
     fn the_colour_is_the_speed() {
         let mut way = SpeedWay::new(["X", "Y"], "mm", "mm/s");
-        // The speed at the first point counts for nothing: no way leads there.
+        // The speed at the first point has no effect: no line leads there.
         way.go(0.0, 0.0, 999.0);
         for (x, y, speed) in [(10.0, 0.0, 100.0), (20.0, 0.0, 100.0), (20.0, 10.0, 1.0)] {
             way.go(x, y, speed);
         }
         let found = lines(&way);
         assert_eq!(found.iter().map(|line| line.0).collect::<Vec<_>>(), [SPEEDS[11], SPEEDS[0]]);
-        // A straight line is one, and the next begins where it ends.
+        // A straight line is a single segment, and the next line begins at its end.
         assert_eq!((found[0].1.len(), found[1].1.len()), (2, 2));
         assert_eq!(found[0].1[1], found[1].1[0]);
     }
 
-    /// Thin and pale, below what is shown: a line from one to the other begins where that ended.
+    /// A pale path is thin, below the others; a line of another kind begins at its end.
     #[test]
     fn a_way_without_a_speed_is_pale() {
         let mut way = SpeedWay::new(["X", "Y"], "mm", "%");
@@ -213,7 +213,7 @@ mod tests {
             let angle = f64::from(n).to_radians() / 20.0;
             way.go(50.0 * angle.cos(), 50.0 * angle.sin(), 10.0);
         }
-        // However near the points are, the drawn circle stays round.
+        // The drawn circle stays round even if its points are very close.
         let found = lines(&way);
         let points = &found[0].1;
         let middle = [0, 1].map(|n| {
@@ -228,7 +228,7 @@ mod tests {
             let [(a, b), (c, d)] = [pair[0], pair[1]];
             assert!((away((a + c) / 2.0, (b + d) / 2.0) - radius).abs() < 0.3, "{pair:?}");
         }
-        // There and back is no straight line either.
+        // A path there and back is not a straight line.
         let mut way = SpeedWay::new(["X", "Y"], "mm", "mm/s");
         [0.0, 10.0, 5.0].into_iter().for_each(|x| way.go(x, 0.0, 1.0));
         assert_eq!(lines(&way)[0].1.len(), 3);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::picture::{Anchor, Colour, DASH, Picture, Shape};
 
-/// Fonts to try, in their order; the picture does not depend on the widths.
+/// Fonts to try, in this order. The picture does not depend on their widths.
 const FONTS: &str = "'Noto Sans', 'Segoe UI', 'Helvetica Neue', Arial, sans-serif";
 
 /// The picture, as the text of an `<svg>` element.
@@ -88,7 +88,7 @@ fn hex([r, g, b]: Colour) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// Text that may stand between tags and in attributes.
+/// Escapes text for use between tags and in attributes.
 pub fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -97,7 +97,7 @@ pub fn escaped(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            // XML has no place for these.
+            // XML does not allow these characters.
             '\0'..='\u{8}' | '\u{b}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
             c => out.push(c),
         }
@@ -109,7 +109,7 @@ pub fn escaped(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// XML has no place for them, however they are written.
+    /// XML does not allow these characters, not even escaped.
     #[test]
     fn characters_that_xml_lacks_are_replaced() {
         let wrong = ['\0', '\u{1}', '\u{1b}', '\u{1f}', '\r', '\u{b}', '\u{fffe}', '\u{ffff}'];

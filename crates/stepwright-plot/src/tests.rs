@@ -1,8 +1,8 @@
-//! Every format of a plot, down to its bytes' kind.
+//! Tests of all formats of a plot.
 
 use super::*;
 
-/// Three axes: one there and back, one slow, one that never moves.
+/// Three axes: one goes there and back, one is slow, one never moves.
 fn axes() -> MotionPlot {
     let there = (0..=400).map(|i| {
         let t = f64::from(i) * 0.01;
@@ -50,12 +50,12 @@ fn every_format_is_written() {
     assert!(svg.contains(">Position, steps from the start</text>"));
     let page = String::from_utf8(bytes("a.html")).unwrap();
     assert!(page.starts_with("<!doctype html>") && page.contains(&svg));
-    // One file, which asks nobody for anything.
+    // The page is one file without references.
     assert!(!page.contains("src=") && !page.contains("href="));
     fs::remove_dir_all(directory).unwrap();
 }
 
-/// A look whether a file can be written leaves everything as it was.
+/// The check whether a file can be written changes nothing.
 #[cfg(unix)]
 #[test]
 fn a_look_at_a_link_or_a_pipe_leaves_it_alone() {
@@ -65,7 +65,7 @@ fn a_look_at_a_link_or_a_pipe_leaves_it_alone() {
     let directory = std::env::temp_dir().join(format!("stepwright-look-{}", std::process::id()));
     fs::create_dir_all(&directory).unwrap();
     let file = |name: &str| -> PlotFile { directory.join(name).to_str().unwrap().parse().unwrap() };
-    // A link to a file that is not there yet.
+    // A link to a file that does not exist yet.
     symlink("later.svg", directory.join("link.svg")).unwrap();
     file("link.svg").check().unwrap();
     assert!(directory.join("link.svg").is_symlink() && !directory.join("later.svg").exists());
@@ -73,7 +73,7 @@ fn a_look_at_a_link_or_a_pipe_leaves_it_alone() {
     assert!(directory.join("link.svg").is_symlink() && directory.join("later.svg").is_file());
     symlink("nowhere/later.svg", directory.join("stray.svg")).unwrap();
     assert!(file("stray.svg").check().is_err() && directory.join("stray.svg").is_symlink());
-    // A pipe without a reader would be waited for; one with a reader would end for it.
+    // Opening a pipe would block without a reader, and end the reader otherwise.
     let made = Command::new("mkfifo").arg(directory.join("pipe.svg")).status();
     assert!(made.unwrap().success());
     let (looked, wait) = std::sync::mpsc::channel();
@@ -106,7 +106,7 @@ fn nothing_at_all_is_a_picture_too() {
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
 
-/// Curves of one panel, each with a name.
+/// A figure with one panel, and a curve for each name.
 fn panel(names: &[&str], view: View) -> Figure {
     let curve = |name: &&str| Curve {
         name: (*name).into(),
@@ -120,7 +120,7 @@ fn panel(names: &[&str], view: View) -> Figure {
     Figure { title: String::new(), notes: Vec::new(), rows: vec![(400.0, vec![panel])] }
 }
 
-/// Where the lines of curves lie, which are wider than those of axes.
+/// The points of the curves' lines, which are wider than those of axes.
 fn drawn(figure: &Figure) -> Vec<(f64, f64)> {
     let shapes = figure.picture().shapes;
     let lines = shapes.into_iter().filter_map(|shape| match shape {
@@ -144,7 +144,7 @@ fn a_view_cuts_what_lies_outside() {
     };
     assert!(points.len() == 32 && points.iter().all(within), "{points:?}");
     assert_eq!(points[0], (frame.left + frame.width / 4.0, frame.bottom()));
-    // Without a view, everything: 101 points and both dots.
+    // Without a view all is shown: 101 points and both dots.
     assert_eq!(drawn(&panel(&["one"], View::default())).len(), 103);
 }
 
@@ -154,7 +154,7 @@ fn a_legend_that_is_too_long_takes_more_rows() {
     let long = "a name that is as long as some of them are";
     let (one, two) = (top(&["a", "b"]), top(&[long; 4]));
     assert_eq!(two - one, 21.0);
-    // No two names of it lie over one another, and none beyond the edges.
+    // No two names overlap, and none is beyond the edges.
     let shapes = panel(&[long; 4], View::default()).picture().shapes;
     let names = shapes.into_iter().filter_map(|shape| match shape {
         picture::Shape::Text { x, y, text, .. } if text == long => Some((x, y)),
@@ -183,7 +183,7 @@ fn several_files_have_names_of_their_own() {
     assert_eq!(file.numbered("8").path, PathBuf::from("dir/figure-8.png"));
 }
 
-/// A panel whose y axis goes that far.
+/// A panel whose y axis contains these values.
 fn far(values: [f64; 2]) -> String {
     let mut figure = panel(&["one"], View::default());
     figure.rows[0].1[0].curves[0].points = vec![(0.0, values[0]), (1.0, values[1])];
@@ -199,7 +199,7 @@ fn long_numbers_are_in_millions() {
     assert!(far([0.0, 900_000.0]).contains(">Speed, rpm</text>"));
 }
 
-/// Shaded stretches are in sight also where there is no curve, and never beyond the frame.
+/// Shaded ranges are visible even without a curve, and never beyond the frame.
 #[test]
 fn bands_stay_within_their_panel() {
     let mut figure = panel(&["one"], View::default());
@@ -215,7 +215,7 @@ fn bands_stay_within_their_panel() {
     assert_eq!(band, Some((frame.left, frame.width)));
 }
 
-/// Where a line turns hundreds of times it is thin, so that its strokes stay apart.
+/// A line with hundreds of turns is thin, so that its strokes stay separate.
 #[test]
 fn hundreds_of_joints_are_drawn_thin() {
     let widths = |turns: u32| -> Vec<f64> {
@@ -232,8 +232,8 @@ fn hundreds_of_joints_are_drawn_thin() {
     assert!(widths(700)[0] < 1.3, "{:?}", widths(700));
 }
 
-/// A note that has no room is broken between two facts, a small jitter leaves the line as
-/// wide as it is.
+/// A note that is too long is broken between two facts. A small jitter does not make the line
+/// thinner.
 #[test]
 fn notes_are_broken_and_jitter_is_no_joint() {
     let mut figure = panel(&["one"], View::default());
@@ -247,7 +247,7 @@ fn notes_are_broken_and_jitter_is_no_joint() {
     assert!(line(0) == line(4) && line(0) != line(6) && line(6) != line(11), "{svg:.2000}");
 }
 
-/// A program's own values: what is no finite number is a gap, and nothing waits for ever.
+/// Values that are not finite leave gaps, and nothing hangs.
 #[test]
 fn values_without_end_are_gaps() {
     let wrong = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];

@@ -1,29 +1,28 @@
-//! Position, speed and acceleration over time, from the steps that were made.
+//! Position, speed and acceleration over time, from recorded steps.
 //!
-//! Between two steps the speed is that of their distance, at the middle of the
-//! time between them. The acceleration is the change of the mean speed from one window of
-//! time to the next: from step to step the ticks of the timer would make noise of it.
-//! However long a motor moves, this many points are kept: when there are too many, every
-//! second one goes.
+//! Between two steps the speed is their distance divided by their interval, at the middle of that
+//! interval. The acceleration is the change of the mean speed from one time window to the next;
+//! from step to step, it would show the ticks of the timer as noise. The number of points is
+//! limited however long a motor moves: if there are too many, every second one is dropped.
 
 use crate::AxisSeries;
 use crate::slopes::{self, Clock, Mark};
 
-/// Points of an axis: more than a picture has columns.
+/// The most points of an axis: more than a picture has columns.
 const MARKS: usize = 4096;
 
-/// A pause is this many times longer than the interval before it. A ramp that
-/// begins or ends at rest never grows an interval by more than 2.5 times.
+/// A pause is at least this many times longer than the interval before it. A ramp that begins or
+/// ends at rest never grows an interval by more than 2.5 times.
 const PAUSE: u64 = 5;
 
-/// Steps at either end of a motion that are kept however long it is: what its first and its last
-/// speed are is told by two intervals.
+/// The number of steps at either end of a motion that are always kept: its first and last speed
+/// follow from two intervals.
 const ENDS: usize = 3;
 
-/// Axes that a board may have.
+/// The most axes of a board.
 const AXES: usize = 8;
 
-/// The steps of a board's axes, of which a plot is made.
+/// The recorded steps of a board's axes, for a plot.
 pub struct Traces {
     /// Ticks per second.
     hz: u32,
@@ -34,40 +33,40 @@ pub struct Traces {
 struct Axis {
     backward: bool,
     position: i64,
-    /// Steps since the last mark that was kept, and how many make one.
+    /// The steps since the last kept mark, and the number of steps per mark.
     skipped: u32,
     every: u32,
     marks: Vec<Mark>,
     last: Option<Mark>,
-    /// The steps before it, the latest first.
+    /// The steps before `last`, the latest first.
     before: [Option<Mark>; ENDS - 1],
-    /// Steps of this motion.
+    /// The number of steps of this motion.
     made: usize,
     /// The last interval, in this motion.
     interval: Option<u64>,
 }
 
 impl Traces {
-    /// Of a board whose timer has this many ticks per second.
+    /// The empty traces of a board whose timer has this many ticks per second.
     pub fn new(hz: u32) -> Traces {
         Traces { hz, axes: Default::default() }
     }
 
-    /// An axis turns, or is told to go on as it does.
+    /// Sets the direction of an axis, which may be the same as before.
     pub fn direction(&mut self, axis: u8, forward: bool) {
         let Some(axis) = self.axes.get_mut(usize::from(axis)) else { return };
         axis.pause();
         axis.backward = !forward;
     }
 
-    /// An axis makes a step in its direction, at this tick.
+    /// Records a step of an axis in its direction, at this tick.
     pub fn pulse(&mut self, axis: u8, time: u64) {
         if let Some(axis) = self.axes.get_mut(usize::from(axis)) {
             axis.step(time);
         }
     }
 
-    /// An axis makes a step in this direction, at this tick.
+    /// Records a step of an axis in this direction, at this tick.
     pub fn step(&mut self, axis: u8, time: u64, forward: bool) {
         let known = self.axes.get(usize::from(axis)).map(|axis| !axis.backward);
         if known.is_some_and(|known| known != forward) {
@@ -76,13 +75,13 @@ impl Traces {
         self.pulse(axis, time);
     }
 
-    /// When the first step was made, in ticks.
+    /// The tick of the first step.
     pub fn first(&self) -> u64 {
         let first = self.axes.iter().filter_map(|axis| Some(axis.marks.first()?.time)).min();
         first.unwrap_or(0)
     }
 
-    /// What the axes did that have moved; times count from `zero` ticks.
+    /// The motions of the axes that have moved. Times count from `zero` ticks.
     pub fn series(&self, zero: u64) -> Vec<AxisSeries> {
         let axes = self.axes.iter().enumerate().filter(|(_, axis)| axis.last.is_some());
         let clock = Clock { hz: f64::from(self.hz), zero: zero as f64 };
@@ -128,7 +127,7 @@ impl Axis {
         }
     }
 
-    /// The step before was the last of its motion.
+    /// Ends a motion: the step before was its last.
     fn pause(&mut self) {
         self.interval = None;
         if let Some(last) = self.last.filter(|last| !last.last) {
@@ -140,7 +139,7 @@ impl Axis {
         }
     }
 
-    /// Puts the last steps of a motion behind its marks.
+    /// Adds the last steps of a motion to its marks.
     fn close(&self, marks: &mut Vec<Mark>) {
         let before = self.before.iter().rev().flatten().copied();
         let Some(last) = self.last else { return };
@@ -166,13 +165,13 @@ impl Axis {
             });
             self.every = self.every.max(1).saturating_mul(2);
         }
-        // Nothing but pauses is left: that is no picture any more.
+        // If only pauses are left, further marks are dropped.
         if self.marks.len() < 2 * MARKS {
             self.marks.push(mark);
         }
     }
 
-    /// The marks with that of the last step.
+    /// The marks, including that of the last step.
     fn all_marks(&self) -> Vec<Mark> {
         let mut marks = self.marks.clone();
         self.close(&mut marks);
@@ -228,7 +227,7 @@ mod tests {
         traces.direction(0, false);
         traces.pulse(0, 100);
         traces.pulse(0, 150);
-        // The same with a direction for each step.
+        // The same motion, with a direction for each step.
         let mut coils = Traces::new(1_000_000);
         for (time, forward) in [(0, true), (50, true), (100, false), (150, false)] {
             coils.step(0, time, forward);
@@ -241,9 +240,8 @@ mod tests {
         assert_eq!((points[4].0, points[5].0), (50e-6, 100e-6));
     }
 
-    /// From rest by 2500 steps/s² to 1000 steps/s, on, and back, in whole µs: the
-    /// acceleration is there to 3 %, although a tick more or less is 25 % of an interval's
-    /// change.
+    /// From rest with 2500 steps/s² to 1000 steps/s, a cruise, and back, in whole µs: the
+    /// acceleration is within 3 %, although one tick is 25 % of the change of an interval.
     #[test]
     fn the_acceleration_is_that_of_the_ramps() {
         let up = |n: f64| (2.0 * n / 2500.0).sqrt();
@@ -269,7 +267,7 @@ mod tests {
         within(0.42, 0.98, 0.0, &accel);
         within(1.02, 1.38, -2500.0, &accel);
         assert_eq!((accel[0], accel[accel.len() - 1]), ((0.0, 0.0), (1.4, 0.0)));
-        // One step has none, two intervals have one.
+        // One step has no acceleration, two intervals have one.
         assert_eq!(traced([7]).accel, [(7e-6, 0.0), (7e-6, 0.0)]);
         let two = traced([0, 100, 180]).accel; // 10,000 and 12,500 steps/s, 90 µs apart
         assert_eq!(two.len(), 5);
@@ -285,12 +283,12 @@ mod tests {
         assert_eq!(traces.first(), 2000);
         let series = traces.series(2000);
         assert_eq!(series[0].position, [(0.001, 0.0), (0.001, 1.0)]);
-        // Each of few steps.
+        // A few steps are all drawn.
         let each = [(0.0, 0.0), (0.0, 1.0), (0.002, 1.0), (0.002, 2.0)];
         assert_eq!(series[1].position, each);
     }
 
-    /// However many steps follow, a ramp begins and ends at the start speed.
+    /// A ramp begins and ends at the start speed, for any number of steps.
     #[test]
     fn the_start_speed_is_the_true_one() {
         for (start, accel, steps) in [(50.0, 2500.0, 400), (50.0, 20_000.0, 40), (0.0, 8000.0, 9)] {
@@ -315,7 +313,7 @@ mod tests {
         let inner = &points[1..points.len() - 1];
         assert!(inner.iter().all(|(_, v)| *v == 4000.0));
         assert_eq!(points.last().unwrap().0, 249.99975);
-        // Motions of a single step: nothing can be thinned.
+        // Motions of a single step can't be thinned.
         let lone = speeds((0..100_000).map(|n| n * n * n));
         assert!(lone.len() < 20 * MARKS);
     }

@@ -1,4 +1,4 @@
-//! The way of two motors on paper, both axes to the same scale.
+//! The path of two motors, both axes to the same scale.
 
 use crate::figure::{GRID, INK, PALETTE, SOFT};
 use crate::picture::{Frame, Picture, Shape, Style};
@@ -6,30 +6,30 @@ use crate::scale::{Scale, number};
 use crate::speed_way::straight;
 use crate::{clip, width};
 
-/// How many points are kept, at most: more than can be told apart.
+/// The most points that are kept: more than can be distinguished.
 const POINTS: usize = 200_000;
 
-/// How many wait behind them to be looked at together.
+/// The number of further points that are collected before thinning.
 const WAITING: usize = 50_000;
 
-/// Where two motors have been.
+/// The path of two motors.
 pub struct WayPlot {
-    /// Of the motors, in the order of the axes.
+    /// The names of the motors, in the order of the axes.
     pub names: (String, String),
     unit: String,
     points: Vec<(i64, i64)>,
-    /// How many of them were looked at, and of how many that are seen one is kept.
+    /// The number of points that were thinned. Of the visible ones, one in `every` is kept.
     settled: usize,
     every: usize,
 }
 
 impl WayPlot {
-    /// Of two motors with these names, in this unit.
+    /// The empty path of two motors with these names, in this unit.
     pub fn new(names: (String, String), unit: String) -> WayPlot {
         WayPlot { names, unit, points: Vec::new(), settled: 0, every: 1 }
     }
 
-    /// On to here. Of a straight line only the ends are kept.
+    /// Adds a line to this point. Only the ends of a straight line are kept.
     pub fn go(&mut self, x: i64, y: i64) {
         if self.points.last() == Some(&(x, y)) {
             return;
@@ -52,7 +52,7 @@ impl WayPlot {
         self.points.push((x, y));
     }
 
-    /// Leaves out the points that no picture would show, and if that is too few, every second one
+    /// Drops points that are not visible in a picture. If too many are left, drops every second one
     /// from now on.
     fn settle(&mut self) {
         let range = |of: fn(&(i64, i64)) -> i64| {
@@ -75,7 +75,7 @@ impl WayPlot {
         self.settled = self.points.len();
     }
 
-    /// Draws it.
+    /// Draws the path.
     pub fn picture(&self, title: &str) -> Picture {
         let largest = self
             .points
@@ -91,10 +91,10 @@ impl WayPlot {
         let line: Vec<_> = points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
         let line = thinned(&line, |p| p);
         let ends = [line.first().copied(), line.last().copied()];
-        // Of a way with very many corners a wide line would be a block.
+        // With very many corners a wide line would look like a block.
         let corners = corners(&line) as f64;
         picture.line(line.clone(), PALETTE[0], (300.0 / corners.max(1.0)).clamp(1.0, 2.0));
-        // A larger dot where it begins, a smaller one where it ends.
+        // A larger dot at the start, a smaller one at the end.
         for ((end, fill), radius) in ends.into_iter().flatten().zip(PALETTE).zip([6.0, 4.0]) {
             picture.shapes.push(Shape::Dots { points: vec![end], fill, radius });
         }
@@ -112,8 +112,7 @@ impl WayPlot {
     }
 }
 
-/// The points without those that are less than a twentieth of a pixel off the line through the
-/// others.
+/// Drops the points that are less than a twentieth of a pixel off the line through the others.
 fn thinned<P: Copy>(points: &[P], pixels: impl Fn(P) -> (f64, f64)) -> Vec<P> {
     let mut kept: Vec<P> = Vec::new();
     for &point in points {
@@ -127,7 +126,7 @@ fn thinned<P: Copy>(points: &[P], pixels: impl Fn(P) -> (f64, f64)) -> Vec<P> {
     kept
 }
 
-/// The paper of a way: its frame, the grid, and the scales.
+/// The empty drawing of a path: its frame, the grid, and the scales.
 pub(crate) struct Paper {
     pub picture: Picture,
     pub frame: Frame,
@@ -136,7 +135,7 @@ pub(crate) struct Paper {
 }
 
 impl Paper {
-    /// Around these points, both axes to the same scale.
+    /// A drawing around these points, both axes to the same scale.
     pub fn new(title: &str, names: [&str; 2], unit: &str, points: &[(f64, f64)]) -> Paper {
         let range = |values: &mut dyn Iterator<Item = f64>| {
             let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
@@ -146,7 +145,7 @@ impl Paper {
             (range(&mut points.iter().map(|p| p.0)), range(&mut points.iter().map(|p| p.1)));
         let span = (x.1 - x.0).max(y.1 - y.0);
         let span = if span > 0.0 { span } else { 1.0 };
-        // Some air around it, and a strip for a way that is a straight line.
+        // A margin around the path, and a minimum height for a straight line.
         let side = |(low, high): (f64, f64)| {
             let half = (high - low).max(span * 0.2) / 2.0 + span * 0.06;
             ((low + high) / 2.0 - half, (low + high) / 2.0 + half)
@@ -180,10 +179,10 @@ impl Paper {
     }
 }
 
-/// The longer side of the paper, in pixels.
+/// The longer side of the drawing, in pixels.
 const SIDE: f64 = 860.0;
 
-/// A unit in which numbers stay short, and how many of the file's it is.
+/// A unit with short numbers, and its size in units of the file.
 fn shown_in(unit: &str, largest: f64) -> (String, f64) {
     match unit {
         "nm" if largest >= 1e6 => ("mm".to_owned(), 1e6),
@@ -192,7 +191,8 @@ fn shown_in(unit: &str, largest: f64) -> (String, f64) {
     }
 }
 
-/// Corners between stretches that can be told apart: an arc's steps are none.
+/// The number of corners between segments that can be distinguished; the steps of an arc are no
+/// corners.
 fn corners(line: &[(f64, f64)]) -> usize {
     let length = |a: &(f64, f64), b: &(f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
     let seen = |three: &&[(f64, f64)]| {
@@ -201,26 +201,26 @@ fn corners(line: &[(f64, f64)]) -> usize {
     line.windows(3).filter(seen).count()
 }
 
-/// Whether names at both would lie over one another.
+/// Whether names at both points would overlap.
 fn near(a: (f64, f64), b: (f64, f64)) -> bool {
     (a.0 - b.0).abs() < 60.0 && (a.1 - b.1).abs() < 28.0
 }
 
-/// Names of points, where they hide as little as can be.
+/// Places names of points where they hide as little as possible.
 struct Labels<'a> {
     picture: &'a mut Picture,
     frame: Frame,
     line: &'a [(f64, f64)],
-    /// Where a name is already.
+    /// The frame of a name that is placed already.
     taken: Option<Frame>,
 }
 
-/// Of a name, and of its paper.
+/// The style of a name, and the height of its background.
 const LABEL: Style = Style::new(13.5, INK).bold();
 const HEIGHT: f64 = 20.0;
 
 impl Labels<'_> {
-    /// A name beside a point, on paper of its own: where the line runs by least.
+    /// Adds a name beside a point, on a background, where it hides least of the line.
     fn add(&mut self, (x, y): (f64, f64), name: &str) {
         let width = 10.0 + width(name, LABEL);
         let middle = -width / 2.0;
@@ -235,7 +235,7 @@ impl Labels<'_> {
             (middle, 14.0),
         ];
         let place = |(dx, dy)| Frame { left: x + dx, top: y + dy, width, height: HEIGHT };
-        // Of those as good as each other, the first.
+        // Of equally good positions, takes the first.
         let best =
             places.map(place).into_iter().min_by(|a, b| self.cost(a).total_cmp(&self.cost(b)));
         let Some(paper) = best else { return };
@@ -244,10 +244,10 @@ impl Labels<'_> {
         self.taken = Some(paper);
     }
 
-    /// Pixels of the line that would be hidden; more than any line for what is outside the
-    /// frame or over another name.
+    /// The pixels of the line that would be hidden. A position outside the frame or over another
+    /// name costs more than any line.
     fn cost(&self, paper: &Frame) -> f64 {
-        // Some air around it, for a line has a width.
+        // A margin, because a line has a width.
         let x = (paper.left - 3.0, paper.right() + 3.0);
         let y = (paper.top - 3.0, paper.bottom() + 3.0);
         let out = x.0 < self.frame.left
@@ -268,7 +268,7 @@ impl Labels<'_> {
 mod tests {
     use super::*;
 
-    /// The texts of a way's picture, and where they lie.
+    /// The texts of a path's picture, and their positions.
     fn texts(points: &[(i64, i64)]) -> Vec<(String, f64, f64)> {
         let mut way = WayPlot::new(("X".into(), "Y".into()), "nm".into());
         points.iter().for_each(|(x, y)| way.go(*x, *y));
@@ -286,7 +286,7 @@ mod tests {
         (found[0].1, found[0].2)
     }
 
-    /// Turns of a circle, step by step, as motors make them.
+    /// Turns of a circle, step by step, as with motors.
     fn circles(turns: u32) -> WayPlot {
         let mut way = WayPlot::new(("X".into(), "Y".into()), "nm".into());
         for n in 0..=turns * 5_000 {
@@ -296,7 +296,7 @@ mod tests {
         way
     }
 
-    /// However often the motors turn, memory and the file are bounded, and it stays round.
+    /// For any number of turns, memory and file size are bounded, and the circle stays round.
     #[test]
     fn a_thousand_turns_are_a_small_file() {
         let way = circles(1_000);
@@ -318,7 +318,7 @@ mod tests {
             let off = (x - middle).hypot(y - level) - radius;
             assert!(off.abs() < 0.5, "{off} {pair:?}");
         }
-        // It ends where the motors are.
+        // The line ends at the motors' positions.
         let end = (line[line.len() - 1].0 - middle - radius).hypot(line[line.len() - 1].1 - level);
         assert!(end < 0.1, "{end}");
     }
@@ -329,26 +329,26 @@ mod tests {
         let open = texts(&[(0, 0), (50 * mm, 0), (50 * mm, 30 * mm)]);
         let (start, end) = (place(&open, "start"), place(&open, "end"));
         assert!(start.0 + 300.0 < end.0 && end.1 + 200.0 < start.1, "{open:?}");
-        // Where both are one place, or nearly, one name is there.
+        // If both are at the same or nearly the same place, they get one name.
         place(&texts(&[(0, 0), (50 * mm, 0), (50 * mm, 30 * mm), (0, 0)]), "start and end");
         place(&texts(&[(0, 0), (50 * mm, 0), (50 * mm, 30 * mm), (mm, mm)]), "start, end");
-        // A way of one point.
+        // A path of one point.
         place(&texts(&[(5, 5)]), "start and end");
     }
 
-    /// Above the start runs the line, and below it none: there is its name.
+    /// The line runs above the start, so the name is below it.
     #[test]
     fn names_hide_no_line() {
         let mm = 1_000_000;
         let low = [(0, 0), (0, 1_400_000), (50 * mm, 1_400_000), (50 * mm, 50 * mm)];
         let texts = texts(&low);
         let bottom = place(&texts, "X, mm").1 - 46.0;
-        // The way begins 46 pixels above the edge.
+        // The path begins 46 pixels above the edge.
         let start = place(&texts, "start");
         assert!(start.1 > bottom - 40.0 && start.1 < bottom, "{start:?} {bottom}");
     }
 
-    /// Both axes can be read, of a way that is a straight line, too.
+    /// Both axes can be read, also for a straight line.
     #[test]
     fn each_axis_has_its_numbers() {
         for end in [(50, 0), (0, 50), (50, 50), (3, 2000), (123_456, 7)] {
@@ -364,7 +364,7 @@ mod tests {
         }
     }
 
-    /// As far as positions can be counted.
+    /// At the limits of the range of positions.
     #[test]
     fn the_ends_of_the_range_are_places_too() {
         let far = texts(&[(i64::MIN, 0), (i64::MAX, i64::MIN)]);

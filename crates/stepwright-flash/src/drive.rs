@@ -1,7 +1,7 @@
 //! A board whose boot loader is a drive: a Raspberry Pi Pico that was plugged in with BOOTSEL held.
 //!
-//! A UF2 file that is copied there goes into the flash; with its last block the board restarts, and the
-//! drive is gone. By the RP2040's datasheet, "USB Mass Storage Interface".
+//! A UF2 file that is copied to the drive is written to the flash. After its last block the board
+//! restarts, and the drive disappears. See the RP2040's datasheet, "USB Mass Storage Interface".
 
 use std::fmt;
 use std::fs::{self, File};
@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 
 use crate::uf2::BLOCK;
 
-/// What says which board a drive is.
+/// The file that identifies the board of a drive.
 const INFO: &str = "INFO_UF2.TXT";
 
-/// The line of it that a Pico has.
+/// The line of [`INFO`] that identifies a Pico.
 const PICO: &str = "Board-ID: RPI-RP2";
 
 /// The name of the file on the drive.
@@ -27,22 +27,22 @@ pub struct BootDrive {
     path: PathBuf,
 }
 
-/// Why nothing was written, or not all.
+/// The error of a firmware that was not written, or not completely.
 #[derive(Debug)]
 pub enum DriveError {
-    /// No drive is a Pico's.
+    /// There is no drive of a Pico.
     None,
-    /// Several are.
+    /// There are several drives of Picos.
     Several(Vec<PathBuf>),
-    /// There is no `INFO_UF2.TXT`, so it is no boot loader's drive.
+    /// The drive has no `INFO_UF2.TXT`, so it is not that of a boot loader.
     NoBootLoader(PathBuf),
-    /// It is another board's: what its `INFO_UF2.TXT` says.
+    /// The drive of another board, with the identification from its `INFO_UF2.TXT`.
     Other(PathBuf, String),
     /// The file could not be written.
     File(PathBuf, io::Error),
-    /// What was read back differs, from this byte on.
+    /// The file that was read back differs, from this byte on.
     Differs(PathBuf, usize),
-    /// The file is on the drive, and the board has not restarted.
+    /// The file is on the drive, but the board has not restarted.
     NotTaken(PathBuf),
 }
 
@@ -77,7 +77,8 @@ impl BootDrive {
     /// The drive at a path.
     ///
     /// # Errors
-    /// [`NoBootLoader`](DriveError::NoBootLoader), [`Other`](DriveError::Other): it is no Pico's.
+    /// [`NoBootLoader`](DriveError::NoBootLoader), [`Other`](DriveError::Other): the drive is not a
+    /// Pico's.
     pub fn at(path: &Path) -> Result<BootDrive, DriveError> {
         let info =
             fs::read(path.join(INFO)).map_err(|_| DriveError::NoBootLoader(path.to_path_buf()))?;
@@ -98,7 +99,7 @@ impl BootDrive {
         BootDrive::find_among(&places())
     }
 
-    /// Likewise, among these.
+    /// Like [`find`](BootDrive::find), among these paths.
     ///
     /// # Errors
     /// As [`find`](BootDrive::find).
@@ -115,18 +116,18 @@ impl BootDrive {
         }
     }
 
-    /// Where it is.
+    /// The path of the drive.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Copies a UF2 file there, and waits until the board has taken it: it restarts, and its drive is
-    /// gone. `done` gets the bytes written.
+    /// Copies a UF2 file to the drive, and waits until the board has taken it: it restarts, and the
+    /// drive disappears. Calls `done` with the number of bytes written.
     ///
     /// # Errors
-    /// [`File`](DriveError::File); [`Differs`](DriveError::Differs) and
-    /// [`NotTaken`](DriveError::NotTaken) if the drive is still there after `patience`: a Pico takes
-    /// a second.
+    /// [`File`](DriveError::File); [`Differs`](DriveError::Differs) or
+    /// [`NotTaken`](DriveError::NotTaken) if the drive is still there after `patience`. A Pico
+    /// takes a second.
     pub fn write(
         &self,
         uf2: &[u8],
@@ -142,7 +143,8 @@ impl BootDrive {
             written += block.len();
             done(written);
         }
-        // With the last block the board restarts, whatever the computer has yet to say to its drive.
+        // After the last block the board restarts, even if the computer still has data for its
+        // drive.
         let synced = file.sync_all();
         drop(file);
         let end = Instant::now() + patience;
@@ -160,7 +162,7 @@ impl BootDrive {
         BootDrive::at(&self.path).is_ok()
     }
 
-    /// What is wrong with a file that the drive has kept.
+    /// The error of a file that is still on the drive.
     fn kept(&self, path: &Path, uf2: &[u8]) -> DriveError {
         let kept = match fs::read(path) {
             Ok(kept) => kept,
@@ -174,7 +176,7 @@ impl BootDrive {
     }
 }
 
-/// Where systems mount drives.
+/// The paths at which systems mount drives.
 fn places() -> Vec<PathBuf> {
     if cfg!(windows) {
         return (b'D'..=b'Z').map(|letter| format!("{}:\\", char::from(letter)).into()).collect();
@@ -183,7 +185,7 @@ fn places() -> Vec<PathBuf> {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         entries.map(|entry| entry.path()).collect()
     };
-    // Of each user there, and of none.
+    // Both with and without a folder for each user.
     let mut all = Vec::new();
     for folder in ["/media", "/run/media", "/Volumes", "/mnt"] {
         for path in inside(Path::new(folder)) {

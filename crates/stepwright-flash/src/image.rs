@@ -1,4 +1,4 @@
-//! The firmwares that this crate carries, as `cargo xtask image` has built them.
+//! The firmwares in this crate, as built by `cargo xtask image`.
 
 use std::fmt::Write;
 use std::time::Duration;
@@ -53,7 +53,7 @@ pub enum FlashProgram {
     Selftest,
 }
 
-/// For which boards, which program, the image.
+/// The images, with their boards and programs.
 const IMAGES: [(&[FlashBoard], FlashProgram, &[u8]); 12] = [
     (
         &[FlashBoard::Uno, FlashBoard::Nano],
@@ -97,8 +97,8 @@ const IMAGES: [(&[FlashBoard], FlashProgram, &[u8]); 12] = [
     (&[FlashBoard::Mega], FlashProgram::Stream, include_bytes!("../images/mega-stream.bin")),
 ];
 
-/// Bytes of flash that the boot loader leaves: that of an Uno, and of a Nano from 2018 on, takes
-/// 512, a Mega's 8,192.
+/// The bytes of flash that the boot loader leaves. The boot loader of an Uno, and of a Nano from
+/// 2018 on, takes 512, that of a Mega 8,192.
 const fn room(board: FlashBoard) -> usize {
     match board {
         FlashBoard::Uno | FlashBoard::Nano => 32_256,
@@ -106,7 +106,7 @@ const fn room(board: FlashBoard) -> usize {
     }
 }
 
-/// Bytes of flash that a Nano's boot loader from before 2018 leaves: it takes 2,048.
+/// The bytes of flash that the boot loader of a Nano from before 2018 leaves: it takes 2,048.
 pub const OLD_ROOM: usize = 30_720;
 
 const _: () = {
@@ -131,12 +131,12 @@ pub struct Firmware {
 }
 
 impl Firmware {
-    /// The program for a board. `old_boot_loader` is for a Nano from before 2018, whose boot
-    /// loader listens at 57,600 bits/s and leaves 1.5 KB less; a later one has an Uno's.
+    /// The program for a board. `old_boot_loader` is for a Nano from before 2018, whose boot loader
+    /// uses 57,600 bits/s and leaves 1.5 KB less. Later Nanos have the boot loader of an Uno.
     ///
     /// # Errors
-    /// [`NoProgram`]: there is none for that board, or it is larger than [`OLD_ROOM`] where the
-    /// boot loader is the old one.
+    /// [`NoProgram`]: there is no such program for the board, or it is larger than [`OLD_ROOM`]
+    /// with the old boot loader.
     pub fn of(
         board: FlashBoard,
         old_boot_loader: bool,
@@ -155,12 +155,12 @@ impl Firmware {
         }
     }
 
-    /// The board that it is for.
+    /// The board of this firmware.
     pub fn board(&self) -> FlashBoard {
         self.board
     }
 
-    /// Bits/s of the board's boot loader.
+    /// The baud rate of the board's boot loader.
     pub fn baud(&self) -> u32 {
         if self.old_boot_loader { 57_600 } else { 115_200 }
     }
@@ -187,18 +187,18 @@ fn hash(bytes: &[u8]) -> String {
 /// A firmware for a Raspberry Pi Pico, whose boot loader is a drive.
 #[derive(Clone, Copy, Debug)]
 pub struct PicoFirmware {
-    /// As it lies in the flash, from [`PicoFirmware::ADDRESS`] on.
+    /// The content of the flash from [`PicoFirmware::ADDRESS`] on.
     bytes: &'static [u8],
 }
 
-/// Which program, the image.
+/// The images of a Pico, with their programs.
 const PICO: [(FlashProgram, &[u8]); 3] = [
     (FlashProgram::Slave, include_bytes!("../images/pico.bin")),
     (FlashProgram::Stream, include_bytes!("../images/pico-stream.bin")),
     (FlashProgram::Selftest, include_bytes!("../images/pico-selftest.bin")),
 ];
 
-/// What its flash holds.
+/// The size of a Pico's flash in bytes.
 const PICO_ROOM: usize = 2 << 20;
 
 const _: () = {
@@ -210,7 +210,7 @@ const _: () = {
 };
 
 impl PicoFirmware {
-    /// Where an RP2040 has its flash.
+    /// The address of the flash of an RP2040.
     pub const ADDRESS: u32 = 0x1000_0000;
 
     /// The program for a Pico, if there is one.
@@ -219,7 +219,7 @@ impl PicoFirmware {
         found.map(|row| PicoFirmware { bytes: row.1 })
     }
 
-    /// The programs that there are for a Pico.
+    /// The available programs for a Pico.
     pub fn programs() -> impl Iterator<Item = FlashProgram> {
         PICO.iter().map(|row| row.0)
     }
@@ -234,13 +234,13 @@ impl PicoFirmware {
         hash(self.bytes)
     }
 
-    /// The UF2 file of it.
+    /// The firmware as a UF2 file.
     pub fn uf2(self) -> Vec<u8> {
         uf2::blocks(self.bytes, Self::ADDRESS, uf2::RP2040)
     }
 
-    /// Copies it to a drive, and waits until the board has taken it. `done` gets the bytes of the file that
-    /// were written.
+    /// Copies the firmware to a drive, and waits until the board has taken it. Calls `done` with
+    /// the number of bytes of the file that were written.
     ///
     /// # Errors
     /// [`DriveError`]: see [`BootDrive::write`].

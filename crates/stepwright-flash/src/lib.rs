@@ -1,4 +1,5 @@
-//! Write a firmware to an Uno, a Nano, a Mega or a Pico through its boot loader, without a compiler.
+//! Writes a firmware to an Uno, a Nano, a Mega or a Pico through its boot loader, without a
+//! compiler.
 //!
 //! ```no_run
 //! # use std::time::Duration;
@@ -27,8 +28,8 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `image` | the firmwares that this crate carries |
-//! | [`loader`] | what the boot loaders have in common |
+//! | `image` | the firmwares in this crate |
+//! | [`loader`] | the common parts of the boot loaders |
 //! | [`stk500`] | the boot loader of an Uno and a Nano |
 //! | [`stk500v2`] | the boot loader of a Mega |
 //! | [`drive`], [`uf2`] | the boot loader of a Pico, and the file that it takes |
@@ -54,15 +55,16 @@ use loader::{Loader, LoaderError};
 use stk500::Stk500;
 use stk500v2::Stk500v2;
 
-/// How often the boot loader is looked for: it listens for about a second after a reset.
+/// How often to reset the board to find the boot loader, which listens for about a second after a
+/// reset.
 const RESETS: usize = 3;
 
-/// What is done to the flash.
+/// The stages of flashing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashStage {
-    /// It is written.
+    /// The flash is written.
     Writing,
-    /// It is read back and compared.
+    /// The flash is read back and compared.
     Comparing,
 }
 
@@ -75,24 +77,24 @@ impl fmt::Display for FlashStage {
     }
 }
 
-/// There is no such program for the board.
+/// The error of a program that the board can't have.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NoProgram {
-    /// None is made for it.
+    /// There is no such program for this board.
     Board {
         /// The board.
         board: FlashBoard,
-        /// The program that it has not.
+        /// The missing program.
         program: FlashProgram,
-        /// Those that it has.
+        /// The available programs.
         there: Vec<FlashProgram>,
     },
-    /// It is larger than the [`OLD_ROOM`] that a Nano's old boot loader leaves: with the boot
-    /// loader of later Nanos it fits.
+    /// The program is larger than the [`OLD_ROOM`] that a Nano's old boot loader leaves. It fits
+    /// with the boot loader of later Nanos.
     OldBootLoader {
         /// The program.
         program: FlashProgram,
-        /// Its bytes.
+        /// Its size in bytes.
         size: usize,
     },
 }
@@ -114,12 +116,13 @@ impl fmt::Display for NoProgram {
 impl std::error::Error for NoProgram {}
 
 impl Firmware {
-    /// Resets the board on this line, writes the firmware, compares all of it, and has it begin.
-    /// `done` gets the bytes written, and then those compared. It blocks for some seconds.
+    /// Resets the board on this line, writes the firmware, compares all of it, and starts it. Calls
+    /// `done` with the number of bytes written, then with those compared. It blocks for some
+    /// seconds.
     ///
     /// # Errors
-    /// [`LoaderError`]; but for [`Silent`](LoaderError::Silent) and [`Chip`](LoaderError::Chip)
-    /// the program that was on the board may be gone.
+    /// [`LoaderError`]. Except for [`Silent`](LoaderError::Silent) and [`Chip`](LoaderError::Chip),
+    /// the program that was on the board may be lost.
     pub fn write(
         &self,
         link: SerialLink,
@@ -148,7 +151,7 @@ impl Firmware {
         loader.write(self.bytes(), &mut |bytes| done(FlashStage::Writing, bytes))?;
         loader.compare(self.bytes(), &mut |bytes| done(FlashStage::Comparing, bytes))?;
         loader.leave()?;
-        // Its program begins.
+        // Lets the program start.
         thread::sleep(Duration::from_millis(200));
         Ok(())
     }

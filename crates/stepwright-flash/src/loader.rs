@@ -1,5 +1,5 @@
-//! What the boot loaders of the boards have in common: they are met after a reset, and flash
-//! is written and read back page by page.
+//! The common parts of the boot loaders: the connection after a reset, and writing and reading
+//! flash page by page.
 
 use std::fmt;
 use std::io;
@@ -7,18 +7,18 @@ use std::time::Duration;
 
 use stepwright_host::link::Link;
 
-/// Why nothing was written, or not all.
+/// The error of a firmware that was not written, or not completely.
 #[derive(Debug)]
 pub enum LoaderError {
-    /// Nothing answers as a boot loader does.
+    /// No boot loader answers.
     Silent,
-    /// Another chip.
+    /// The board has another chip.
     Chip([u8; 3]),
-    /// An answer that is none.
+    /// An invalid answer.
     Odd,
     /// The boot loader has refused a command.
     Refused,
-    /// What was read back differs, from this byte on.
+    /// The flash that was read back differs, from this byte on.
     Differs(usize),
     /// The line is gone.
     Line(io::Error),
@@ -41,9 +41,10 @@ impl fmt::Display for LoaderError {
 
 impl std::error::Error for LoaderError {}
 
-/// An answer to a command: a page takes 5 ms to write, and at 57600 bits/s 23 ms to send.
+/// The longest wait for an answer to a command. Writing a page takes 5 ms, and sending it 23 ms at
+/// 57600 bits/s.
 pub(crate) const PATIENCE: Duration = Duration::from_millis(1000);
-/// How long an answer to the first command may take, and how often it is sent.
+/// The longest wait for an answer to the first command, and how often it is sent.
 pub(crate) const KNOCK: Duration = Duration::from_millis(150);
 const KNOCKS: usize = 10;
 
@@ -51,7 +52,7 @@ const KNOCKS: usize = 10;
 pub trait Loader {
     /// The line.
     type Link: Link;
-    /// Bytes of flash that are written at once.
+    /// The bytes of a page of flash, which is written at once.
     const PAGE: usize;
 
     /// The line.
@@ -60,37 +61,37 @@ pub trait Loader {
     /// Sends the first command once.
     ///
     /// # Errors
-    /// Anything but its answer.
+    /// No valid answer.
     fn knock(&mut self) -> Result<(), LoaderError>;
 
-    /// Begins to program the chip, if it is the right one.
+    /// Enters programming mode, if it is the right chip.
     ///
     /// # Errors
-    /// [`LoaderError::Chip`]: it is another one; or the boot loader does not answer.
+    /// [`LoaderError::Chip`]: it is another chip; or the boot loader does not answer.
     fn enter(&mut self) -> Result<(), LoaderError>;
 
-    /// Writes a page of [`PAGE`](Loader::PAGE) bytes to this address, a multiple of it.
+    /// Writes a page of [`PAGE`](Loader::PAGE) bytes to this address, a multiple of `PAGE`.
     ///
     /// # Errors
     /// No answer, or a refusal.
     fn write_page(&mut self, address: usize, page: &[u8]) -> Result<(), LoaderError>;
 
-    /// Reads as many bytes from this address, a multiple of [`PAGE`](Loader::PAGE).
+    /// Fills `into` from this address, a multiple of [`PAGE`](Loader::PAGE).
     ///
     /// # Errors
     /// No answer, or a refusal.
     fn read_page(&mut self, address: usize, into: &mut [u8]) -> Result<(), LoaderError>;
 
-    /// Has the program begin.
+    /// Starts the program.
     ///
     /// # Errors
     /// No answer, or a refusal.
     fn leave(&mut self) -> Result<(), LoaderError>;
 
-    /// Gets in step with a boot loader that was just reset, and begins to program.
+    /// Synchronizes with a boot loader after a reset, and enters programming mode.
     ///
     /// # Errors
-    /// [`LoaderError::Silent`]: ten commands had no answer; and those of [`enter`](Loader::enter).
+    /// [`LoaderError::Silent`]: ten commands got no answer; the errors of [`enter`](Loader::enter).
     fn meet(&mut self) -> Result<(), LoaderError> {
         let mut met = false;
         for _ in 0..KNOCKS {
@@ -106,16 +107,16 @@ pub trait Loader {
         if !met {
             return Err(LoaderError::Silent);
         }
-        // Answers to earlier knocks may be on their way.
+        // Answers to earlier knocks may still come.
         self.drain()?;
         self.enter()
     }
 
-    /// Writes flash from address 0 on; the rest of the last page is erased. `done` gets the bytes
-    /// written.
+    /// Writes flash from address 0 on. The rest of the last page is erased. Calls `done` with the
+    /// number of bytes written.
     ///
     /// # Errors
-    /// Those of [`write_page`](Loader::write_page).
+    /// The errors of [`write_page`](Loader::write_page).
     fn write(&mut self, bytes: &[u8], done: &mut impl FnMut(usize)) -> Result<(), LoaderError> {
         for (n, chunk) in bytes.chunks(Self::PAGE).enumerate() {
             let mut page = chunk.to_vec();
@@ -126,10 +127,10 @@ pub trait Loader {
         Ok(())
     }
 
-    /// Reads flash back, and compares it. `done` gets the bytes compared.
+    /// Reads flash back, and compares it. Calls `done` with the number of bytes compared.
     ///
     /// # Errors
-    /// [`LoaderError::Differs`]; those of [`read_page`](Loader::read_page).
+    /// [`LoaderError::Differs`]; the errors of [`read_page`](Loader::read_page).
     fn compare(&mut self, bytes: &[u8], done: &mut impl FnMut(usize)) -> Result<(), LoaderError> {
         for (n, chunk) in bytes.chunks(Self::PAGE).enumerate() {
             let mut page = vec![0; Self::PAGE];
@@ -142,7 +143,7 @@ pub trait Loader {
         Ok(())
     }
 
-    /// Throws away what comes until nothing does.
+    /// Discards input until none comes.
     ///
     /// # Errors
     /// [`LoaderError::Line`]
@@ -154,7 +155,7 @@ pub trait Loader {
     }
 }
 
-/// Reads until `into` is full, until this time of the link's clock.
+/// Reads until `into` is full, at most until this time of the link's clock.
 pub(crate) fn fill(
     link: &mut impl Link,
     into: &mut [u8],

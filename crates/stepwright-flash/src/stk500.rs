@@ -24,7 +24,7 @@ const END: u8 = b' ';
 const IN_STEP: u8 = 0x14;
 /// Ends an answer.
 const OK: u8 = 0x10;
-/// Of an ATmega328P, and of its sister without the P.
+/// The signatures of an ATmega328P and an ATmega328.
 const CHIPS: [[u8; 3]; 2] = [[0x1E, 0x95, 0x0F], [0x1E, 0x95, 0x14]];
 
 /// A conversation with the boot loader of an Uno or a Nano.
@@ -33,12 +33,12 @@ pub struct Stk500<L> {
 }
 
 impl<L: Link> Stk500<L> {
-    /// Of a board on this line.
+    /// A conversation with a board on this line.
     pub fn new(link: L) -> Stk500<L> {
         Stk500 { link }
     }
 
-    /// Goes to an address.
+    /// Sets the address.
     fn seek(&mut self, address: usize) -> Result<(), LoaderError> {
         let [low, high, ..] = (address / 2).to_le_bytes();
         self.ask(&[b'U', low, high], &mut [], PATIENCE)
@@ -106,16 +106,16 @@ mod tests {
 
     const PAGE: usize = Stk500::<Board>::PAGE;
 
-    /// A boot loader by the application note: flash of 32 KiB, 512 bytes of it its own.
+    /// A boot loader by the application note: 32 KiB of flash, 512 bytes of which are its own.
     struct Board {
         flash: Vec<u8>,
         at: usize,
         open: bool,
         said: Vec<u8>,
         chip: [u8; 3],
-        /// Deaf for this many commands.
+        /// Ignores this many commands.
         deaf: usize,
-        /// A byte that does not take what is written.
+        /// A byte of flash that can't be written.
         worn: Option<usize>,
         now: Duration,
     }
@@ -181,7 +181,7 @@ mod tests {
             if self.said.is_empty() {
                 self.now += limit;
             }
-            // Not all at once, as lines have it.
+            // Not all at once, as on a serial line.
             let count = self.said.len().min(buffer.len()).min(61);
             buffer[..count].copy_from_slice(&self.said[..count]);
             self.said.drain(..count);

@@ -15,8 +15,8 @@
 //!   11 01 01                       → 11 00       programming ends, and the program begins
 //! ```
 //!
-//! The second byte of an answer is 00 if the command was obeyed. What a programmer is told of
-//! the chip's serial interface (delays, opcodes) is for programmers; a boot loader ignores it.
+//! The second byte of an answer is 00 if the command was carried out. Parameters for the chip's
+//! serial interface (delays, opcodes) are for programmers; a boot loader ignores them.
 
 use std::time::Duration;
 
@@ -25,13 +25,13 @@ use stepwright_host::link::Link;
 
 /// Begins a message.
 const START: u8 = 0x1B;
-/// Between the head of a message and its body.
+/// Separates the head of a message from its body.
 const TOKEN: u8 = 0x0E;
-/// The command was obeyed.
+/// The status of a command that was carried out.
 const OK: u8 = 0;
-/// Of an ATmega2560.
+/// The signature of an ATmega2560.
 const CHIP: [u8; 3] = [0x1E, 0x98, 0x01];
-/// Bodies are no longer.
+/// The longest body.
 const LONGEST: usize = 275;
 
 const SIGN_ON: u8 = 0x01;
@@ -42,30 +42,30 @@ const WRITE_FLASH: u8 = 0x13;
 const READ_FLASH: u8 = 0x14;
 const READ_SIGNATURE: u8 = 0x1B;
 
-/// In an address: the memory is larger than 64 KiB.
+/// The bit of an address for memory larger than 64 KiB.
 const LARGE: u32 = 1 << 31;
 
 /// A conversation with the boot loader of a Mega.
 pub struct Stk500v2<L> {
     link: L,
-    /// Of the last message.
+    /// The number of the last message.
     number: u8,
 }
 
 impl<L: Link> Stk500v2<L> {
-    /// Of a board on this line.
+    /// A conversation with a board on this line.
     pub fn new(link: L) -> Stk500v2<L> {
         Stk500v2 { link, number: 0 }
     }
 
-    /// Goes to an address.
+    /// Sets the address.
     fn seek(&mut self, address: usize) -> Result<(), LoaderError> {
         let words = (address / 2) as u32 | LARGE;
         let body = [&[LOAD_ADDRESS][..], &words.to_be_bytes()].concat();
         self.ask(&body, PATIENCE).map(|_| ())
     }
 
-    /// Sends a command; what its answer holds behind command and status.
+    /// Sends a command. Returns the answer's data after command and status.
     fn ask(&mut self, body: &[u8], limit: Duration) -> Result<Vec<u8>, LoaderError> {
         self.number = self.number.wrapping_add(1);
         let message = message(self.number, body);
@@ -125,7 +125,7 @@ impl<L: Link> Loader for Stk500v2<L> {
         if chip != CHIP {
             return Err(LoaderError::Chip(chip));
         }
-        // Delays in ms, and the opcode that has a chip listen.
+        // Delays in ms, and the opcode that enables programming.
         let body = [ENTER, 200, 100, 25, 32, 0, 0x53, 3, 0xAC, 0x53, 0, 0];
         self.ask(&body, PATIENCE).map(|_| ())
     }
@@ -133,7 +133,7 @@ impl<L: Link> Loader for Stk500v2<L> {
     fn write_page(&mut self, address: usize, page: &[u8]) -> Result<(), LoaderError> {
         self.seek(address)?;
         let [high, low] = (page.len() as u16).to_be_bytes();
-        // A whole page at once, written until the chip is ready; three opcodes.
+        // Page mode, polled until the chip is ready; three opcodes.
         let head = [WRITE_FLASH, high, low, 0xC1, 10, 0x40, 0x4C, 0x20, 0, 0];
         self.ask(&[&head, page].concat(), PATIENCE).map(|_| ())
     }
@@ -173,11 +173,11 @@ mod tests {
         open: bool,
         said: Vec<u8>,
         chip: [u8; 3],
-        /// Deaf for this many messages.
+        /// Ignores this many messages.
         deaf: usize,
-        /// A byte that does not take what is written.
+        /// A byte of flash that can't be written.
         worn: Option<usize>,
-        /// What happens to its next answer.
+        /// Changes the next answer.
         spoil: Option<fn(&mut Vec<u8>)>,
         now: Duration,
     }
@@ -206,7 +206,7 @@ mod tests {
                     self.open = true;
                     vec![]
                 }
-                // Addresses are in words, and go on behind what was written or read.
+                // Addresses are in words, and advance with each write or read.
                 [0x06, 0x80, a, b, c] => {
                     self.at = 2 * u32::from_be_bytes([0, a, b, c]) as usize;
                     vec![]
@@ -266,7 +266,7 @@ mod tests {
             if self.said.is_empty() {
                 self.now += limit;
             }
-            // Not all at once, as lines have it.
+            // Not all at once, as on a serial line.
             let count = self.said.len().min(buffer.len()).min(61);
             buffer[..count].copy_from_slice(&self.said[..count]);
             self.said.drain(..count);
@@ -282,7 +282,7 @@ mod tests {
         }
     }
 
-    /// Beyond the first 64 KiB words of flash, where an address needs its third byte.
+    /// A program beyond the first 64 Ki words of flash, where an address needs its third byte.
     fn program() -> Vec<u8> {
         (0..140_001u32).map(|n| (n.wrapping_mul(n) >> 3) as u8).collect()
     }
@@ -317,8 +317,7 @@ mod tests {
         assert!(matches!(closed.read_page(0, &mut [0; PAGE]), Err(LoaderError::Refused)));
     }
 
-    /// An answer of another message, to another command, with a wrong checksum or a wrong
-    /// length is none.
+    /// An answer to another message or command, or with a wrong checksum or length, is invalid.
     #[test]
     fn a_spoiled_answer_is_none() {
         let spoils: [fn(&mut Vec<u8>); 6] = [
@@ -327,7 +326,7 @@ mod tests {
             |answer| answer[2] = 2,
             |answer| answer[4] = 0x0F,
             |answer| {
-                // Its sum stays right.
+                // The checksum stays right.
                 answer[5] ^= 1;
                 answer[6] ^= 1;
             },

@@ -1,25 +1,25 @@
-//! UF2: a file of blocks of 512 bytes, as the boot loader of an RP2040 takes them from its drive.
+//! UF2: a file of 512-byte blocks, which the boot loader of an RP2040 takes from its drive.
 //!
-//! Each block says where in the flash its 256 bytes go, so blocks may come in any order; by
-//! Microsoft's "USB Flashing Format (UF2)" and the RP2040's datasheet, "UF2 Format Details". (The crate `uf2` had
-//! one release; `elf2uf2-rs` is a command, which reads ELF files.)
+//! Each block has the flash address of its 256 bytes, so blocks may come in any order. See
+//! Microsoft's "USB Flashing Format (UF2)" and the RP2040's datasheet, "UF2 Format Details". (The
+//! crate `uf2` had one release; `elf2uf2-rs` is a command, which reads ELF files.)
 
-/// Bytes of the flash that a block carries.
+/// The bytes of flash in a block.
 pub const PAYLOAD: usize = 256;
 
-/// Bytes of a block.
+/// The size of a block in bytes.
 pub const BLOCK: usize = 512;
 
-/// The family of an RP2040.
+/// The family id of an RP2040.
 pub const RP2040: u32 = 0xE48B_FF56;
 
 const BEGIN: [u32; 2] = [0x0A32_4655, 0x9E5D_5157];
 const END: u32 = 0x0AB1_6F30;
-/// The seventh number is a family.
+/// Flag: the eighth number of the header is a family id.
 const HAS_FAMILY: u32 = 0x2000;
 
-/// A UF2 file of what is to lie from this address on, for a chip of this family. What the last block is
-/// short of is 0.
+/// A UF2 file with `bytes` for this address on, for a chip of this family. The last block is padded
+/// with 0.
 ///
 /// ```
 /// use stepwright_flash::uf2::{RP2040, blocks};
@@ -44,7 +44,7 @@ pub fn blocks(bytes: &[u8], address: u32, family: u32) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// The layout of the specification's table "File format", by its offsets.
+    /// The layout of the table "File format" of the specification, by its offsets.
     #[test]
     fn a_block_is_that_of_the_specification() {
         let bytes: Vec<u8> = (0..300).map(|n| (n % 251) as u8).collect();

@@ -1,4 +1,4 @@
-//! Arcs from their words.
+//! Makes arcs from their words.
 
 use crate::geometry::{centre, radii_agree, square};
 use crate::modal::MotionMode;
@@ -7,7 +7,8 @@ use crate::words::{Letter, OFFSETS, Refused, Words};
 use crate::{Arc, Fault, Length, Point};
 
 impl State {
-    /// The arc to `to`, by its centre or its radius; `column` is where a fault of all of it is.
+    /// The arc to `to`, from the words of its centre or its radius. `column` is the place of a fault of the
+    /// whole arc.
     pub fn arc(&self, words: &mut Words, to: Point, column: u16) -> Result<Arc, Refused> {
         let clockwise = self.modal.motion == MotionMode::Clockwise;
         let plane = self.modal.plane;

@@ -1,4 +1,4 @@
-//! What comes of a line: effects, in the order in which they happen.
+//! The result of a line: its effects, in the order of execution.
 
 use crate::{Coolant, Decimal, Length, Plane, Point, Probe, Spindle, System};
 
@@ -6,7 +6,7 @@ use crate::{Coolant, Decimal, Length, Plane, Point, Probe, Spindle, System};
 /// spindle, coolant and the end of a program.
 const MOST: usize = 11;
 
-/// What a line says; an empty line says nothing.
+/// The effects of a line; an empty line has none.
 ///
 /// ```
 /// use stepwright_gcode::{Effect, FeedRate, MoveKind, Reader};
@@ -34,12 +34,12 @@ pub struct Block {
 }
 
 impl Block {
-    /// What happens, in order.
+    /// The effects, in the order of execution.
     pub fn effects(&self) -> impl Iterator<Item = Effect> + '_ {
         self.effects.iter().flatten().copied()
     }
 
-    /// One more. The order of execution has at most `MOST` in a block.
+    /// Adds an effect. By the order of execution a block has at most `MOST`.
     pub(crate) fn add(&mut self, effect: Effect) {
         if let Some(free) = self.effects.iter_mut().find(|slot| slot.is_none()) {
             *free = Some(effect);
@@ -47,10 +47,10 @@ impl Block {
     }
 }
 
-/// One thing that a block does.
+/// One effect of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// T: another tool, 0 to 255, is the present one.
+    /// T: the present tool is now this one, 0 to 255.
     Tool(u8),
     /// The spindle changes from here on.
     Spindle(Spindle),
@@ -58,8 +58,8 @@ pub enum Effect {
     Coolant(Coolant),
     /// G4: all axes rest for this many seconds, 0 or more.
     Dwell(Decimal),
-    /// A parameter has a new value, which a controller keeps when its power goes off (but for
-    /// G92 and the length of the tool).
+    /// A parameter has a new value. A controller keeps it while its power is off, except G92 and the length of
+    /// the tool.
     Parameter(Parameter, Point),
     /// The axes move.
     Move(Move),
@@ -82,7 +82,7 @@ pub enum Parameter {
     ToolLength,
 }
 
-/// One move of all axes at once, in machine coordinates.
+/// One move of all axes together, in machine coordinates.
 ///
 /// A move along a line has a length above 0; an arc that ends in its plane where it starts, or in the
 /// same direction from its centre, is a full circle.
@@ -92,30 +92,30 @@ pub struct Move {
     pub from: Point,
     /// Where it ends.
     pub to: Point,
-    /// The path, and how fast.
+    /// The path and its speed.
     pub kind: MoveKind,
 }
 
-/// The path of a move, and how fast.
+/// The path of a move, and its speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MoveKind {
-    /// A line, as fast as the axes can.
+    /// A line at the highest speed of the axes.
     Rapid,
-    /// A line.
+    /// A line at a feed rate.
     Feed(FeedRate),
-    /// An arc or a helix, by less than a turn or by one.
+    /// An arc or a helix, of at most one turn.
     Arc(Arc, FeedRate),
-    /// A line that a probe ends. Where it did is to be told by
+    /// A line that a probe ends. The caller must set the place where it ended by
     /// [`Reader::set_position`](crate::Reader::set_position) before the next line.
     Probe(Probe, FeedRate),
 }
 
-/// How fast a move goes along its path.
+/// The speed of a move along its path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeedRate {
-    /// G94: a length each minute, above 0.
+    /// G94: a length per minute, above 0.
     PerMinute(Length),
-    /// G93: this part of a minute is one move, above 0: 2 is half a minute.
+    /// G93: this many such moves per minute, above 0. At 2 the move takes half a minute.
     Inverse(Decimal),
 }
 
@@ -127,22 +127,22 @@ pub enum FeedRate {
 pub struct Arc {
     /// The plane.
     pub plane: Plane,
-    /// Seen from the positive end of the third axis.
+    /// Whether it turns clockwise, seen from the positive end of the third axis.
     pub clockwise: bool,
-    /// The machine position of its centre, of the plane's first axis and its second; within a
-    /// picometre if it was given by a radius, exact otherwise.
+    /// The machine position of its centre, on the first and the second axis of the plane. It is within a
+    /// picometre if the arc was given by a radius, exact otherwise.
     pub centre: [Length; 2],
 }
 
 /// A program's pause or end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
-    /// M0: until somebody resumes.
+    /// M0: a pause until the user resumes.
     Pause,
-    /// M1: the same, if somebody asked for it.
+    /// M1: the same, if the user asked for it.
     OptionalPause,
-    /// M2: the end; the next line is another program's first.
+    /// M2: the end. The next line is the first of another program.
     End,
-    /// M30: the end; the same program again.
+    /// M30: the end. The same program starts again.
     Rewind,
 }

@@ -1,10 +1,10 @@
-//! Decimal numbers as they are written.
+//! Decimal numbers, exactly as they are written.
 
 use core::fmt;
 
 use crate::Fault;
 
-/// A decimal number, held exactly: seven digits before the point, eleven after.
+/// An exact decimal number: seven digits before the point, eleven after.
 ///
 /// Further digits after the point are rounded to the nearest, a half away from 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -28,7 +28,7 @@ impl Decimal {
         if self.0 % Self::SCALE == 0 { Some(self.0 / Self::SCALE) } else { None }
     }
 
-    /// Tenths of it, if there is nothing smaller: 382 of `G38.2`.
+    /// The number in tenths, if it has no smaller part: 382 for `G38.2`.
     pub(crate) const fn tenths(self) -> Option<i64> {
         const TENTH: i64 = Decimal::SCALE / 10;
         if self.0 % TENTH == 0 { Some(self.0 / TENTH) } else { None }
@@ -57,22 +57,22 @@ pub(crate) fn fixed(f: &mut fmt::Formatter, scaled: i64, digits: u32) -> fmt::Re
     if width > 0 { write!(f, ".{rest:0width$}") } else { Ok(()) }
 }
 
-/// A number on its way in, a byte at a time: sign, digits, point, digits.
+/// Reads a number, a byte at a time: sign, digits, point, digits.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Scanner {
     part: Part,
     negative: bool,
     has_digits: bool,
     too_large: bool,
-    /// All digits so far but for those beyond the eleventh after the point.
+    /// All digits so far, except those beyond the eleventh after the point.
     digits: u64,
-    /// Digits after the point, in `digits` or not; stays at 12.
+    /// The number of digits after the point, in `digits` or not; at most 12.
     after_point: u32,
-    /// The first digit that is beyond asks to round up.
+    /// Whether the first digit beyond the eleventh rounds up.
     round_up: bool,
 }
 
-/// Where in a number the next byte stands.
+/// The part of a number to which the next byte belongs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Part {
     #[default]
@@ -120,7 +120,7 @@ impl Scanner {
         self.digits = self.digits * 10 + digit;
     }
 
-    /// The number, once a byte did not continue it.
+    /// The number, after a byte that does not continue it.
     pub fn finish(&self) -> Result<Decimal, Fault> {
         if !self.has_digits {
             return Err(Fault::Number);

@@ -1,8 +1,8 @@
-//! Errors: what was wrong in which place, what is allowed, what to do.
+//! Errors: what is wrong, where, what is allowed, and what to do.
 
 use core::fmt;
 
-/// A line that was refused: it had no effect.
+/// A refused line. It had no effect.
 ///
 /// ```
 /// use stepwright_gcode::Reader;
@@ -19,8 +19,8 @@ use core::fmt;
 pub struct Error {
     /// The line, from 1; CR, LF and CR LF each end one.
     pub line: u32,
-    /// The byte of the line at which the word or the character that is wrong begins, from 1. A byte
-    /// order mark before the first line is not counted.
+    /// The first byte of the wrong word or character in the line, from 1. A byte order mark before the first
+    /// line is not counted.
     pub column: u16,
     /// What is wrong.
     pub fault: Fault,
@@ -50,11 +50,11 @@ pub enum Fault {
     TooLarge,
     /// 3: a line that begins with `$`.
     System,
-    /// 4: a negative number where there is none.
+    /// 4: a negative number where none is allowed.
     Negative(char),
-    /// 11: more bytes than the limit, which stands here.
+    /// 11: more bytes without blanks and comments than this limit.
     LineLength(u16),
-    /// 11: more bytes with blanks and comments than the limit, which stands here.
+    /// 11: more bytes with blanks and comments than this limit.
     Endless(u16),
     /// 20: a letter that is not in the dialect.
     Word(char),
@@ -66,15 +66,15 @@ pub enum Fault {
     Group,
     /// 22: a move without a feed rate.
     NoFeed,
-    /// 23: a fraction where there is none.
+    /// 23: a fraction where none is allowed.
     Fraction(char),
     /// 24: two codes that both use axis words.
     AxisConflict,
-    /// 25: a word that stands twice.
+    /// 25: a word that appears twice.
     Twice(char),
     /// 26: a code without the axis words that it needs.
     NoAxis,
-    /// 27: a line number that is none.
+    /// 27: a line number that is not a whole number up to 9,999,999.
     LineNumber,
     /// 28: a code without this word, which it needs.
     Missing(char),
@@ -86,7 +86,7 @@ pub enum Fault {
     AxisUnused,
     /// 32: an arc without an axis word of its plane.
     ArcEnd,
-    /// 33: an arc whose ends are not equally far from its centre, or lie on it.
+    /// 33: an arc whose ends differ in their distance from the centre, or are at the centre.
     ArcRadii,
     /// 33: an arc by radius that ends where it starts.
     ArcClosed,
@@ -94,13 +94,13 @@ pub enum Fault {
     ProbeHere,
     /// 33: a position or an offset beyond the range.
     TooFar,
-    /// 34: a radius that is less than half the way.
+    /// 34: a radius that is less than half the distance to the end.
     ArcRadius,
-    /// 35: an arc without radius and without an offset of its plane.
+    /// 35: an arc without a radius, and without an offset in its plane.
     ArcCentre,
     /// 36: a word that no code uses.
     Unused(char),
-    /// 37: a tool length of another axis than Z, or of none.
+    /// 37: a tool length on another axis than Z, or without Z.
     ToolAxis,
     /// 38: a tool number beyond 255.
     Tool,

@@ -1,19 +1,19 @@
-//! The geometry of arcs, in whole numbers.
+//! The geometry of arcs, in integers.
 //!
-//! Coordinates are picometres, at most 3 · 10¹⁵; so squares of distances are below 2 · 10³¹, and
-//! a million times that fits in 127 bits.
+//! Coordinates are in picometres, at most 3 · 10¹⁵. Squares of distances are therefore below 2 · 10³¹, and a
+//! million times that fits in 127 bits.
 
-/// Ends may differ by this much in their distance from the centre, whatever the radius: 0.005 mm.
+/// The distances of both ends from the centre may differ by this, whatever the radius: 0.005 mm.
 const SLACK: i128 = 5_000_000;
-/// Or by 0.1 % of the radius, and this much: 0.5 mm.
+/// Or by 0.1 % of the radius, but at most by this: 0.5 mm.
 const MOST: i128 = 500_000_000;
 
-/// The square of a distance, from its two parts, each at most 3 · 10¹⁵.
+/// The square of a distance from its two components, each at most 3 · 10¹⁵.
 pub(crate) fn square([x, y]: [i64; 2]) -> i128 {
     i128::from(x) * i128::from(x) + i128::from(y) * i128::from(y)
 }
 
-/// Whether an arc's ends are equally far from its centre, within the tolerances of grbl 1.1.
+/// Whether both ends of an arc are equally far from its centre, within the tolerances of grbl 1.1.
 ///
 /// `start` and `end` are squares of the distances.
 pub(crate) fn radii_agree(start: i128, end: i128) -> bool {
@@ -27,26 +27,26 @@ pub(crate) fn radii_agree(start: i128, end: i128) -> bool {
 fn within(a: i128, b: i128, t: i128) -> bool {
     let (a, b) = (a.min(b), a.max(b));
     let root = a.unsigned_abs().isqrt() as i128;
-    // e = 2 t √a at most, and √a is root and less than 1.
+    // The limit is b − a − t² = 2 t √a, and √a is `root` plus less than 1.
     let e = b - a - t * t - 2 * t * root;
     if e <= 0 || e > 2 * t {
         return e <= 0;
     }
-    // (2 t root + e)² ≤ 4 t² a, less what both sides share.
+    // (2 t root + e)² ≤ 4 t² a, without the terms that both sides share.
     4 * t * root * e + e * e <= 4 * t * t * (a - root * root)
 }
 
-/// The offset of the centre from the start of an arc by radius: `way` leads to its end and is not
-/// 0, and the centre lies to its left or to its right. Within a picometre in each part.
+/// The offset of the centre from the start of an arc by radius, within a picometre on each axis. `way` leads
+/// from the start to the end and is not 0. The centre is to the left or to the right of it.
 ///
-/// `None` if twice the radius is less than the way.
+/// `None` if twice the radius is less than the length of `way`.
 pub(crate) fn centre(way: [i64; 2], radius: i64, left: bool) -> Option<[i64; 2]> {
     let length = square(way);
     let height = 4 * square([radius, 0]) - length;
     if height < 0 {
         return None;
     }
-    // The way and its height over the centre, halved: (way + turned way · √(height / length)) / 2.
+    // The centre is at (way + turned way · √(height / length)) / 2.
     let [x, y] = way.map(|part| scaled_root(part, height as u128, length as u128));
     let [x, y] = if left { [-y, x] } else { [y, -x] };
     Some([(way[0] + x) / 2, (way[1] + y) / 2])
@@ -63,7 +63,7 @@ fn scaled_root(part: i64, over: u128, under: u128) -> i64 {
         ((x << (2 * bits)).isqrt(), bits)
     };
     let ((over, n), (under, m)) = (root(over), root(under));
-    // part · over · 2ᵐ / (under · 2ⁿ), with the lesser shift taken out: both below 2¹¹⁶.
+    // part · over · 2ᵐ / (under · 2ⁿ), without the smaller shift: both are below 2¹¹⁶.
     let over = (u128::from(part.unsigned_abs()) * over) << m.saturating_sub(n);
     let under = under << n.saturating_sub(m);
     let size = (over + under / 2).checked_div(under).unwrap_or(0) as i64;
@@ -80,7 +80,7 @@ mod tests {
 
     use super::*;
 
-    /// A number with 80 digits to compute with.
+    /// A number with a precision of 80 digits.
     fn big(number: i128) -> DBig {
         DBig::from(number).with_precision(80).value()
     }
@@ -129,7 +129,7 @@ mod tests {
             more in part(1_000_000_000_000_000), left in any::<bool>()) {
             prop_assume!((x, y) != (0, 0));
             let length = square([x, y]);
-            // From half the way, rounded up or down, on.
+            // From half the way on, rounded up or down.
             let radius = (length.isqrt() / 2) as i64 + more.abs();
             prop_assume!(radius <= 1_000_000_000_000_000);
             let height = 4 * square([radius, 0]) - length;

@@ -4,20 +4,20 @@ use core::fmt;
 
 use crate::decimal::{Decimal, fixed};
 
-/// A length along an axis in whole picometres, from −10¹⁵ to 10¹⁵ (1 km each way); in a feed
-/// rate the length of a minute.
+/// A length along an axis in whole picometres, from −10¹⁵ to 10¹⁵ (1 km each way). In a feed rate it is the
+/// length per minute.
 ///
-/// Exact for millimetres with nine digits after the point and for inches with eight. A
-/// [`Decimal`] that has more is rounded to the nearest picometre.
+/// Exact for millimetres with nine digits after the point and for inches with eight. A [`Decimal`] with more
+/// digits is rounded to the nearest picometre.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Length(i64);
 
 impl Length {
     /// 0.
     pub const ZERO: Length = Length(0);
-    /// The longest, and the least with the other sign: 1,000,000 mm.
+    /// The longest length, 1,000,000 mm. With the other sign it is the lowest.
     pub const MAX: Length = Length(1_000_000 * Self::PER_MM);
-    /// Picometres of a millimetre.
+    /// Picometres per millimetre.
     pub const PER_MM: i64 = 1_000_000_000;
 
     /// A length in picometres; `None` beyond [`MAX`](Self::MAX) in either direction.
@@ -34,9 +34,9 @@ impl Length {
         self.0
     }
 
-    /// A number of inches or millimetres; `None` if it is beyond the range.
+    /// The length of a number of inches or millimetres; `None` if it is beyond the range.
     pub(crate) fn of(number: Decimal, inches: bool) -> Option<Length> {
-        // An inch is 25.4 mm, and a picometre 100 of a decimal's last digits.
+        // An inch is 25.4 mm, and a picometre is 100 units of the last digit of a decimal.
         let (times, over) = if inches { (254, 1000) } else { (1, 100) };
         let scaled = number.scaled().checked_mul(times)?;
         let half = if scaled < 0 { -over / 2 } else { over / 2 };
@@ -57,7 +57,7 @@ impl core::ops::Neg for Length {
     }
 }
 
-/// Prints millimetres, all digits.
+/// Prints millimetres with all digits.
 impl fmt::Display for Length {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         fixed(f, self.0, 9)

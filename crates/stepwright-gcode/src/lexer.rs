@@ -1,44 +1,44 @@
-//! Bytes of a line become words: comments, blanks and case are gone.
+//! Makes words of the bytes of a line, without comments, blanks and case.
 
 use crate::decimal::Scanner;
 use crate::words::{Refused, Words};
 use crate::{Fault, Options};
 
-/// A line on its way in. The first fault is kept, and ends the reading.
+/// A line that is being read. The first fault is kept, and ends the reading.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lexer {
-    /// Bytes that came.
+    /// The number of bytes so far.
     column: u16,
-    /// Bytes that came and were neither blank nor comment.
+    /// The number of bytes so far, without blanks and comments.
     length: u16,
     skip: Skip,
-    /// The letter whose number is on its way, its column, and the number.
+    /// The letter whose number is being read, its column, and the number.
     word: Option<(u8, u16, Scanner)>,
     words: Words,
     fault: Option<Refused>,
-    /// How many bytes of a [`MARK`] came last.
+    /// The number of bytes of a [`MARK`] that came last.
     mark: u8,
 }
 
-/// The most bytes of a line with its blanks and comments: no column is further.
+/// The most bytes of a line with its blanks and comments: the last column.
 const LONGEST: u16 = u16::MAX;
 
 /// The byte order mark of UTF-8.
 const MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
 
-/// What is not read.
+/// The part of a line that is skipped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Skip {
     #[default]
     Nothing,
-    /// As far as the next `)`.
+    /// Up to the next `)`.
     Comment,
     /// The rest of the line.
     Rest,
 }
 
 impl Lexer {
-    /// Whether no byte has come.
+    /// Whether the line has no byte yet.
     pub fn is_empty(&self) -> bool {
         self.column == 0
     }
@@ -48,12 +48,12 @@ impl Lexer {
         self.column == LONGEST
     }
 
-    /// Whether a byte order mark has come, and nothing else.
+    /// Whether the line is a byte order mark so far, and nothing else.
     pub fn is_mark(&self) -> bool {
         self.column == 3 && self.mark == 3
     }
 
-    /// One more byte, which ends no line.
+    /// Takes a byte that does not end the line.
     pub fn push(&mut self, byte: u8, options: Options) {
         self.column = self.column.saturating_add(1);
         self.mark = match MARK.get(usize::from(self.mark)) {
@@ -114,7 +114,7 @@ impl Lexer {
         self.words.add(letter, value, column)
     }
 
-    /// What is wrong with a line that goes on behind [`LONGEST`] bytes.
+    /// The fault of a line of more than [`LONGEST`] bytes.
     pub fn too_long(&self) -> Refused {
         self.fault.unwrap_or((Fault::Endless(LONGEST), self.column))
     }

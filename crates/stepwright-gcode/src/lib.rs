@@ -1,10 +1,10 @@
 //! A reader of G-code in the dialect of grbl 1.1: bytes in, canonical moves with exact positions
 //! out.
 //!
-//! A [`Reader`] takes bytes, in pieces of any size, and gives a [`Block`] for each line: its
-//! [`Effect`]s in the order of execution. A [`Move`] is a line or an arc in machine coordinates;
-//! the coordinate systems G54 to G59, G92 and the length of the tool are in it. Spindle, coolant
-//! and laser are signals between the moves, each from its place on the path on.
+//! A [`Reader`] takes bytes, in pieces of any size, and returns a [`Block`] for each line: its [`Effect`]s in
+//! the order of execution. A [`Move`] is a line or an arc in machine coordinates, which include the coordinate
+//! systems G54 to G59, G92 and the length of the tool. Spindle, coolant and laser are signals between the
+//! moves. Each takes effect at its place on the path.
 //!
 //! ```
 //! use stepwright_gcode::{Effect, Reader};
@@ -22,11 +22,10 @@
 //! # Ok::<(), stepwright_gcode::Error>(())
 //! ```
 //!
-//! **Numbers are exact.** A [`Decimal`] has seven digits before the point and eleven after. A
-//! [`Length`] is whole picometres up to 1 km: exact for nine digits after the point in millimetres
-//! and for eight in inches; what is finer is rounded to the nearest. The centre of an arc by
-//! radius, a root, is within a picometre; all checks are decided in whole numbers. No float is
-//! used, and no memory is allocated.
+//! **Numbers are exact.** A [`Decimal`] has seven digits before the point and eleven after. A [`Length`] is in
+//! whole picometres, up to 1 km: exact for nine digits after the point in millimetres and for eight in inches.
+//! Finer digits are rounded to the nearest picometre. The centre of an arc by radius, a root, is within a
+//! picometre. All checks are made in integers. No float is used, and no memory is allocated.
 //!
 //! # The dialect
 //!
@@ -42,28 +41,29 @@
 //! | program | M0 M1 M2 M30 |
 //! | spindle, coolant | M3 M4 M5 S, M7 M8 M9 |
 //!
-//! - A word is a letter and a number, in capitals or not. Blanks may stand anywhere. Comments are
-//!   in parentheses or go from `;` to the end of the line.
-//! - A line that begins with `%` says nothing. A line that begins with `/` is read, unless
-//!   [`Options`] ask to skip it.
+//! - A word is a letter and a number, in upper or lower case. Blanks may be anywhere. Comments are in
+//!   parentheses, or from `;` to the end of the line.
+//! - A line that begins with `%` is ignored. A line that begins with `/` is read, unless [`Options`] ask to
+//!   skip it.
 //! - A line has at most 80 bytes without blanks and comments ([`Options::line_limit`]), and 65,535 in all.
-//! - A byte order mark at the start of the input says nothing.
+//! - A byte order mark at the start of the input is ignored.
 //! - A block is refused as a whole, with grbl's error number ([`Fault`]).
-//! - M2 and M30 end a program: spindle and coolant go off, and G1, G17, G54, G90 and G94 hold. Units,
-//!   feed rate, offsets and the tolerance stay.
-//! - G28 and G30 with axis words move to the position that these give, and then the axes named
-//!   to the kept position.
+//! - M2 and M30 end a program: spindle and coolant go off, and G1, G17, G54, G90 and G94 are set. Units, feed
+//!   rate, offsets and the tolerance stay.
+//! - G28 and G30 with axis words move to the position that these give, and then move the named axes to the
+//!   stored position.
 //!
 //! Where this reader differs from grbl 1.1:
 //!
-//! - It reads files, so it knows no real-time bytes: `?`, `!`, `~` and bytes from 0x80 on are errors
-//!   outside of comments. Who reads from a line takes them out first.
+//! - It reads files, so it has no real-time bytes: `?`, `!`, `~` and bytes from 0x80 on are errors outside of
+//!   comments. A program that reads a serial line must remove them first.
 //! - An offset of an arc that is not in its plane is refused (36), and so is an arc of radius 0 (33).
-//! - N, T, L, P of G10 and M with fractions are refused, not cut.
-//! - G64 is taken, for which grbl has error 20: how fast a corner is passed is a planner's business. Its P, how far
-//!   the path may be off its lines, is a mode, [`Modal::tolerance`]; moves are as exact as with G61.
-//! - An arc is a full circle if it ends exactly where it starts, or on the line from its centre through its start;
-//!   grbl has one also where it ends nearly there, by 5 · 10⁻⁷ radians.
+//! - N, T, L, P of G10 and M with fractions are refused, not truncated.
+//! - G64 is accepted, for which grbl has error 20: the planner decides how fast a corner is passed. P of G64,
+//!   the largest distance of the path from its lines, is a mode, [`Modal::tolerance`]. Moves are as exact as
+//!   with G61.
+//! - An arc is a full circle if it ends exactly where it starts, or on the line from its centre through its
+//!   start. In grbl it is also one if it ends nearly there, within 5 · 10⁻⁷ radians.
 
 #![no_std]
 #![cfg_attr(not(feature = "prove"), forbid(unsafe_code))]

@@ -1,23 +1,23 @@
-//! The modes that hold from block to block.
+//! The modes that stay in force from block to block.
 
 use crate::{Decimal, Length};
 
-/// What a block without a word of its own does: the modal state.
+/// The modal state: it applies to blocks without words of their own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Modal {
-    /// How axis words move.
+    /// The motion that axis words cause.
     pub motion: MotionMode,
     /// The plane of arcs.
     pub plane: Plane,
-    /// Lengths are inches (G20), not millimetres (G21).
+    /// Whether lengths are inches (G20), not millimetres (G21).
     pub inches: bool,
-    /// Axis words are distances (G91), not positions (G90).
+    /// Whether axis words are distances (G91), not positions (G90).
     pub incremental: bool,
-    /// F is moves a minute (G93), not length a minute (G94).
+    /// Whether F is moves per minute (G93), not length per minute (G94).
     pub inverse_time: bool,
     /// The coordinate system of positions.
     pub system: System,
-    /// The feed rate in length a minute; none until F is given, and none under G93.
+    /// The feed rate in length per minute; `None` until F is given, and under G93.
     pub feed: Option<Length>,
     /// The spindle, or the laser.
     pub spindle: Spindle,
@@ -25,11 +25,11 @@ pub struct Modal {
     pub coolant: Coolant,
     /// The tool, 0 to 255.
     pub tool: u8,
-    /// How far the path may be off its lines: P of G64; 0 of G61, and of G64 without a P.
+    /// The largest distance of the path from its lines: P of G64; 0 for G61, and for G64 without P.
     pub tolerance: Length,
 }
 
-/// How axis words move.
+/// The motion that axis words cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MotionMode {
     /// G0.
@@ -43,16 +43,16 @@ pub enum MotionMode {
     CounterClockwise,
     /// G38.2 to G38.5.
     Probe(Probe),
-    /// G80: not at all.
+    /// G80: none.
     Off,
 }
 
-/// What ends a probing move, and whether it must.
+/// What ends a probing move, and whether it must happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Probe {
-    /// The probe's contact closes (G38.2, G38.3), not opens (G38.4, G38.5).
+    /// Whether the contact of the probe closes (G38.2, G38.3), not opens (G38.4, G38.5).
     pub toward: bool,
-    /// It is an error if that does not happen (G38.2, G38.4).
+    /// Whether it is an error if that does not happen (G38.2, G38.4).
     pub must: bool,
 }
 
@@ -70,7 +70,7 @@ pub enum Plane {
 }
 
 impl Plane {
-    /// The numbers of its first and its second axis, and of the third: 0 is X.
+    /// The numbers of its first, second and third axis: 0 is X.
     pub const fn axes(self) -> [usize; 3] {
         match self {
             Plane::Xy => [0, 1, 2],
@@ -104,12 +104,12 @@ impl System {
         [System::G54, System::G55, System::G56, System::G57, System::G58, System::G59];
 }
 
-/// What the spindle does, or the laser: a signal that holds from here on along the path.
+/// The state of the spindle, or of the laser: a signal that holds from its place on the path on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Spindle {
     /// Whether and how it turns.
     pub mode: SpindleMode,
-    /// S: revolutions a minute, or the laser's power in a unit of its own.
+    /// S: revolutions per minute, or the power of the laser in its own unit.
     pub speed: Decimal,
 }
 
@@ -125,7 +125,7 @@ pub enum SpindleMode {
     CounterClockwise,
 }
 
-/// Which coolant flows.
+/// The coolants that flow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Coolant {
     /// M7.

@@ -1,14 +1,14 @@
-//! For the proof that nothing here can panic: a door to all of the reader for the linker.
+//! For the proof that this crate cannot panic: a function through which the linker keeps all of the reader.
 //!
-//! As WebAssembly the panic handler is a function that would have to be imported. A module without
-//! imports holds no code that panics; `cargo xtask test --only cross` builds it and looks.
+//! In WebAssembly the panic handler calls a function that must be imported. A module without imports therefore
+//! has no code that panics. `cargo xtask test --only cross` builds the module and checks that.
 
 use crate::{Effect, MoveKind, Options, Reader};
 
 static mut READER: Option<Reader> = None;
 
-/// Takes a byte of a job. Of the end of a line its number, or less than 0 for an error; 0 of all
-/// else.
+/// Takes a byte of a job. At the end of a line, returns a number that depends on the whole block, or less than
+/// 0 for an error; otherwise 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn push(byte: u8) -> i64 {
     // SAFETY: a module has one thread, and nothing else borrows it.
@@ -31,7 +31,7 @@ pub extern "C" fn push(byte: u8) -> i64 {
 }
 
 unsafe extern "C" {
-    /// Stands nowhere: code that could panic would have to import it.
+    /// Defined nowhere: code that could panic would have to import it.
     fn stepwright_panicked() -> !;
 }
 

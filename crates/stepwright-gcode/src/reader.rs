@@ -5,14 +5,14 @@ use crate::state::State;
 use crate::words::{Refused, Words};
 use crate::{Block, Coolant, Error, Length, Modal, Parameter, Point, Spindle};
 
-/// What a reader may be told of its input.
+/// The options of a reader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Lines that begin with `/` are skipped. Otherwise they are read, as grbl does.
+    /// Whether lines that begin with `/` are skipped. Otherwise they are read, as in grbl.
     pub block_delete: bool,
-    /// The most bytes of a line, without blanks and comments; 80, grbl's, by default.
+    /// The most bytes of a line, without blanks and comments; 80 by default, as in grbl.
     pub line_limit: u16,
-    /// [`Modal::tolerance`] until G61 or G64 orders another one.
+    /// The [`Modal::tolerance`] until G61 or G64 orders another one.
     pub tolerance: Length,
 }
 
@@ -24,8 +24,8 @@ impl Default for Options {
 
 /// Reads G-code, a byte at a time.
 ///
-/// After a line with an error everything is as before it. The next line is read all the same;
-/// whether it should be executed is the caller's decision.
+/// A line with an error changes nothing. The next line is read as usual; the caller decides whether to execute
+/// it.
 ///
 /// A byte costs a few comparisons; the end of a line two copies of the reader's state, about
 /// 500 bytes.
@@ -34,12 +34,12 @@ pub struct Reader {
     options: Options,
     state: State,
     lexer: Lexer,
-    /// Lines that have ended.
+    /// The number of lines that have ended.
     lines: u32,
     after_cr: bool,
-    /// A byte order mark began the input.
+    /// Whether a byte order mark began the input.
     marked: bool,
-    /// The line is too long, which has been said.
+    /// Whether the line is too long, and its error was returned.
     cut: bool,
 }
 
@@ -51,10 +51,10 @@ impl Reader {
         reader
     }
 
-    /// Takes a byte. At the end of a line, of an empty one too, the line's block or its error
-    /// comes out. CR, LF and CR LF each end a line.
+    /// Takes a byte. At the end of a line, even of an empty one, returns the block of the line or its error.
+    /// CR, LF and CR LF each end a line.
     ///
-    /// Of a line of more than 65,535 bytes the error comes out before its end, and nothing at its end.
+    /// If a line has more than 65,535 bytes, the error is returned before its end, and nothing at its end.
     pub fn push(&mut self, byte: u8) -> Option<Result<Block, Error>> {
         let after_cr = core::mem::replace(&mut self.after_cr, byte == b'\r');
         match byte {
@@ -80,7 +80,7 @@ impl Reader {
         }
     }
 
-    /// The block of a last line that no CR or LF ends.
+    /// Returns the block of a last line that no CR or LF ends.
     pub fn finish(&mut self) -> Option<Result<Block, Error>> {
         if self.lexer.is_empty() { None } else { Some(self.end_line()) }
     }
@@ -108,23 +108,23 @@ impl Reader {
         self.state.modal
     }
 
-    /// Where the machine is after all blocks that came out.
+    /// The position of the machine after all blocks that were returned.
     pub fn position(&self) -> Point {
         self.state.position
     }
 
-    /// Says where the machine is: after power-up, a probe, or a move that was stopped.
+    /// Sets the position of the machine: after power-up, a probe, or a move that was stopped.
     pub fn set_position(&mut self, position: Point) {
         self.state.position = position;
     }
 
-    /// Says what the spindle does, where it was not G-code that changed it: what a block changes is an
-    /// [effect](crate::Effect), and what is so already is none.
+    /// Sets the state of the spindle, if something other than G-code changed it. A block has an
+    /// [effect](crate::Effect) on the spindle only if it changes this state.
     pub fn set_spindle(&mut self, spindle: Spindle) {
         self.state.modal.spindle = spindle;
     }
 
-    /// Likewise of coolant.
+    /// Sets the state of the coolant in the same way.
     pub fn set_coolant(&mut self, coolant: Coolant) {
         self.state.modal.coolant = coolant;
     }
@@ -145,7 +145,7 @@ impl Reader {
         self.state.parameter(parameter)
     }
 
-    /// Sets a parameter, as it was kept; of the length of the tool Z alone.
+    /// Sets a parameter to a stored value. Of the length of the tool only Z is used.
     pub fn set_parameter(&mut self, parameter: Parameter, value: Point) {
         self.state.set_parameter(parameter, value);
     }

@@ -1,4 +1,4 @@
-//! What a block is executed on: modes, the position, parameters.
+//! The state on which a block is executed: modes, position and parameters.
 
 use crate::modal::MotionMode;
 use crate::words::{AXES, Action, At, CoolantCode, Home, Letter, Refused, Words};
@@ -7,7 +7,7 @@ use crate::{
     Point, Spindle, SpindleMode, Stop, System,
 };
 
-/// Modes, the position, parameters.
+/// Modes, position and parameters.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct State {
     pub modal: Modal,
@@ -20,7 +20,7 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Executes a block, in the order of the standard; `self` is of no use after a fault.
+    /// Executes a block in the order of the standard. After a fault `self` is not valid any more.
     pub fn execute(&mut self, mut words: Words) -> Result<Block, Refused> {
         let mut block = Block { number: number(&mut words)?, ..Block::default() };
         let moves = self.moves(&words)?;
@@ -53,7 +53,7 @@ impl State {
         }
     }
 
-    /// Whether axis words belong to the motion mode. No two codes may want them.
+    /// Whether the axis words belong to the motion mode. Only one code may use them.
     fn moves(&self, words: &Words) -> Result<bool, Refused> {
         let axis_words = words.any(AXES);
         let motion = words.motion.map_or(self.modal.motion, |code| code.it);
@@ -80,7 +80,7 @@ impl State {
             _ if user.is_some() && moves.is_none() => Ok(false),
             (Some(column), MotionMode::Off) => Err((Fault::AxisUnused, column)),
             (Some(_), _) => Ok(true),
-            // By themselves G0 and G1 set the mode.
+            // Without axis words, G0 and G1 only set the mode.
             (None, MotionMode::Rapid | MotionMode::Feed) => Ok(false),
             (None, _) => user.map_or(Ok(false), |column| Err((Fault::NoAxis, column))),
         }
@@ -101,7 +101,7 @@ impl State {
         modal.motion = words.motion.map_or(modal.motion, |code| code.it);
     }
 
-    /// How fast a move of this block goes, if that is known.
+    /// The feed rate of a move of this block, if it is known.
     fn feed(&mut self, words: &mut Words) -> Result<Option<FeedRate>, Refused> {
         let given = not_negative(words, Letter::F)?;
         if self.modal.inverse_time {
@@ -179,7 +179,7 @@ impl State {
         Ok(())
     }
 
-    /// What a block does once, but for G4 and G53.
+    /// Executes a code that acts once, except G4 and G53.
     fn act(
         &mut self,
         words: &mut Words,
@@ -242,7 +242,7 @@ impl State {
         Ok(Parameter::System(system))
     }
 
-    /// A point with the axes that words give, as they are.
+    /// The point with the axis words put in, as they are.
     fn given(&self, words: &mut Words, mut point: Point, column: u16) -> Result<Point, Refused> {
         words.any(AXES).ok_or((Fault::NoAxis, column))?;
         for (axis, letter) in point.0.iter_mut().zip(AXES) {
@@ -271,7 +271,8 @@ impl State {
         Ok(zero)
     }
 
-    /// G28 and G30: by way of the position that the words give, of the axes that they name.
+    /// G28 and G30: first to the position that the axis words give, then home with the axes that they name, or
+    /// with all if there are none.
     fn return_home(
         &mut self,
         words: &mut Words,
@@ -300,7 +301,7 @@ impl State {
         }
     }
 
-    /// Axis words in the motion mode.
+    /// Executes the axis words in the motion mode.
     fn go(
         &mut self,
         words: &mut Words,
@@ -332,7 +333,7 @@ impl State {
         Ok(())
     }
 
-    /// Where axis words lead to, in machine coordinates.
+    /// The end that the axis words give, in machine coordinates.
     fn target(&self, words: &mut Words) -> Result<Point, Refused> {
         let machine = matches!(words.action, Some(At { it: Action::Machine, .. }));
         let (mut to, origin) = (self.position, self.origin());
@@ -351,14 +352,14 @@ impl State {
         Ok(to)
     }
 
-    /// Of each axis, the parts of the machine position of coordinate 0.
+    /// For each axis, the terms of the machine position of coordinate 0.
     fn origin(&self) -> [[Length; 3]; 3] {
         let (system, tool) = (self.systems[self.modal.system as usize], self.tool_length);
         let axis = |axis: usize, tool| [system.0[axis], self.g92.0[axis], tool];
         [axis(0, Length::ZERO), axis(1, Length::ZERO), axis(2, tool)]
     }
 
-    /// A straight move, if there is any way to go.
+    /// Adds a straight move, if its end differs from the position.
     fn line(&mut self, to: Point, kind: MoveKind, block: &mut Block) {
         if to != self.position {
             self.add_move(to, kind, block);
@@ -404,7 +405,7 @@ impl State {
         Effect::Parameter(parameter, self.parameter(parameter))
     }
 
-    /// Sets a parameter; of the length of the tool Z alone.
+    /// Sets a parameter. Of the length of the tool only Z is used.
     pub fn set_parameter(&mut self, parameter: Parameter, value: Point) {
         match parameter {
             Parameter::System(system) => {
@@ -420,7 +421,7 @@ impl State {
     }
 }
 
-/// N.
+/// The line number, N.
 fn number(words: &mut Words) -> Result<Option<u32>, Refused> {
     let Some(word) = not_negative(words, Letter::N)? else { return Ok(None) };
     let number = word.it.whole().and_then(|number| u32::try_from(number).ok());

@@ -1,20 +1,20 @@
-//! The words of a block: each in its modal group or under its letter, each once.
+//! The words of a block, each in its modal group or under its letter, at most once.
 
 use crate::modal::{MotionMode, Plane, Probe, SpindleMode, System};
 use crate::{Decimal, Fault, Stop};
 
-/// A thing, and the column where it stands.
+/// A value and its column.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct At<T> {
     pub it: T,
     pub column: u16,
 }
 
-/// A fault in its column.
+/// A fault and its column.
 pub(crate) type Refused = (Fault, u16);
 
 impl<T> At<T> {
-    /// A fault of this.
+    /// A fault in this column.
     pub fn fault(&self, fault: Fault) -> Refused {
         (fault, self.column)
     }
@@ -29,27 +29,27 @@ pub(crate) struct Words {
     pub action: Slot<Action>,
     pub motion: Slot<MotionMode>,
     pub plane: Slot<Plane>,
-    /// Incremental.
+    /// Whether distances are incremental.
     pub distance: Slot<bool>,
-    /// Inverse time.
+    /// Whether F is inverse time.
     pub feed_mode: Slot<bool>,
-    /// Inches.
+    /// Whether lengths are inches.
     pub units: Slot<bool>,
-    /// The length of a tool is set, not cancelled.
+    /// Whether the length of the tool is set, not cancelled.
     pub tool_length: Slot<bool>,
     pub system: Slot<System>,
     pub stop: Slot<Stop>,
     pub spindle: Slot<SpindleMode>,
     pub coolant: Slot<CoolantCode>,
-    /// It goes on over corners (G64), with a tolerance or without, or not (G61).
+    /// Whether the path continues over corners (G64), with a tolerance or without, or not (G61).
     pub path_control: Slot<bool>,
-    // Groups of which the dialect has one code alone, which changes nothing.
+    // Groups with only one code in the dialect, which changes nothing.
     arc_distance: Slot<()>,
     cutter: Slot<()>,
     values: [Slot<Decimal>; LETTERS.len()],
 }
 
-/// Group 0: what a block does once.
+/// Group 0: codes that act once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Action {
     /// G4.
@@ -106,7 +106,7 @@ use Letter::*;
 const LETTERS: [Letter; 13] = [F, I, J, K, L, N, P, R, S, T, X, Y, Z];
 
 impl Letter {
-    /// As it is written.
+    /// The letter as a character.
     pub const fn name(self) -> char {
         match self {
             F => 'F',
@@ -132,7 +132,7 @@ pub(crate) const AXES: [Letter; 3] = [X, Y, Z];
 pub(crate) const OFFSETS: [Letter; 3] = [I, J, K];
 
 impl Words {
-    /// One more word; its letter is a capital.
+    /// Adds a word. Its letter is in upper case.
     pub fn add(&mut self, letter: u8, value: Decimal, column: u16) -> Result<(), Refused> {
         match letter {
             b'G' => self.g(value, column),
@@ -224,22 +224,23 @@ impl Words {
         }
     }
 
-    /// The value of a letter, which is used by that; what no code takes is refused at the end.
+    /// Takes the value of a letter, which counts as used from then on. Values that no code takes are refused at
+    /// the end.
     pub fn take(&mut self, letter: Letter) -> Slot<Decimal> {
         self.values[letter as usize].take()
     }
 
-    /// Whether and where a letter stands that nothing has used.
+    /// The column of a letter that is not used yet, if the block has it.
     pub fn column(&self, letter: Letter) -> Option<u16> {
         Some(self.values[letter as usize]?.column)
     }
 
-    /// The same, of the first of several letters.
+    /// The first such column of several letters.
     pub fn any(&self, letters: [Letter; 3]) -> Option<u16> {
         letters.iter().filter_map(|&letter| self.column(letter)).min()
     }
 
-    /// The first word in the line that nothing has used.
+    /// The first word in the line that is not used.
     pub fn unused(&self) -> Option<Refused> {
         let words = LETTERS.into_iter().zip(self.values);
         let unused = words.filter_map(|(letter, word)| Some((letter, word?.column)));

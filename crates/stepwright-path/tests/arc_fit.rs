@@ -1,4 +1,4 @@
-//! Lines and arcs in place of chords, judged by the steps and the chords alone.
+//! Lines and arcs that replace chords, judged only by the steps and the chords.
 
 use std::f64::consts::TAU;
 
@@ -7,19 +7,19 @@ use crate::judge::jerk::jerk_broken;
 use crate::judge::{Axis, jump_needed};
 use stepwright_path::{ArcFit, AxisPace, Route, Unplannable};
 
-/// A step: when, how far along the route, and where the axes are then, in mm.
+/// A step: its time, its place along the route, and the places of the axes then, in mm.
 type Point<const N: usize> = (f64, f64, [f64; N]);
 
-/// What comes of a job.
+/// The result of a job.
 struct Made<const N: usize> {
     axes: [Axis; N],
     points: Vec<Point<N>>,
-    /// Where each chord ends along the route.
+    /// The end of each chord along the route.
     ends: Vec<f64>,
     time: f64,
 }
 
-/// Chords: their ends, and the feed to each.
+/// Chords: the end of each, and its feed.
 type Chords<const N: usize> = Vec<([f64; N], f64)>;
 
 fn made<const N: usize>(chords: &Chords<N>, pace: AxisPace, tolerance: f64) -> Made<N> {
@@ -51,7 +51,7 @@ fn made<const N: usize>(chords: &Chords<N>, pace: AxisPace, tolerance: f64) -> M
     Made { axes, points, ends, time: route.time() }
 }
 
-/// How far a place is from the line between two.
+/// The distance of a place from the line between two others.
 fn off<const N: usize>(place: &[f64; N], [a, b]: [&[f64; N]; 2]) -> f64 {
     let way =
         |from: &[f64; N], to: &[f64; N]| -> [f64; N] { std::array::from_fn(|n| to[n] - from[n]) };
@@ -62,7 +62,7 @@ fn off<const N: usize>(place: &[f64; N], [a, b]: [&[f64; N]; 2]) -> f64 {
     dot(&way(&foot, place), &way(&foot, place)).sqrt()
 }
 
-/// Chords of curves, of lines and of corners, with rounded places, turns back and tiny ones.
+/// Chords of curves, lines and corners, with rounded places, reversals and tiny chords.
 fn chain<const N: usize>(dice: &mut Dice) -> Chords<N> {
     let grid =
         if dice.roll() < 0.7 { [0.01, 0.001, 0.05][(3.0 * dice.roll()) as usize] } else { 1e-9 };
@@ -94,18 +94,18 @@ fn chain<const N: usize>(dice: &mut Dice) -> Chords<N> {
     chords
 }
 
-/// Every position is within the tolerance of the chords, every chord within that of positions, and where a
-/// chord ends is known, as near as steps can tell.
+/// Every position is within the tolerance of the chords, and every chord within the tolerance of the positions.
+/// The end of each chord is known as exactly as steps can tell.
 fn is_near<const N: usize>(seed: u64) {
     let mut dice = Dice(seed);
     let chords: Chords<N> = chain(&mut dice);
     let tolerance = 0.001 * 100f64.powf(dice.roll());
-    // Of each axis three quarters of a step, at most: a turn makes no step for less.
+    // At most three quarters of a step of each axis: a turn within that makes no step.
     let pace = AxisPace { step: 0.005, ..AXIS };
     let near = tolerance + 0.75 * pace.step * (N as f64).sqrt() + 1e-9;
     let Made { points, ends, .. } = made(&chords, pace, tolerance);
     let places: Vec<_> = [[0.0; N]].into_iter().chain(chords.iter().map(|chord| chord.0)).collect();
-    // A chord and its neighbours, by the way: the path is no nearer by leading elsewhere.
+    // Only a chord and its neighbours along the route count: other parts of the path may lead past the place.
     let mut first = 0;
     for (_, way, place) in &points {
         while first < ends.len() && ends[first] < way - 4.0 * near {
@@ -132,14 +132,14 @@ fn is_near<const N: usize>(seed: u64) {
 
 #[test]
 fn the_path_stays_within_the_tolerance() {
-    // Of the last one a bulge that all places allow, one by one, is too much for one of them.
+    // In the last job, a bulge that each place allows by itself is too large for one of them.
     for seed in (0..150).chain([15_094]) {
         is_near::<2>(seed);
         is_near::<3>(seed);
     }
 }
 
-/// What comes of it keeps the law of speed and that of jerk.
+/// Fitted routes keep the law of speed and the law of jerk.
 #[test]
 fn arcs_in_place_of_chords_keep_the_law() {
     for seed in 0..40 {
@@ -175,10 +175,10 @@ fn circle() -> Job {
     (1..=1_257).map(|n| ([place(n).0, place(n).1], 100.0)).collect()
 }
 
-/// Places of two digits take as long as exact ones, with a tolerance of 0.01.
+/// Places with two digits take as long as exact places, with a tolerance of 0.01.
 #[test]
 fn rounded_places_take_no_longer_with_a_tolerance() {
-    // As exact chords, as rounded ones, and as arcs in their place.
+    // The times as exact chords, as rounded chords, and as arcs that replace them.
     for (name, job, times) in [
         ("circle", circle(), [[1.357, 3.0, 1.357], [1.469, 4.4, 1.469]]),
         ("half circles", jobs::arcs(100.0), [[3.95, 6.4, 4.12], [5.96, 8.2, 5.94]]),
@@ -194,7 +194,7 @@ fn rounded_places_take_no_longer_with_a_tolerance() {
     }
 }
 
-/// A tolerance below what places are rounded by fits few chords, and costs little.
+/// A tolerance below the rounding of places fits few chords, and costs little time.
 #[test]
 fn a_small_tolerance_costs_little() {
     let two = rounded(&circle(), 0.01);
@@ -202,7 +202,8 @@ fn a_small_tolerance_costs_little() {
     assert!(small <= 1.14 * none, "{small} s, and {none} s without");
 }
 
-/// Corners of longer lines stay, and what was one line is one: a staircase takes as long as its legs.
+/// Corners of longer lines stay corners, and the chords of a line become one line: a staircase takes as long as
+/// its legs.
 #[test]
 fn corners_are_corners() {
     let legs: Chords<2> = jobs::staircase().into_iter().skip(49).step_by(50).collect();
@@ -211,7 +212,7 @@ fn corners_are_corners() {
         let stairs = made(&jobs::staircase(), pace, 0.05);
         let legs = made(&legs, pace, 0.0);
         assert!((stairs.time - legs.time).abs() < 1e-9, "{} {}", stairs.time, legs.time);
-        // Each step of one is that of the other.
+        // Both make the same steps.
         assert_eq!(stairs.points.len(), legs.points.len());
         let same = |(a, b): (&Point<2>, &Point<2>)| (a.0 - b.0).abs() < 1e-9 && a.2 == b.2;
         assert!(stairs.points.iter().zip(&legs.points).all(same));
@@ -233,7 +234,7 @@ fn what_makes_no_sense_is_refused_and_what_waits_stays() {
         line(&mut fit, [f64::from(n), 0.0], 50.0, n).unwrap();
     }
     assert_eq!(line(&mut fit, [9.0, f64::INFINITY], 50.0, 5), Err(Unplannable::TooLong));
-    // A chord to where it is already is one all the same.
+    // A chord of no length has its tag, too.
     line(&mut fit, [4.0, 0.0], 50.0, 6).unwrap();
     line(&mut fit, [5.0, 0.0], 50.0, 7).unwrap();
     assert_eq!(fit.set_tolerance(&mut route, f64::NAN), Err(Unplannable::Tolerance));
@@ -241,7 +242,7 @@ fn what_makes_no_sense_is_refused_and_what_waits_stays() {
     fit.set_tolerance(&mut route, 0.0).unwrap();
     let settled: Vec<_> = std::iter::from_fn(|| fit.settled()).collect();
     assert_eq!(settled, [(2.0, 2), (3.0, 3), (4.0, 4), (4.0, 6), (5.0, 7)]);
-    // What waits can be dropped.
+    // Chords that wait can be dropped.
     fit.set_tolerance(&mut route, 0.01).unwrap();
     fit.line_to(&mut route, [6.0, 0.0], 50.0, 8).unwrap();
     fit.clear();

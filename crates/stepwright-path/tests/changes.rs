@@ -1,4 +1,4 @@
-//! Overrides, pauses and new ends at random moments, judged from the steps alone.
+//! Overrides, pauses and new ends at random times, judged only by the steps.
 
 use std::f64::consts::TAU;
 
@@ -11,21 +11,21 @@ const LEAD: u32 = 10_000;
 const HZ: f64 = 1e8;
 const TICK: f64 = 1.0 / HZ;
 
-/// What is asked for while the axes move.
+/// A change that is ordered while the axes move.
 #[derive(Clone, Copy, Debug)]
 enum Act {
     Scale(f64),
     Pause,
     Resume,
-    /// This many times the line's direction.
+    /// A new end: this multiple of the line's direction.
     On(i32),
-    /// Anywhere, in steps from the beginning.
+    /// A new end anywhere, in steps from the beginning.
     Elsewhere([i32; 3]),
     Finish,
 }
 
-/// An act, what was answered, which is when it took hold, and when it stands then
-/// or at its end.
+/// An act, the answer to it, which is the time at which it takes effect, and the time at which the path rests
+/// after it or at its end.
 type Taken = (Act, Result<f64, Unplannable>, f64);
 
 fn ask<const N: usize>(path: &LivePath, act: Act, at: f64, unit: [i32; N]) -> Taken {
@@ -48,11 +48,11 @@ fn ask<const N: usize>(path: &LivePath, act: Act, at: f64, unit: [i32; N]) -> Ta
     (act, held, rest)
 }
 
-/// A step: seconds after the lead, of which axis, and where that is then.
+/// A step: the time in s after the lead, the axis, and its position then.
 type Event = (f64, usize, i64);
 
-/// The axes as a cycle asks them, each when what it was told before is over; acts
-/// come in between, s apart, asked for at once. Steps in the order of time.
+/// Asks the axes as a cycle does: each when its last step or wait is over. Acts are made in between, each this
+/// many s after the one before, to take effect at once. Returns the steps in the order of their times.
 fn play<const N: usize>(
     steps: [Steps; N],
     acts: &[(f64, Act)],
@@ -94,11 +94,11 @@ fn play<const N: usize>(
     (events, taken)
 }
 
-/// The highest speed that is allowed, over time: the scaled one, or what is still
-/// left of the one before on its way down.
+/// The highest speed allowed at each time: the scaled speed, or the rest of the earlier speed while it
+/// decreases.
 struct Envelope {
     pace: Pace,
-    /// From when on, the speed aimed at, and the highest at that moment.
+    /// The time from which a part counts, its target speed, and the highest speed at that time.
     parts: Vec<(f64, f64, f64)>,
 }
 
@@ -120,7 +120,7 @@ impl Envelope {
         if was <= to {
             return to;
         }
-        // What it gains yet where it speeds up, and the time that the whole takes.
+        // The speed that it may still gain while it speeds up, and the time of the whole change.
         let gain = accel * accel / 2.0 / jerk;
         if jerk.is_infinite() {
             return to.max(was - decel * (t - from));
@@ -129,7 +129,7 @@ impl Envelope {
         if t < from + time { was } else { to }
     }
 
-    /// The highest between two times.
+    /// The highest speed allowed between two times.
     fn within(&self, from: f64, to: f64) -> f64 {
         let inside = self.parts.iter().map(|part| part.0).filter(|t| from <= *t && *t <= to);
         let ends = [from, to].into_iter().chain(inside);
@@ -137,8 +137,7 @@ impl Envelope {
     }
 }
 
-/// Divided difference of places over times, and what half a tick in each time
-/// makes of it at this speed.
+/// The divided difference of places over times, and its error by half a tick of each time at this speed.
 fn difference(points: &[(f64, f64)], speed: f64) -> (f64, f64) {
     let mut sum = (0.0, 0.0);
     for (n, (t, s)) in points.iter().enumerate() {
@@ -150,8 +149,8 @@ fn difference(points: &[(f64, f64)], speed: f64) -> (f64, f64) {
     sum
 }
 
-/// Within a step of the line from `begin` to `end`: some point of it is so for all
-/// axes at once.
+/// Whether a position is within a step of the line from `begin` to `end`: a single point of the line is that
+/// near on all axes.
 fn on_line(at: [i64; 3], begin: [i64; 3], end: [i64; 3]) -> bool {
     let (mut low, mut high) = (0.0f64, 1.0f64);
     for axis in 0..3 {
@@ -170,9 +169,9 @@ fn on_line(at: [i64; 3], begin: [i64; 3], end: [i64; 3]) -> bool {
     low <= high
 }
 
-/// Whether these positions lead along straight lines, the first from `begin` to the
-/// first end, each of the others from the corner before it, or on from the same
-/// beginning if it lies on the same line. All before `from` are accounted for.
+/// Whether these positions lead along straight lines: the first from `begin` to the first end, each of the
+/// others from the corner before it, or from the same beginning if it is on the same line. All positions before
+/// `from` are checked already.
 fn straight(
     positions: &[(f64, [i64; 3])],
     ends: &[([i64; 3], [f64; 2])],
@@ -183,8 +182,7 @@ fn straight(
     let on = |at: &[i64; 3]| on_line(*at, positions[begin].1, *end);
     let on = positions[from..].iter().take_while(|p| on(&p.1)).count();
     let Some((_, [held, stands])) = rest.first() else { return from + on == positions.len() };
-    // On along the same line; or from a corner, some step of those around the time
-    // when it stands.
+    // Either the same line continues, or a corner follows: a step around the time at which the path rests.
     let near = |time: f64| positions.partition_point(|p| p.0 <= time).max(1) - 1;
     let along = near(*held).max(from);
     let corners = near(stands - 0.02).max(from)..(near(stands + 0.02) + 1).min(from + on);
@@ -192,7 +190,7 @@ fn straight(
         || corners.into_iter().rev().any(|corner| straight(positions, rest, corner, corner))
 }
 
-/// A line, as a direction and how often it is gone: targets can lie on it.
+/// A line, as a direction and its multiple, so that new ends can be on it.
 fn line() -> impl Strategy<Value = ([i32; 3], i32, [f64; 3])> {
     (prop::array::uniform3(-12i32..12), 10i32..150, prop::array::uniform3(0.5f64..2.0))
         .prop_filter("it leads somewhere", |(unit, ..)| unit.iter().any(|n| *n != 0))
@@ -242,9 +240,8 @@ fn cases() -> u32 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases()))]
 
-    /// Whatever is asked for and when: the end is exact and reached together, the
-    /// axes stay on the line, the speed below the scaled feed, acceleration and
-    /// jerk within their limits.
+    /// Whatever is ordered, at any time: the end is exact and reached by all axes together, the axes stay on
+    /// the line, the speed stays below the scaled feed, and acceleration and jerk stay within their limits.
     #[test]
     fn feeds_and_pauses_keep_the_line_and_the_limits(
         (unit, times, step) in line(),
@@ -270,7 +267,7 @@ proptest! {
                 continue;
             }
             prop_assert!((times[times.len() - 1] - over).abs() <= 2.0 * TICK);
-            // Each step is so far along the line.
+            // The place of each step along the line.
             let part = line.length() / times.len() as f64;
             let places: Vec<_> = times.iter().zip(1..).map(|(t, n)| (*t, f64::from(n) * part)).collect();
             for pair in places.windows(2) {
@@ -303,8 +300,8 @@ proptest! {
         }
     }
 
-    /// New ends, on the line and elsewhere, and finishes: it ends exactly where it
-    /// was led to last, on straight lines from corner to corner.
+    /// New ends on the line and elsewhere, and finishes: the path ends exactly at the last new end, on straight
+    /// lines from corner to corner.
     #[test]
     fn new_ends_are_reached_along_straight_lines(
         (unit, times, step) in line(),
@@ -316,8 +313,8 @@ proptest! {
         acts.push((5.0, Act::Resume));
         let (events, taken) = play(axes(&line, pace), &acts, unit);
         let envelope = Envelope::new(pace, &taken);
-        // Where it was to go, one after another, where that may have been a corner,
-        // and whether it gave up.
+        // The ends in their order, the times around which each may make a corner, and whether the path was
+        // finished early.
         let mut ends = vec![(line.steps.map(i64::from), [0.0; 2])];
         let mut finished = false;
         for (act, held, rest) in &taken {
@@ -341,7 +338,7 @@ proptest! {
             prop_assert_eq!(positions.last().unwrap().1, ends.last().unwrap().0);
         }
         prop_assert!(straight(&positions, &ends, 0, 0), "{ends:?}");
-        // The way over 50 ms, to a step of each axis.
+        // The distance over 50 ms, to a step of each axis.
         let slack = step.iter().map(|step| step * step).sum::<f64>().sqrt() * 2.0;
         let mut from = 0;
         for n in 0..positions.len() {
@@ -359,7 +356,7 @@ proptest! {
         }
     }
 
-    /// MotorIo a circle it is the same: round, and the same steps as without.
+    /// On a circle it is the same: the path stays round, with the same steps as without changes.
     #[test]
     fn feeds_and_pauses_keep_the_circle(
         radius in 100.0f64..600.0,

@@ -1,5 +1,5 @@
-//! Paths in cycles on the virtual board: whatever ends, pauses, cancels and changes
-//! do, the edges add up to the reported position, and nobody moves another's.
+//! Paths in cycles on the virtual board: whatever bounds, switches, pauses, cancellations and changes do, the
+//! edges add up to the reported position, and no motor changes the edges of another.
 
 use std::cell::Cell;
 
@@ -15,14 +15,14 @@ use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
 const HZ: u32 = 16_000_000;
 /// µs.
 const SMALLEST: u32 = 300;
-/// Ticks of a pulse: an edge may wait for the end of another motor's.
+/// The ticks of a pulse: an edge may wait for the end of another motor's pulse.
 const PULSE: u64 = 32;
 
-/// A path of the first two motors; the third does something of its own.
+/// A path of the first two motors. The third motor makes steps of its own.
 #[derive(Clone, Copy, Debug)]
 enum Way {
     Line([i32; 2]),
-    /// Radius in steps, where it begins, how far it turns.
+    /// The radius in steps, the angle at the beginning, and the sweep.
     Arc(f64, f64, f64),
 }
 
@@ -102,7 +102,7 @@ fn pace() -> impl Strategy<Value = Pace> {
     })
 }
 
-/// The path's steps, a step a unit.
+/// The steps of the path, one unit each.
 fn steps(way: Way, pace: Pace) -> [Steps; 2] {
     let rate = Rate::from_hz(HZ).unwrap();
     let (lead, step) = (rate.micros(SMALLEST), [1.0; 2]);
@@ -126,7 +126,7 @@ fn ask(path: &LivePath, act: Act, at: f64) {
     }
 }
 
-/// Steps by the edges alone, in the motor's own direction.
+/// The number of steps by the edges alone, in the motor's own direction.
 fn edges_of(edges: &[Edge], axis: u8, motor: &Motor) -> i64 {
     let (mut forward, mut steps, mut high) = (true, 0, false);
     for edge in edges.iter().filter(|edge| edge.axis == axis) {
@@ -146,9 +146,9 @@ fn edges_of(edges: &[Edge], axis: u8, motor: &Motor) -> i64 {
 
 type Acts = Vec<(u32, Act)>;
 
-/// Plays it, and answers all edges and the positions that are reported. What is
-/// asked of the path is for this many seconds later; 0: for as soon as can be. From memory
-/// (`stored`) the path is what it was at the start.
+/// Plays the path, and returns all edges and the reported positions. Changes of the path are ordered for this
+/// many seconds later; 0 means as soon as possible. From memory (`stored`) the path stays as it was at the
+/// start.
 fn play(
     motors: [(Motor, Stand); 3],
     strategies: Strategies,
@@ -160,7 +160,7 @@ fn play(
     let rate = Rate::from_hz(HZ).unwrap();
     let [mut x, mut y] = steps(way, pace);
     let path = x.law();
-    // What no motor could follow is not asked for later on either.
+    // Later changes must stay within what the motors can follow.
     path.within(&[1e6 / f64::from(SMALLEST); 2]).unwrap();
     let (settings, stands) = (motors.map(|m| m.0), motors.map(|m| m.1));
     let mut board: CycleBoard<Vec<Edge>, 3> =
@@ -198,7 +198,7 @@ fn play(
     }
     _ = board.cycle().resume();
     path.resume(when(at));
-    // 8 s at a tenth of the least speed, and more than that.
+    // Longer than 8 s at a tenth of the lowest speed.
     board.run_until(at + 120 * u64::from(HZ));
     assert!(!board.cycle().is_running(), "it has not ended");
     assert_eq!(board.cycle().late(), 0);
@@ -229,8 +229,8 @@ proptest! {
         }
     }
 
-    /// Beside a motor of the path that is stopped by its bound, stopped or braked by
-    /// its switch, or beside one that goes on: the same edges of the others.
+    /// If a motor of the path is stopped by its bound, or stopped or braked by its switch, the other motors
+    /// have the same edges as beside one that continues.
     #[test]
     fn nobody_moves_anothers_edges(
         path in (way(), pace(), -200i32..200),
@@ -256,8 +256,8 @@ proptest! {
             small_delay: AtSmallDelay::Fix,
             timing: AtTiming::Cancel,
         };
-        // Beyond what is handed out ahead, or a change would take hold sooner where
-        // there is one motor less to wait for.
+        // Later than the steps that are handed out ahead. Otherwise a change would take effect sooner with one
+        // motor less to wait for.
         let run = |first| play([first, free, free], strategies, path, &acts, 0.01, stored).0;
         let (whole, ended) = (run(free), run(stopped));
         for axis in [1, 2] {

@@ -1,4 +1,4 @@
-//! Changes of a route at known times: an override, a hold and its end, a jog that is cancelled.
+//! Changes of a route at known times: an override, a hold and its end, a cancelled jog.
 
 use crate::judge::{Axis, jump_needed};
 use stepwright_path::{AxisPace, Route, Unplannable};
@@ -15,7 +15,7 @@ fn route() -> Route<2> {
     route
 }
 
-/// Steps up to each of these times, and the time of the last.
+/// The number of steps up to each of these times, and the time of the end.
 fn counts(route: &mut Route<2>, times: &[f64]) -> (Vec<usize>, f64) {
     let steps: Vec<f64> = route.by_ref().map(|step| step.time).collect();
     let count = |t: &f64| steps.iter().filter(|step| *step <= t).count();
@@ -33,7 +33,7 @@ fn a_line_by_hand() {
 fn a_hold_brakes_stands_and_goes_on() {
     let mut route = route();
     route.hold(0.55);
-    // Nothing more until it is resumed: 50 mm, and 5 of braking.
+    // No more steps until it is resumed: 50 mm, and 5 mm of braking.
     assert_eq!(counts(&mut route, &[0.55, 0.65, 9.0]).0, [5_000, 5_500, 5_500]);
     assert!(route.is_held() && !route.is_over());
     route.resume(3.0);
@@ -47,7 +47,7 @@ fn a_hold_brakes_stands_and_goes_on() {
 fn an_override_takes_hold_at_its_time() {
     let mut route = route();
     route.scale(0.55, 0.5).unwrap();
-    // 100 to 50 in 0.05 s over 3.75; 45 at 50, and 1.25 of braking.
+    // From 100 to 50 mm/s in 0.05 s over 3.75 mm; then 45 mm at 50 mm/s, and 1.25 mm of braking.
     let (counts, end) = counts(&mut route, &[0.55, 0.6]);
     assert!((end - (0.55 + 0.05 + 0.9 + 0.05)).abs() < 1e-9, "{end}");
     assert_eq!(counts, [5_000, 5_375]);
@@ -56,7 +56,7 @@ fn an_override_takes_hold_at_its_time() {
 
 #[test]
 fn an_override_stays_within_the_axes() {
-    // Ordered 300, of at most 400 mm/s.
+    // 300 mm/s are ordered; the axes can do 400.
     let mut route = Route::new([AXIS; 2]).unwrap();
     route.line_to([1_000.0, 0.0], 300.0).unwrap();
     route.scale(0.0, 2.0).unwrap();
@@ -123,7 +123,7 @@ fn what_makes_no_sense_is_refused() {
 fn a_refusal_says_what_is_allowed() {
     let said = |axis: AxisPace| Route::new([axis]).unwrap_err().to_string();
     let least = |what: String| assert!(what.ends_with("must be 10^-12 to 10^24"), "{what}");
-    // Above 0, and too little all the same.
+    // Above 0, but too small.
     least(said(AxisPace { speed: 1e-13, ..AXIS }));
     least(said(AxisPace { accel: 1e-13, ..AXIS }));
     least(said(AxisPace { jump: 1e-13, ..AXIS }));
@@ -133,8 +133,8 @@ fn a_refusal_says_what_is_allowed() {
     least(route.with_deviation(1e-13).err().unwrap().to_string());
 }
 
-/// Two corners 0.09 mm apart, each a jump that the time between allows at a constant speed. X falls
-/// at both: while it brakes over both it would fall too far, so such a hold comes a little later.
+/// Two corners 0.09 mm apart, each with a jump that the time between them allows at a constant speed. X slows
+/// down at both. If it braked over both it would slow down too much, so such a hold comes a little later.
 #[test]
 fn a_hold_over_two_corners_keeps_the_law() {
     let fine = AxisPace { step: 0.000_5, ..AXIS };
@@ -162,7 +162,7 @@ fn a_hold_over_two_corners_keeps_the_law() {
     }
 }
 
-/// A wait without an end, or one that is no number, is none.
+/// A wait that is infinite, NaN or negative is no wait.
 #[test]
 fn a_wait_is_finite() {
     for (seconds, rest) in [(f64::INFINITY, 0.0), (f64::NAN, 0.0), (-1.0, 0.0), (0.5, 0.5)] {

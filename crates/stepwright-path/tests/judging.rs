@@ -1,11 +1,11 @@
-//! The judges of a motion, by violations made by hand.
+//! The judges of a motion, tested with violations made by hand.
 
 use crate::judge::jerk::jerk_broken;
 use crate::judge::{self, Axis, jump_needed};
 
 const STEP: f64 = 0.0125;
 
-/// The steps of a motion whose place is known at each time, searched for.
+/// The steps of a motion whose place is known at each time, by search.
 fn steps(place: impl Fn(f64) -> f64, end: f64) -> Axis {
     let (mut steps, mut at) = (Vec::new(), 0i64);
     let grain = 1e-5;
@@ -31,7 +31,7 @@ fn steps(place: impl Fn(f64) -> f64, end: f64) -> Axis {
 
 #[test]
 fn a_ramp_within_its_acceleration_needs_no_jump() {
-    // 1000 mm/s² for 0.1 s, 0.1 s at 100 mm/s, and down.
+    // 1000 mm/s² for 0.1 s, 100 mm/s for 0.1 s, and the same ramp down.
     let place = |t: f64| match t {
         t if t < 0.1 => 500.0 * t * t,
         t if t < 0.2 => 5.0 + 100.0 * (t - 0.1),
@@ -40,14 +40,14 @@ fn a_ramp_within_its_acceleration_needs_no_jump() {
     let steps = steps(place, 0.3);
     assert_eq!(steps.len(), 1_600);
     assert!(jump_needed(&steps, STEP, 1_000.0, 0.3).0 < 0.01);
-    // By 1 % too fast over 0.1 s: 1 mm/s.
+    // An acceleration 1 % too high over 0.1 s: 1 mm/s.
     let (jump, t) = jump_needed(&steps, STEP, 990.0, 0.3);
     assert!((jump - 1.0).abs() < 0.05, "{jump} at {t}");
 }
 
 #[test]
 fn a_jump_is_seen_whole_and_in_parts() {
-    // 20 mm/s, from one moment to the next 27.
+    // 20 mm/s, and at once 27 mm/s.
     let place = |t: f64| if t < 0.1 { 20.0 * t } else { 2.0 + 27.0 * (t - 0.1) };
     let axis = steps(place, 0.2);
     let middle: Axis = axis[10..axis.len() - 10].to_vec();
@@ -63,13 +63,13 @@ fn a_jump_is_seen_whole_and_in_parts() {
         }
         most
     };
-    // Less 100 mm/s² over the interval of the jump and half of its neighbours, some 1 ms.
+    // 7 mm/s less 100 mm/s² over the interval of the jump and half of its neighbours, some 1 ms.
     let jump = seen(&middle, 100.0);
     assert!((jump - 6.9).abs() < 0.05, "{jump}");
-    // The judge in one pass says what all pairs say, rest at both ends included.
+    // The judge in one pass gives the same as all pairs, rest at both ends included.
     let (jump, _) = jump_needed(&axis, STEP, 100.0, 0.2);
     assert!((jump - 27.0).abs() < 0.05, "{jump}");
-    // The same jump in seven parts within 1 ms is no less of one.
+    // The same jump in seven parts within 1 ms counts as much.
     let parts = |t: f64| {
         let n = ((t - 0.1) * 7_000.0).ceil().clamp(0.0, 7.0) as i32;
         20.0 * t + (0..n).map(|k| t - 0.1 - f64::from(k) / 7_000.0).sum::<f64>()
@@ -91,7 +91,8 @@ fn a_turn_is_no_speed() {
     assert!((jump - 4.0).abs() < 0.01, "{jump}");
 }
 
-/// From rest to `v` and back, the acceleration coming and going by the jerk: place and end.
+/// An S-curve from rest to `v` and back, with this acceleration and jerk: the place over time, and the time of
+/// the end.
 fn s_curve(v: f64, accel: f64, jerk: f64) -> (impl Fn(f64) -> f64, f64) {
     let bend = accel / jerk;
     let rise = v / accel + bend;
@@ -109,7 +110,7 @@ fn s_curve(v: f64, accel: f64, jerk: f64) -> (impl Fn(f64) -> f64, f64) {
     (place, 2.0 * rise)
 }
 
-/// An S-curve is within its own limits, and not within less of any.
+/// An S-curve is within its own limits, but not within a smaller one of any kind.
 #[test]
 fn an_s_curve_has_its_jerk() {
     let (place, end) = s_curve(150.0, 1_000.0, 10_000.0);
@@ -124,10 +125,10 @@ fn an_s_curve_has_its_jerk() {
     }
 }
 
-/// A trapezoid under a jerk. Let u bend from −S/2 on, a time x before a ramp of A begins, where it
-/// is J·x²/2 − S/2, S/2 at most. On the ramp it is A·x − A²/2J − S/2 from v, and where the ramp ends,
-/// by symmetry, the opposite of that: so 0. Both together make S = (3 − 2·√2)·A²/J, 17.16 mm/s. The
-/// judge, whose set is never too small, must take more than that; it refuses 13.
+/// A trapezoid under a jerk. Let u bend from −S/2 on, a time x before a ramp of A begins; there it is at J·x²/2
+/// − S/2, at most S/2. On the ramp it is at A·x − A²/2J − S/2 from v. Where the ramp ends, by symmetry, it is
+/// at the opposite of that: so at 0. Both together give S = (3 − 2·√2)·A²/J, 17.16 mm/s. The judge's set is
+/// never too small, so it must accept more than that. It refuses 13.
 #[test]
 fn a_trapezoid_has_none() {
     let place = |t: f64| match t {
@@ -144,13 +145,13 @@ fn a_trapezoid_has_none() {
     assert_eq!(broken(5.0, 1e6), None);
 }
 
-/// A start from standing is a jump, however long it stood: at the beginning, between two moves, and at the end.
+/// A start from rest is a jump, however long the rest was: at the beginning, between two moves, and at the end.
 #[test]
 fn a_start_from_standing_is_a_jump() {
     for v in [20.0, 50.0, 100.0, 200.0] {
         for stood in [0.05, 0.1, 0.3, 1.0] {
             for before in [0, 100] {
-                // At 4 mm/s, which the jump allows; it stands, and then moves at once. Both ways.
+                // At 4 mm/s, which the jump allows; then a rest, and motion at once. In both directions.
                 let slow = (0..before).map(|n| STEP / 4.0 * f64::from(n));
                 let begin = STEP / 4.0 * f64::from(before) + stood;
                 let fast = (0..200).map(|n| begin + STEP / v * f64::from(n));
@@ -159,8 +160,8 @@ fn a_start_from_standing_is_a_jump() {
                 let back: Axis = steps.iter().rev().map(|(t, _)| (end - t, false)).collect();
                 for steps in [steps, back] {
                     let (jump, at) = jump_needed(&steps, STEP, 1_000.0, end);
-                    // Known but for a step and a quarter in √(step/accel), and for half of that time and of the
-                    // first interval.
+                    // The jump is known but for 1.25 steps in √(step/accel), and for the acceleration over half
+                    // of that time and half of the first interval.
                     let least = v - 1.75 * (STEP * 1_000.0).sqrt() - 500.0 * STEP / v - 0.01;
                     assert!(jump >= least && jump <= v, "{v} after {stood}: {jump} at {at}");
                     let broken = jerk_broken(&steps, STEP, [5.0, 1_000.0, 10_000.0], end);

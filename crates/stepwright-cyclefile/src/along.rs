@@ -1,4 +1,4 @@
-//! A line or an arc from where the motors stand, and what changes on its way.
+//! A line or an arc from the positions of the motors, and its changes on the way.
 
 use std::ops::Range;
 
@@ -7,13 +7,13 @@ use stepwright_path::{Arc, Line, LivePath, Steps, Unplannable};
 use crate::plan::{Act, CyclePlan, MOST, Move, Task, TimedAct};
 use crate::text::{CycleText, FileError};
 
-/// What each motor does; nothing if it is no path.
+/// The moves of the motors along a path; none if the task is not a path.
 ///
-/// What was to happen on the way is in the law then, so nothing is left of
-/// `acts`: a path brakes for a pause and goes on, the cycle itself does not.
+/// The acts become changes of the path, so `acts` is empty afterwards. For a pause the path brakes and
+/// continues; the cycle itself does not pause.
 ///
 /// # Errors
-/// The path is impossible, too fast for a motor, or changed when it is over.
+/// The path is impossible, too fast for a motor, or changed after its end.
 pub fn along(
     plan: &CyclePlan,
     text: &CycleText,
@@ -24,7 +24,7 @@ pub fn along(
 ) -> Result<Vec<Move>, FileError> {
     let here = |motor: u8| positions.get(usize::from(motor)).copied().unwrap_or(0);
     let distance = |motor: u8| plan.motors[usize::from(motor)].distance;
-    // Time for DIR to be set, and no less than any smallest delay.
+    // The time to set DIR, and at least as long as any smallest delay.
     let least = plan.motors.iter().map(|motor| motor.smallest_delay).max();
     let lead = plan.rate.micros(least.unwrap_or(0).max(100));
     let wrong = |what: Unplannable| text.blame(at.clone(), what);
@@ -60,7 +60,7 @@ pub fn along(
                 return nothing(text, acts);
             }
             let steps = Steps::arc(&arc, *pace, plan.rate, lead).map_err(wrong)?;
-            // A new end says where both are to go.
+            // A new end gives the positions of both motors.
             (motors.to_vec(), vec![0; 2], steps.into())
         }
     };
@@ -107,7 +107,7 @@ pub fn along(
     Ok(moves.collect())
 }
 
-/// A path of no length: nobody moves, and there is nothing to change.
+/// A path of no length: no motor moves, and there is nothing to change.
 fn nothing(text: &CycleText, acts: &mut Vec<TimedAct>) -> Result<Vec<Move>, FileError> {
     match acts.drain(..).find(|act| matches!(act.act, Act::Feed(_) | Act::To(_))) {
         Some(act) => Err(text.blame(act.at, Unplannable::Over)),
@@ -115,13 +115,13 @@ fn nothing(text: &CycleText, acts: &mut Vec<TimedAct>) -> Result<Vec<Move>, File
     }
 }
 
-/// A speed with nine digits, or all that are before the point.
+/// A speed with nine digits, or with all digits before the point if they are more.
 fn digits(speed: f64, round: fn(f64) -> f64) -> f64 {
     let behind = 10f64.powf((8.0 - speed.log10().floor()).clamp(0.0, 12.0));
     round(speed * behind) / behind
 }
 
-/// The end of the path as it is now, and which motors have a part in it.
+/// The present end of the path, and the motors that take part in it.
 struct Changes {
     end: Vec<i32>,
     moving: Vec<bool>,
@@ -135,7 +135,7 @@ impl Changes {
     }
 }
 
-/// What an act is to a path: for a pause it brakes, and then it goes on.
+/// Makes an act a change of the path. For a pause the path brakes, and then continues.
 fn change(law: &LivePath, seconds: f64, act: &Act, end: &[i32]) -> Result<(), Unplannable> {
     match act {
         Act::Pause => _ = law.pause(seconds),

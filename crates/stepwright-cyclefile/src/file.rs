@@ -1,7 +1,6 @@
 //! A cycle file, as serde reads it.
 //!
-//! Whatever can be wrong with one value is a [`Spanned`], so that the error
-//! points at its line.
+//! Each value that can be wrong is a [`Spanned`], so that the error points at its line.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +14,7 @@ use toml::Spanned;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct File {
-    /// What positions are counted in.
+    /// The unit of positions.
     #[serde(default = "nanometres")]
     pub(crate) unit: Spanned<String>,
     #[serde(default)]
@@ -118,20 +117,20 @@ impl Handling {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Motor {
     pub(crate) name: Spanned<String>,
-    /// Distance of a step in the unit.
+    /// The length of a step, in the unit.
     pub(crate) step: Spanned<u32>,
     pub(crate) smallest_delay_us: Spanned<u32>,
-    /// Units a second, each second, by which it brakes at a switch.
+    /// The deceleration at a switch, in units/s².
     pub(crate) decel: Option<Spanned<f64>>,
     #[serde(default)]
     pub(crate) inverted: bool,
     pub(crate) min: Option<i64>,
     pub(crate) max: Option<Spanned<i64>>,
-    /// Where it is when it is switched on; 0, or on a board where that says it is.
+    /// The position at power-on; by default 0, or on a board the position that the board reports.
     pub(crate) position: Option<i64>,
     /// The pins of a board.
     pub(crate) pins: Option<Spanned<Pins>>,
-    /// Where the virtual switches stand: from here on they are closed.
+    /// The positions of the virtual switches: from there on they are closed.
     pub(crate) switch_min: Option<i64>,
     pub(crate) switch_max: Option<i64>,
 }
@@ -147,7 +146,7 @@ pub(crate) struct Pins {
     pub(crate) max: Option<Spanned<String>>,
 }
 
-/// One cycle: what each motor does.
+/// One cycle: the moves of the motors.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Cycle {
@@ -157,32 +156,32 @@ pub(crate) struct Cycle {
     pub(crate) arc: Option<Spanned<Arc>>,
     pub(crate) path: Option<Spanned<Joined>>,
     pub(crate) home: Option<Spanned<Home>>,
-    /// Seconds after its start.
+    /// The time after the start of the cycle, in s.
     pub(crate) pause_s: Option<Spanned<f64>>,
     pub(crate) resume_s: Option<Spanned<f64>>,
     pub(crate) finish_s: Option<Spanned<f64>>,
-    /// What changes on the way.
+    /// The changes on the way.
     #[serde(default)]
     pub(crate) feed: Vec<Spanned<Feed>>,
     #[serde(default)]
     pub(crate) retarget: Vec<Spanned<Retarget>>,
-    /// Seconds to stand still after it.
+    /// The rest after the cycle, in s.
     pub(crate) rest_s: Option<Spanned<f64>>,
 }
 
-/// Where motors are to go.
+/// Motors, and the positions to which they move.
 pub(crate) type Targets = BTreeMap<Spanned<String>, i64>;
 
-/// Another speed along the path, from some time on.
+/// A new speed along the path, from a time on.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Feed {
     pub(crate) at_s: Spanned<f64>,
-    /// Of the ordered speed.
+    /// The per cent of the ordered speed.
     pub(crate) percent: Spanned<f64>,
 }
 
-/// Another end of the path, from some time on.
+/// A new end of the path, from a time on.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Retarget {
@@ -190,33 +189,33 @@ pub(crate) struct Retarget {
     pub(crate) to: Spanned<Targets>,
 }
 
-/// Straight to a position.
+/// A straight line to a position.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Line {
     pub(crate) to: Targets,
-    /// Units a second along the path.
+    /// The speed along the path, in units/s.
     pub(crate) speed: Spanned<f64>,
-    /// Units a second, each second.
+    /// The acceleration along the path, in units/s².
     pub(crate) accel: Spanned<f64>,
     pub(crate) decel: Option<Spanned<f64>>,
-    /// By how much that may change in a second: an S-curve.
+    /// The jerk along the path, in units/s³: an S-curve.
     pub(crate) jerk: Option<Spanned<f64>>,
 }
 
-/// Around a centre, which is a position.
+/// An arc around a centre, which is a position.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Arc {
     pub(crate) motors: [Spanned<String>; 2],
     pub(crate) centre: [i64; 2],
     pub(crate) degrees: f64,
-    /// Units a second along the path.
+    /// The speed along the path, in units/s.
     pub(crate) speed: Spanned<f64>,
-    /// Units a second, each second.
+    /// The acceleration along the path, in units/s².
     pub(crate) accel: Spanned<f64>,
     pub(crate) decel: Option<Spanned<f64>>,
-    /// By how much that may change in a second: an S-curve.
+    /// The jerk along the path, in units/s³: an S-curve.
     pub(crate) jerk: Option<Spanned<f64>>,
 }
 
@@ -224,11 +223,11 @@ pub(crate) struct Arc {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Joined {
-    /// Units a second along the path.
+    /// The speed along the path, in units/s.
     pub(crate) speed: Spanned<f64>,
-    /// Units a second, each second, of each motor.
+    /// The acceleration of each motor, in units/s².
     pub(crate) accel: Spanned<f64>,
-    /// Units a second by which the speed of a motor may change at once.
+    /// The change of the speed of a motor that is allowed at once, in units/s.
     pub(crate) start_speed: Option<Spanned<f64>>,
     pub(crate) jerk: Option<Spanned<f64>>,
     pub(crate) pieces: Vec<Spanned<Piece>>,
@@ -245,7 +244,7 @@ pub(crate) struct Piece {
     pub(crate) degrees: Option<f64>,
 }
 
-/// To a switch.
+/// Homing to a switch.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Home {
@@ -266,7 +265,7 @@ pub(crate) enum Side {
     Max,
 }
 
-/// What a motor does.
+/// The move of a motor.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Move {
@@ -320,7 +319,7 @@ pub(crate) struct Leg {
     pub(crate) delay_us: u32,
 }
 
-/// Delays that go from one value to another and stay there.
+/// Delays that change from one value to another, and stay there.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Ramp {

@@ -4,7 +4,8 @@
 //!   path = { speed, accel, pieces = [line, arc, …] } ──► Joined ──► Route ──► Stream ──► motors
 //! ```
 //!
-//! It is planned from where the motors stand, so a step of each is one of its own, wherever that is.
+//! Places of the route are counted from the positions of the motors, so its steps are those of the motors,
+//! whatever the positions.
 
 use std::ops::Range;
 
@@ -19,32 +20,32 @@ use crate::text::{CycleText, FileError};
 /// The steps of a motor along a joined path.
 pub(crate) type JoinedSteps = AxisStream<Route<MOST>, MOST>;
 
-/// A joined path while it is played: [`Route`] may be changed.
+/// A joined path while it is played. Its [`Route`] may be changed.
 pub type JoinedPath = Stream<Route<MOST>, MOST>;
 
-/// Lines and arcs, and how fast along them.
+/// Lines and arcs, and the limits along them.
 pub struct Joined {
-    /// Units/s along it.
+    /// The speed along the path, in units/s.
     pub speed: f64,
-    /// Units/s² of each motor.
+    /// The acceleration of each motor, in units/s².
     accel: f64,
-    /// Units/s by which the speed of each motor may change at once.
+    /// The change of the speed of each motor that is allowed at once, in units/s.
     jump: Option<f64>,
-    /// Units/s³ of each motor, if that is limited.
+    /// The jerk of each motor, in units/s³, if it is limited.
     jerk: Option<f64>,
     pieces: Vec<(Range<usize>, Piece)>,
 }
 
-/// One of them, in positions.
+/// A line or an arc, in positions.
 enum Piece {
-    /// Motors, and where they go.
+    /// Motors, and the positions to which they move.
     Line(Vec<(u8, i64)>),
-    /// Two motors around a centre, by radians.
+    /// Two motors around a centre, by an angle in radians.
     Arc([u8; 2], [i64; 2], f64),
 }
 
 impl Joined {
-    /// Checks what stands in the file.
+    /// Checks a path of the file.
     pub(crate) fn read(
         plan: &CyclePlan,
         text: &CycleText,
@@ -88,7 +89,7 @@ impl Joined {
         Ok(Joined { speed, accel, jump, jerk, pieces })
     }
 
-    /// The whole of it, from where the motors stand: places are counted from there.
+    /// The whole route. Its places are counted from the positions of the motors.
     fn route(
         &self,
         plan: &CyclePlan,
@@ -97,9 +98,9 @@ impl Joined {
     ) -> Result<Route<MOST>, FileError> {
         let axes = plan.motors.map(|motor| {
             let step = f64::from(motor.distance);
-            // No step comes sooner by a tick that is rounded.
+            // A little slower, so that no step comes a tick too soon by rounding.
             let speed = 0.999 * step / (f64::from(motor.smallest_delay) / 1e6);
-            // As fast as after the first step from rest.
+            // The speed after the first step from rest.
             let jump = self.jump.unwrap_or((2.0 * self.accel * step).sqrt());
             let jerk = self.jerk.unwrap_or(f64::INFINITY);
             AxisPace { step, speed, accel: self.accel, jump: jump.min(speed), jerk }
@@ -129,7 +130,7 @@ impl Joined {
         Ok(route)
     }
 
-    /// What each motor does; nothing if none has a step to make. Nothing is left of `acts`.
+    /// The moves of the motors; none if no motor has a step to make. `acts` is empty afterwards.
     pub(crate) fn moves(
         &self,
         plan: &CyclePlan,

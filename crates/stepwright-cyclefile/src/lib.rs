@@ -1,5 +1,4 @@
-//! Files of motor cycles: what several motors do, read and checked, with the place of every
-//! mistake.
+//! Files of motor cycles: the moves of several motors, read and checked, with the place of every mistake.
 //!
 //! ```
 //! use stepwright_cyclefile::{CycleText, read};
@@ -22,11 +21,11 @@
 //! | module | what |
 //! | --- | --- |
 //! | `file` | the file, as serde reads it |
-//! | `plan` | the same, checked: [`CyclePlan`] |
+//! | `plan` | the file, checked: [`CyclePlan`] |
 //! | `pins` | the pins of a board that a file names |
-//! | `along` | a line or an arc from where the motors stand |
-//! | `joined` | several of them in one cycle, without a stop |
-//! | `text` | where a mistake stands |
+//! | `along` | a line or an arc from the positions of the motors |
+//! | `joined` | several lines and arcs in one cycle, without a stop |
+//! | `text` | the text, and the place of a mistake |
 
 #![warn(missing_docs)]
 #![forbid(unsafe_code)]

@@ -1,4 +1,4 @@
-//! The pins of a board that a file names, and those that it has by itself.
+//! The pins of a board: those that a file names, and the defaults.
 
 use stepwright::drive::{Arduino, BoardPin};
 use stepwright_cycle::line::MotorPins;
@@ -14,20 +14,20 @@ pub struct Pins {
     switches: [bool; 2],
 }
 
-/// A pin by its name, `None` for "none", and where it stands in the file.
+/// A named pin, `None` for "none", and its place in the file.
 #[derive(Clone)]
 struct Named(Option<BoardPin>, std::ops::Range<usize>);
 
-/// What they are called in a file.
+/// The names of the pins in a file.
 const NAMES: [&str; 5] = ["step", "dir", "enable", "min", "max"];
 
-/// Those of the first three motors, as a CNC shield has them: STEP, DIR, switch.
+/// The pins of the first three motors on a CNC shield: STEP, DIR, switch.
 const SHIELD: [[u8; 3]; 3] = [[2, 5, 9], [3, 6, 10], [4, 7, 11]];
-/// And ENABLE of all.
+/// The ENABLE pin of all motors.
 const ENABLE: u8 = 8;
 
 impl Pins {
-    /// Those of a motor of the file.
+    /// Reads the pins of a motor of the file.
     pub(crate) fn read(text: &CycleText, motor: &file::Motor) -> Result<Pins, FileError> {
         let switches = [motor.switch_min.is_some(), motor.switch_max.is_some()];
         let mut named = [const { None }; 5];
@@ -41,10 +41,10 @@ impl Pins {
         Ok(Pins { named, switches })
     }
 
-    /// What a line says of them: of this motor, counted from 0, on this Arduino.
+    /// The codes of the pins on the serial line: of this motor, counted from 0, on this Arduino.
     ///
     /// # Errors
-    /// The board has no such pin, or must be told one.
+    /// The board has no such pin, or needs a pin that the file does not give.
     pub fn codes(
         &self,
         text: &CycleText,
@@ -62,7 +62,7 @@ impl Pins {
                 (None, Some([step, ..])) if which == 0 => (Some(step), at.clone()),
                 (None, Some([_, dir, _])) if which == 1 => (Some(dir), at.clone()),
                 (None, Some(_)) if which == 2 => (Some(BoardPin::D(ENABLE)), at.clone()),
-                // One switch of a shield for each motor.
+                // A shield has one switch for each motor.
                 (None, Some([.., switch])) if which == 3 && min => (Some(switch), at.clone()),
                 (None, Some([.., switch])) if which == 4 && max && !both => {
                     (Some(switch), at.clone())
@@ -92,7 +92,7 @@ impl Pins {
     }
 }
 
-/// `D4`, `A0`, `none`.
+/// Reads the name of a pin: `D4`, `A0` or `none`.
 fn read(text: &CycleText, given: &Spanned<String>) -> Result<Named, FileError> {
     let name = given.get_ref().trim();
     let number = |digits: &str| digits.parse::<u8>().ok();

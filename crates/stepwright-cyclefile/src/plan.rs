@@ -1,5 +1,4 @@
-//! What a cycle file says, checked: nothing that is left can be wrong but at
-//! the start of a cycle.
+//! The checked contents of a cycle file. Only the start of a cycle can still fail.
 
 use std::ops::Range;
 
@@ -17,62 +16,62 @@ use crate::joined::{Joined, JoinedPath, JoinedSteps};
 use crate::pins::Pins;
 use crate::text::{CycleText, FileError, plain};
 
-/// Motors that a cycle may have.
+/// The most motors of a cycle.
 pub const MOST: usize = 8;
 
-/// All that is to be done.
+/// The motors and the cycles of a file.
 pub struct CyclePlan {
-    /// What positions are counted in.
+    /// The unit of positions.
     pub unit: String,
-    /// Of the step timer.
+    /// The rate of the step timer.
     pub rate: Rate,
     /// A fixed tick, or deadlines.
     pub clock: Clock,
-    /// What happens at ends and for small delays.
+    /// The strategies at ends and for small delays.
     pub strategies: Strategies,
-    /// Of the motors, in the order of the file.
+    /// The names of the motors, in the order of the file.
     pub names: Vec<String>,
     /// The motors.
     pub motors: [Motor; MOST],
-    /// Where their virtual switches stand.
+    /// The positions of their virtual switches, in steps.
     pub stands: [Stand; MOST],
-    /// Where they are at first.
+    /// Their positions at the beginning.
     pub positions: [i64; MOST],
-    /// Whose position the file gives.
+    /// Whether the file gives the position of each motor.
     pub placed: [bool; MOST],
     /// The pins of a board.
     pub pins: Vec<Pins>,
-    /// Where each motor stands in the file.
+    /// The place of each motor in the file.
     pub at: Vec<Range<usize>>,
     /// The cycles, one after the other.
     pub stages: Vec<Stage>,
 }
 
-/// A cycle, and where it stands in the file.
+/// A cycle, and its place in the file.
 pub struct Stage {
-    /// Its place.
+    /// Its place in the file.
     pub at: Range<usize>,
-    /// What it is.
+    /// The kind of the cycle.
     pub task: Task,
-    /// What each motor does.
+    /// The moves of the motors.
     pub moves: Vec<Move>,
-    /// In the order of their times.
+    /// The changes while it runs, in the order of their times.
     pub acts: Vec<TimedAct>,
-    /// µs to stand still afterwards.
+    /// The rest after the cycle, in µs.
     pub rest: u64,
 }
 
-/// What a cycle is, beside moves that are known before it starts.
+/// The kind of a cycle, beside moves that are known before it starts.
 pub enum Task {
-    /// Nothing but these.
+    /// Only such moves.
     Moves,
-    /// Motors, and the positions that they go to.
+    /// A line: motors, and the positions to which they move.
     Line(Vec<(u8, i64)>, Pace),
-    /// Two motors around a centre, by radians.
+    /// An arc: two motors around a centre, by an angle in radians.
     Arc([u8; 2], [i64; 2], f64, Pace),
-    /// Several of them, without a stop.
+    /// Several lines and arcs, without a stop.
     Path(Joined),
-    /// To a switch.
+    /// Homing to a switch.
     Home(Homing),
 }
 
@@ -89,37 +88,37 @@ impl Task {
     }
 }
 
-/// What is done to a cycle while it runs, and where that stands.
+/// A change of a cycle while it runs, and its place in the file.
 pub struct TimedAct {
-    /// After its start.
+    /// The time after the start of the cycle, in µs.
     pub us: u64,
-    /// Its place.
+    /// Its place in the file.
     pub at: Range<usize>,
-    /// What.
+    /// The change.
     pub act: Act,
 }
 
-/// What is done.
+/// A change of a cycle while it runs.
 pub enum Act {
     /// The motors stop, and the cycle waits.
     Pause,
-    /// They continue.
+    /// The motors continue.
     Resume,
-    /// It ends early.
+    /// The cycle ends early.
     Finish,
-    /// Of a path: another speed, as a part of the ordered one.
+    /// A new speed along a path, as a factor of the ordered speed.
     Feed(f64),
-    /// Of a path: another end.
+    /// A new end of a path.
     To(Vec<(u8, i64)>),
 }
 
-/// What one motor does.
+/// The move of one motor.
 pub struct Move {
-    /// Which, counted from 0.
+    /// The motor, counted from 0.
     pub motor: u8,
-    /// Its place.
+    /// Its place in the file.
     pub at: Range<usize>,
-    /// What is set to where it ends.
+    /// What is set to the position at its end.
     pub calibration: Calibration,
     does: Does,
 }
@@ -130,9 +129,9 @@ enum Does {
     List(Vec<u32>, u32, bool),
     Series(Vec<Leg>),
     Ramp(Option<u32>, bool, DelayRamp),
-    /// Steps of a path, and the smallest delay of their motor, in ticks.
+    /// The steps of a path, and the smallest delay of their motor, in ticks.
     Paced(Steps, Ticks),
-    /// The same of a path of several pieces, and that path.
+    /// The same for a path of several pieces, with that path.
     Joined(JoinedSteps, JoinedPath, Ticks),
 }
 
@@ -162,7 +161,7 @@ impl Move {
         }
     }
 
-    /// The path that it is a part of, and the ticks from the start to its begin.
+    /// The path that it is a part of, and the ticks from the start to the beginning of the path.
     pub fn path(&self) -> Option<(LivePath, Ticks)> {
         match &self.does {
             Does::Paced(steps, _) => Some((steps.law(), steps.lead())),
@@ -170,7 +169,7 @@ impl Move {
         }
     }
 
-    /// For the cycle.
+    /// The program for the cycle.
     pub fn program(&mut self) -> Program<'_> {
         match &mut self.does {
             &mut Does::Steps(count, delay) => Program::Steps { count, delay },
@@ -185,8 +184,8 @@ impl Move {
         }
     }
 
-    /// For a line to a board, whose legs are put behind those that there are. `None`: it is no
-    /// program of a line.
+    /// The program for the serial line to a board. Its legs are added to the end of `legs`. `None` if the line
+    /// has no such program.
     pub fn line(&mut self, legs: &mut Vec<Leg>) -> Option<LineProgram> {
         let first = u16::try_from(legs.len()).ok()?;
         match &mut self.does {
@@ -206,7 +205,7 @@ impl Move {
                 legs.extend(stepwright_path::legs(steps, error, *least));
             }
             Does::Paced(steps, least) => {
-                // One that is paused for ever has no last step.
+                // A path that is paused for ever has no last step.
                 steps.law().end()?;
                 let error = steps.rate().micros(RUN_ERROR);
                 legs.extend(stepwright_path::legs(steps, error, *least));
@@ -217,10 +216,10 @@ impl Move {
     }
 }
 
-/// Of a step of a path on a board, in µs: 1 % of an interval of 0.2 ms.
+/// The largest error of a step of a path on a board, in µs: 1 % of an interval of 0.2 ms.
 const RUN_ERROR: u32 = 2;
 
-/// What is wrong with a cycle of several kinds.
+/// The error of a cycle of several kinds.
 const ONE: &str = "a cycle has either moves, or a line, or an arc, or a path, or a home";
 
 /// Reads and checks a file.
@@ -315,7 +314,7 @@ impl CyclePlan {
         };
         let (inverted, min) = (motor.inverted, motor.min);
         let settings = Motor { inverted, min, max, decel, ..Motor::new(step, smallest) };
-        // Switches stand where a position is reached: in whole steps.
+        // Switches close where a position is reached, in whole steps.
         let position = motor.position.unwrap_or(0);
         let from = |at: i64| i128::from(at) - i128::from(position);
         let step = i128::from(step);
@@ -333,7 +332,7 @@ impl CyclePlan {
         Ok(())
     }
 
-    /// The motor of a name.
+    /// The motor with this name.
     pub(crate) fn motor(&self, text: &CycleText, name: &Spanned<String>) -> Result<u8, FileError> {
         let found = self.names.iter().position(|known| known == name.get_ref());
         found.map(|motor| motor as u8).ok_or_else(|| {
@@ -346,7 +345,7 @@ impl CyclePlan {
         })
     }
 
-    /// Motors and where they are to go.
+    /// Motors, and the positions to which they move.
     pub(crate) fn targets(
         &self,
         text: &CycleText,
@@ -355,7 +354,7 @@ impl CyclePlan {
         to.iter().map(|(name, to)| Ok((self.motor(text, name)?, *to))).collect()
     }
 
-    /// A line, an arc or a home, if it is one.
+    /// The task of a cycle: a path, a line, an arc or homing, else moves alone.
     fn task(&self, text: &CycleText, cycle: &file::Cycle) -> Result<Task, FileError> {
         if let Some(path) = &cycle.path {
             return match (&cycle.line, &cycle.arc, &cycle.home) {
@@ -454,7 +453,7 @@ impl CyclePlan {
         Ok(stage)
     }
 
-    /// What changes on the way along a path.
+    /// Adds the changes on the way along a path to a stage.
     fn changes(
         &self,
         text: &CycleText,
@@ -499,7 +498,7 @@ impl CyclePlan {
     }
 }
 
-/// That a word of the user's fits a line, a table and a picture.
+/// Checks that a word of the user fits in a line, a table and a picture.
 fn one_line(text: &CycleText, word: &Spanned<String>) -> Result<(), FileError> {
     if word.get_ref().chars().any(char::is_control) {
         return Err(text.blame(word.span(), "one line, without control characters"));
@@ -515,7 +514,7 @@ fn micros(text: &CycleText, seconds: &Spanned<f64>) -> Result<u64, FileError> {
     }
 }
 
-/// How fast along a path.
+/// The speed and the accelerations along a path.
 fn pace(
     text: &CycleText,
     speed: &Spanned<f64>,
@@ -526,7 +525,7 @@ fn pace(
     let mut pace = Pace::new(1.0, 1.0);
     let mut check = |value: &Spanned<f64>, of: fn(&mut Pace) -> &mut f64| {
         *of(&mut pace) = *value.get_ref();
-        // For ever is what a pace has without a jerk; nobody orders that.
+        // Infinite is the value for no jerk; a file must not order it.
         let known = value.get_ref().is_finite().then_some(()).ok_or(Unplannable::Jerk);
         pace.check().and(known).map_err(|error| text.blame(value.span(), error))
     };
@@ -537,7 +536,7 @@ fn pace(
     Ok(pace)
 }
 
-/// What a motor is told, or what is wrong with it.
+/// The move that a file orders of a motor, or what is wrong with it.
 fn does(given: &file::Move) -> Result<Does, String> {
     let ways = [
         given.steps.is_some(),

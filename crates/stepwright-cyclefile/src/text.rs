@@ -1,27 +1,26 @@
-//! The text of a cycle file, and where a mistake stands in it.
+//! The text of a cycle file, and the place of a mistake in it.
 
 use std::fmt;
 use std::ops::Range;
 
-/// A file has this many bytes at most: 1 MB. Read and checked it takes some fifty times
-/// as much memory.
+/// The most bytes of a file: 1 MB. Reading and checking it takes some fifty times as much memory.
 pub const LONGEST: usize = 1_000_000;
 
-/// Of a line that is longer this many characters are shown, around the mistake.
+/// The most characters that are shown of a line, around the mistake.
 const SHOWN: usize = 120;
 
-/// Of a text in a message.
+/// The most characters of a text in a message.
 const SAID: usize = 300;
 
-/// Of what was found where something else is expected.
+/// The most characters of a value that is not the expected one.
 const FOUND: usize = 80;
 
-/// A mistake in a cycle file, or why a cycle of it can't run.
+/// A mistake in a cycle file, or the reason why one of its cycles cannot run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
-    /// What is wrong, behind the file, the line and the column, and the line itself.
+    /// The file, the line, the column and what is wrong, and then the line itself.
     pub message: String,
-    /// What can be done about it.
+    /// What to do about it.
     pub hint: Option<String>,
     /// What is wrong, without its place.
     pub what: String,
@@ -30,7 +29,7 @@ pub struct FileError {
 }
 
 impl FileError {
-    /// The same with what can be done about it.
+    /// The same error with a hint on what to do about it.
     pub(crate) fn hint(self, hint: impl Into<String>) -> FileError {
         FileError { hint: Some(hint.into()), ..self }
     }
@@ -44,7 +43,7 @@ impl fmt::Display for FileError {
 
 impl std::error::Error for FileError {}
 
-/// The text of a cycle file, and what it is called.
+/// The text of a cycle file, and its name.
 pub struct CycleText {
     name: String,
     /// The text.
@@ -52,19 +51,19 @@ pub struct CycleText {
 }
 
 impl CycleText {
-    /// A text, under a name for messages.
+    /// A text, with a name for messages.
     pub fn named(name: impl Into<String>, text: impl Into<String>) -> CycleText {
         CycleText { name: name.into(), text: text.into() }
     }
 
-    /// The line of a place, from 1.
+    /// The line of a byte of the text, from 1.
     pub fn line(&self, at: usize) -> usize {
         let before = self.text.as_bytes().iter().take(at);
         before.filter(|byte| **byte == b'\n').count() + 1
     }
 
-    /// What is wrong at this place: the file, the line, and the line itself, of a long
-    /// one the part around it.
+    /// The error at this place, with the file, the line number and the line. Of a long line only the part
+    /// around the place is shown.
     pub fn blame(&self, span: Range<usize>, what: impl fmt::Display) -> FileError {
         let at = span.start.min(self.text.len());
         let before = self.text.get(..at).unwrap_or("");
@@ -84,8 +83,8 @@ impl CycleText {
     }
 }
 
-/// What a reader of TOML says, with numbers instead of the types of our code, and what is expected
-/// to be seen however long is what was found.
+/// The message of the TOML reader, with ranges of numbers instead of the types of our code. The value that was
+/// found is shortened, so that the expected one is always seen.
 pub(crate) fn plain(said: &str) -> String {
     let Some((found, expected)) = said.rsplit_once(", expected ") else { return said.to_owned() };
     let expected = match expected {
@@ -102,9 +101,9 @@ pub(crate) fn plain(said: &str) -> String {
     }
 }
 
-/// The part of a line around a column, and where in it that is.
+/// The part of a line around a column, and the place of that column in the part.
 fn part(line: &str, column: usize) -> (String, usize) {
-    // A character that moves the cursor would lead the mark astray.
+    // A character that moves the cursor would misplace the mark.
     let plain = |c: char| if c.is_control() { ' ' } else { c };
     let long = line.chars().nth(SHOWN).is_some();
     let from = if long { column.saturating_sub(SHOWN / 2) } else { 0 };

@@ -1,7 +1,7 @@
-//! `cargo xtask bench avr`: cycles, rates and sizes of the firmware, measured
-//! on the simulated chip, with `bench/avr.json` as their store. `cargo xtask bench cortex-m`:
-//! instructions and sizes of those for a Cortex-M0 and a Cortex-M4, in QEMU, with
-//! `bench/cortex-m.json`. `cargo xtask bench python`: plans as arrays, beside what the core takes, with
+//! `cargo xtask bench avr`: cycles, rates and sizes of the firmware, measured on the simulated chip
+//! and stored in `bench/avr.json`. `cargo xtask bench cortex-m`: instructions and sizes of the
+//! firmware for a Cortex-M0 and a Cortex-M4, in QEMU, stored in `bench/cortex-m.json`. `cargo xtask
+//! bench python`: the time to make plans into arrays, compared with that of the core, stored in
 //! `bench/python.json`.
 
 use std::process::Command;
@@ -37,7 +37,7 @@ enum What {
 }
 
 impl Bench {
-    /// Builds what is needed, and measures.
+    /// Builds the programs, and measures.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         match self.what {
             What::Avr => {
@@ -60,7 +60,7 @@ impl Bench {
     }
 }
 
-/// Measures the firmware of both, which is built, and so is the plugin.
+/// Measures the firmware of both Cortex-M chips, which is built already, like the plugin.
 pub fn cortex_m(ws: &Workspace, check: bool) -> Result<()> {
     let root = qemu::prepare(ws)?;
     let mut bench = qemu::cargo(ws, "run", root.as_deref());

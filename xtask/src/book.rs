@@ -1,7 +1,7 @@
 //! `cargo xtask book`: the documentation as one book, `target/book/html/index.html`.
 //!
-//! The pages stay where they are, so that their links hold on a code host too. The book's
-//! source is a copy of them, and of each file that they link to, in the same folders.
+//! The pages stay in their folders, so that their links also work on a code host. The book's source
+//! is a copy of them, and of each file that they link to, in the same folders.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -18,23 +18,23 @@ pub mod links;
 #[derive(clap::Args)]
 pub struct Book {}
 
-/// Where `book.toml` is, and below it `src/SUMMARY.md`.
+/// The folder of `book.toml`, and of `src/SUMMARY.md`.
 const GUIDE: &str = "docs/guide";
-/// The version of mdBook, pinned: `cargo install` takes exactly that.
+/// The pinned version of mdBook, which `cargo install` takes exactly.
 const MDBOOK: &str = "0.5.4";
 
 impl Book {
-    /// Builds it and says where it is.
+    /// Builds the book and prints its path.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         println!("{}", build(ws)?.join("index.html").display());
         Ok(())
     }
 }
 
-/// Builds the book; its folder of HTML.
+/// Builds the book. Returns its folder of HTML.
 ///
 /// # Errors
-/// mdBook fails, or warns of something.
+/// mdBook fails or warns.
 pub fn build(ws: &Workspace) -> Result<PathBuf> {
     let mdbook = mdbook(ws)?;
     let book = ws.target.join("book");
@@ -92,7 +92,7 @@ fn mdbook(ws: &Workspace) -> Result<PathBuf> {
         || output(Command::new(&program).arg("--version")).is_ok_and(|v| v.contains(MDBOOK));
     if !ready() {
         let build = root.join("build");
-        // Not optimised, without lines for traces, its server and search: a minute less to compile.
+        // Built without optimisation, debug lines, its server and search: this saves a minute.
         run(ws
             .cargo(["install", "mdbook", "--locked", "--debug", "--no-default-features"])
             .args(["--version", MDBOOK])

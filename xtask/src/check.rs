@@ -1,9 +1,9 @@
-//! `cargo xtask check FILE`: does an AVR firmware hold code that the compiler got wrong?
+//! `cargo xtask check FILE`: finds code in an AVR firmware that the compiler got wrong.
 //!
-//! A function of C's convention has 18 bytes of arguments in registers, and the rest on its
-//! stack. On a chip whose program counter has 3 bytes (ATmega2560) the compiler (rustc 1.96,
-//! LLVM 22) looks for these a byte too low, behind a return address of 2 bytes: the function
-//! reads rubbish. On a chip with 2 it is right.
+//! A function with C's calling convention has 18 bytes of arguments in registers, and the rest on
+//! the stack. On a chip whose program counter has 3 bytes (ATmega2560) the compiler (rustc 1.96,
+//! LLVM 22) reads the latter a byte too low, as if after a return address of 2 bytes: the function
+//! reads wrong values. On a chip with 2 bytes it is right.
 //!
 //! ```text
 //!        Y+1 … frame   registers saved   return address   arguments
@@ -11,12 +11,12 @@
 //!                                                  └ read from here on
 //! ```
 //!
-//! So no function on such a chip may take an argument from its stack. The linked firmware
-//! says which do: they reach above what they have saved. The division of `u128` is one.
-//! (Products, divisions and shifts of 64 bits are right on both chips, whatever their operands:
-//! `firmware/rig/tests/arithmetic.rs`.)
+//! So no function on such a chip may take an argument from the stack. This check finds such
+//! functions in the linked firmware: they reach above the registers that they have saved. The
+//! division of `u128` is one. (Products, divisions and shifts of 64 bits are right on both chips
+//! for all operands: `firmware/rig/tests/arithmetic.rs`.)
 //!
-//! What a C compiler has made is listed as well, though that is right.
+//! Functions from a C compiler are listed as well, though they are right.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -39,7 +39,7 @@ pub struct Check {
 }
 
 impl Check {
-    /// Looks at each file; an error if one is wrong.
+    /// Checks each file. A wrong one is an error.
     pub fn run(self) -> Result<()> {
         setup::ensure(&[setup::AVR_GCC])?;
         for file in &self.files {
@@ -68,7 +68,7 @@ pub fn refuse(elf: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Whether a return address has 3 bytes: the chip is of the family avr6.
+/// Whether return addresses have 3 bytes: the chip is of the family avr6.
 fn has_long_addresses(elf: &Path) -> Result<bool> {
     let text = output(Command::new("avr-objdump").arg("--file-headers").arg(elf))?;
     let family = text.lines().find_map(|line| line.strip_prefix("architecture: avr"));
@@ -81,10 +81,10 @@ fn wrong(listing: &Listing) -> impl Iterator<Item = &str> {
     listing.functions().filter(|(_, body)| takes_from_stack(body)).map(|(name, _)| name)
 }
 
-/// Whether a function reaches above the registers that it has saved: there are its return
-/// address and its arguments.
+/// Whether a function reaches above the registers that it has saved, where its return address and
+/// its arguments are.
 ///
-/// A function with a frame begins so, and then reaches everything from Y:
+/// A function with a frame begins like this, and then accesses everything relative to Y:
 ///
 /// ```text
 /// push …; in r28, 0x3d; in r29, 0x3e; sbiw r28, FRAME    or subi, sbci
@@ -96,20 +96,20 @@ fn takes_from_stack(body: &[Instruction]) -> bool {
     let saved = body[..begin].iter().filter(|one| one.name == "push").count() as i32;
     let body = &body[begin + 2..];
     let frame = -moved(body, "r28").unwrap_or(0);
-    // Places are counted from where Y is then.
+    // Positions are relative to Y after the prologue.
     let top = frame + saved;
     let mut y = frame;
     body.iter().enumerate().any(|(n, one)| {
         let rest = &body[n..];
         if let Some(by) = moved(rest, "r28") {
-            // To its place; away, for what is more than 63 bytes off; and at the end.
+            // Y moves to the frame, away for accesses more than 63 bytes off, and back at the end.
             y += by;
         } else if one.name == "pop" {
             y = 0;
         }
         let pointer = one.operands.strip_suffix(", r28").filter(|_| one.name == "movw");
         let reached = match pointer {
-            // A copy of Y, and where it then points.
+            // A copy of Y, and the position to which it then points.
             Some(to) => moved(&rest[1..], to).map(|by| y + by),
             None => offset(one).map(|offset| y + offset),
         };
@@ -117,7 +117,7 @@ fn takes_from_stack(body: &[Instruction]) -> bool {
     })
 }
 
-/// By how much these instructions begin with moving a pair of registers.
+/// The amount by which the first instructions move a pair of registers.
 fn moved(body: &[Instruction], pair: &str) -> Option<i32> {
     let first = body.first()?;
     let low = number(first, pair)?;
@@ -134,7 +134,7 @@ fn moved(body: &[Instruction], pair: &str) -> Option<i32> {
     }
 }
 
-/// The number of `subi r28, 0x10`, if it is of this register.
+/// The number of `subi r28, 0x10`, if it is for this register.
 fn number(one: &Instruction, register: &str) -> Option<i32> {
     let number = one.operands.strip_prefix(register)?.strip_prefix(", 0x")?;
     i32::from_str_radix(number, 16).ok()
@@ -187,7 +187,7 @@ mod tests {
         assert!(takes(frame, "subi r28, 0x34; sbci r29, 0xFF; ldd r24, Y+62"));
         assert!(!takes(frame, "subi r28, 0xF4; sbci r29, 0xFF; ldd r24, Y+8"));
         assert!(takes("sbiw r28, 0x3c", "adiw r28, 0x13; ldd r16, Y+62; sbiw r28, 0x13"));
-        // Y comes back.
+        // Y is restored.
         assert!(!takes("sbiw r28, 0x3c", "adiw r28, 0x3c; pop r29; pop r28; ret ; ldd r16, Y+60"));
     }
 
@@ -195,7 +195,7 @@ mod tests {
     fn a_pointer_to_an_argument_is_one() {
         assert!(takes("sbiw r28, 0x03", "movw r30, r28; adiw r30, 0x09"));
         assert!(takes("sbiw r28, 0x03", "movw r22, r28; subi r22, 0xF7; sbci r23, 0xFF"));
-        // To the frame, and behind its end.
+        // To the frame, and just after its end.
         assert!(!takes("sbiw r28, 0x03", "movw r30, r28; adiw r30, 0x01"));
         assert!(!takes("sbiw r28, 0x03", "movw r30, r28; adiw r30, 0x04"));
     }

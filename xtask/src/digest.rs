@@ -1,30 +1,30 @@
-//! A digest of files: whether what was built from them is built from those that are there.
+//! A digest of files, which tells whether a build is up to date with its sources.
 
 use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 
-/// FNV-1a in 64 bits: against what was forgotten, not against malice.
+/// FNV-1a in 64 bits: finds forgotten builds, but no manipulation.
 pub struct Digest(u64);
 
 impl Digest {
-    /// Of nothing.
+    /// The digest of nothing.
     pub const NEW: Digest = Digest(0xcbf2_9ce4_8422_2325);
 
-    /// More bytes.
+    /// Adds bytes.
     pub fn add(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
         }
     }
 
-    /// The number.
+    /// The value of the digest.
     pub fn value(&self) -> u64 {
         self.0
     }
 
-    /// A file with its name, or all files below a folder in the order of their names.
+    /// Adds a file with its name, or all files below a folder in the order of their names.
     pub fn add_all(&mut self, root: &Path, path: &Path) -> Result<()> {
         if path.is_dir() {
             let mut inside =

@@ -1,4 +1,4 @@
-//! `cargo xtask flash`: a firmware on its way to a board, by avrdude.
+//! `cargo xtask flash`: writes a firmware to a board with avrdude.
 
 use std::ffi::OsString;
 use std::process::Command;
@@ -29,7 +29,7 @@ pub struct Flash {
 }
 
 impl Flash {
-    /// Builds and writes.
+    /// Builds and writes the firmware.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         let program = Program::named(ws, &self.program)?;
         setup::ensure(firmware::NEEDS)?;
@@ -51,12 +51,12 @@ impl Flash {
     }
 }
 
-/// How avrdude speaks with a board's boot loader.
+/// avrdude's options for a board's boot loader.
 fn programmer(board: Board, old: bool) -> &'static [&'static str] {
     match board {
         Board::Nano if old => &["-p", "m328p", "-c", "arduino", "-b", "57600"],
         Board::Uno | Board::Nano => &["-p", "m328p", "-c", "arduino", "-b", "115200"],
-        // Its boot loader can't erase the chip, and need not: -D.
+        // -D, because the boot loader can't erase the chip, and need not.
         Board::Mega => &["-p", "m2560", "-c", "wiring", "-b", "115200", "-D"],
     }
 }
@@ -65,8 +65,8 @@ fn programmer(board: Board, old: bool) -> &'static [&'static str] {
 mod tests {
     use super::*;
 
-    /// As `boards.txt` of the Arduino AVR boards has them: `upload.speed` and
-    /// `upload.protocol` of uno, nano with its two boot loaders, and mega.
+    /// The values of `boards.txt` of the Arduino AVR boards: `upload.speed` and `upload.protocol`
+    /// of uno, nano with its two boot loaders, and mega.
     #[test]
     fn each_boot_loader_has_its_speed() {
         let rate = |board, old| programmer(board, old)[5];

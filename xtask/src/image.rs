@@ -1,8 +1,8 @@
-//! `cargo xtask image`: the firmwares that `stepwright flash` carries.
+//! `cargo xtask image`: builds the firmwares that `stepwright flash` carries.
 //!
-//! The compiler puts functions in another order, and inlines others, where the checkout has
-//! another path, and a newer compiler makes other code. So the bytes are not compared: beside
-//! the images stands a digest of all that they are built from, and of each image.
+//! The order and the inlining of functions depend on the path of the checkout, and a newer compiler
+//! makes other code. So the bytes are not compared. Beside the images is a digest of all their
+//! sources, and of each image.
 
 use std::fmt::Write;
 use std::fs;
@@ -33,7 +33,7 @@ pub struct Image {
 
 const BOARDS: [Board; 2] = [Board::Uno, Board::Mega];
 
-/// All that they are built from.
+/// The sources of the AVR images.
 const SOURCES: [&str; 24] = [
     "crates/avr-shrink/src",
     "crates/stepwright/Cargo.toml",
@@ -61,7 +61,7 @@ const SOURCES: [&str; 24] = [
     "xtask/src/shrink.rs",
 ];
 
-/// All that the Pico's are built from.
+/// The sources of the Pico's images.
 const PICO_SOURCES: [&str; 22] = [
     "crates/stepwright/Cargo.toml",
     "crates/stepwright/src",
@@ -87,15 +87,15 @@ const PICO_SOURCES: [&str; 22] = [
     "xtask/src/small.rs",
 ];
 
-/// How their names begin.
+/// The prefix of the names of the Pico's images.
 const PICO: &str = "pico";
 
-/// Its programs that are carried, and the names of their images.
+/// The Pico's programs that are carried, and the names of their images.
 const PICO_PROGRAMS: [(&str, &str); 3] =
     [("controller", PICO), ("stream", "pico-stream"), ("selftest", "pico-selftest")];
 
 impl Image {
-    /// Builds and writes, or compares.
+    /// Builds and writes the images, or compares the digests.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         if self.check {
             return check(ws);
@@ -128,15 +128,15 @@ impl Image {
     }
 }
 
-/// Where a Pico has its flash.
+/// The address of a Pico's flash.
 const PICO_FLASH: u32 = 0x1000_0000;
 
-/// An image of the Pico's.
+/// The path of an image of the Pico.
 fn pico(ws: &Workspace, name: &str) -> PathBuf {
     folder(ws).join(name).with_extension("bin")
 }
 
-/// Those that are carried.
+/// The AVR programs that are carried, with their boards.
 fn all(ws: &Workspace) -> Result<Vec<(Board, Program)>> {
     let mut all = Vec::new();
     for board in BOARDS {
@@ -146,7 +146,7 @@ fn all(ws: &Workspace) -> Result<Vec<(Board, Program)>> {
     Ok(all)
 }
 
-/// Whether the images are those that were built, from the code that is there.
+/// Checks that the images are those that were built from the present code.
 pub fn check(ws: &Workspace) -> Result<()> {
     let carried = fs::read_to_string(folder(ws).join(DIGESTS)).unwrap_or_default();
     let now = digests(ws)?;
@@ -157,7 +157,7 @@ pub fn check(ws: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// The image of a program, if it is carried and was built from the code that is there.
+/// The image of a program, if it is carried and was built from the present code.
 pub fn carried(ws: &Workspace, board: Board, program: &Program) -> Option<PathBuf> {
     (program.is_carried(board) && check(ws).is_ok()).then(|| place(ws, board, program))
 }
@@ -173,7 +173,7 @@ fn place(ws: &Workspace, board: Board, program: &Program) -> PathBuf {
     folder(ws).join(program.on(board)).with_extension("bin")
 }
 
-/// A program as it lies in flash.
+/// Builds a program, and returns the content of its flash.
 fn build(ws: &Workspace, board: Board, program: &Program) -> Result<Vec<u8>> {
     let built = Build { board, timer: 1, bench: false }.make(ws, program)?;
     let bin = built.elf.with_extension("bin");
@@ -182,7 +182,7 @@ fn build(ws: &Workspace, board: Board, program: &Program) -> Result<Vec<u8>> {
     fs::read(&bin).with_context(|| format!("reading {}", bin.display()))
 }
 
-/// A line for the sources, and one for each image; of the AVRs, and of the Pico.
+/// A line for the sources and one for each image, for the AVRs and for the Pico.
 fn digests(ws: &Workspace) -> Result<String> {
     Ok(avr_digests(ws)? + &pico_digests(ws)?)
 }
@@ -197,7 +197,7 @@ fn pico_digests(ws: &Workspace) -> Result<String> {
     Ok(text)
 }
 
-/// Of all these files.
+/// The digest of all these files.
 fn digest(ws: &Workspace, sources: &[&str]) -> Result<u64> {
     let mut digest = Digest::NEW;
     for source in sources {

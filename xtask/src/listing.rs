@@ -1,5 +1,4 @@
-//! What stands in a firmware: its symbols, and its instructions as
-//! `avr-objdump` lists them.
+//! The content of a firmware: its symbols, and its instructions as listed by `avr-objdump`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -18,11 +17,11 @@ pub fn symbols(elf: &Path) -> Result<Vec<String>> {
 /// An instruction: its name and its operands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instruction {
-    /// As `ldd`.
+    /// The name, like `ldd`.
     pub name: String,
-    /// As `r24, Y+3`.
+    /// The operands, like `r24, Y+3`.
     pub operands: String,
-    /// The function that it calls or goes to, if it does.
+    /// The function that it calls or jumps to, if any.
     target: Option<String>,
 }
 
@@ -36,7 +35,7 @@ impl Listing {
         Ok(Listing::parse(&output(Command::new("avr-objdump").args(args).arg(elf))?))
     }
 
-    /// Reads what `avr-objdump` prints.
+    /// Parses the output of `avr-objdump`.
     pub fn parse(text: &str) -> Listing {
         let mut functions = BTreeMap::new();
         let mut body: &mut Vec<Instruction> = &mut Vec::new();
@@ -55,8 +54,8 @@ impl Listing {
         self.0.iter().map(|(name, body)| (name.as_str(), body.as_slice()))
     }
 
-    /// All functions that can be reached from this one, which is the first;
-    /// none if there is no such function.
+    /// All functions that can be reached from this one, including itself; empty if there is no such
+    /// function.
     pub fn reached(&self, from: &str) -> BTreeSet<&str> {
         let mut reached = BTreeSet::new();
         let mut next: Vec<&str> =
@@ -70,21 +69,21 @@ impl Listing {
         reached
     }
 
-    /// Whether this function goes to an address that only the chip knows.
+    /// Whether this function jumps to an address that is computed at run time.
     pub fn jumps_anywhere(&self, name: &str) -> bool {
         let body = self.0.get(name).into_iter().flatten();
         body.into_iter().any(|one| matches!(&*one.name, "icall" | "ijmp" | "eicall" | "eijmp"))
     }
 }
 
-/// Reads `    7c50:\tbrne\t.+34     \t; 0x7c74 <__vector_25+0x3e>`.
+/// Parses `    7c50:\tbrne\t.+34     \t; 0x7c74 <__vector_25+0x3e>`.
 fn instruction(line: &str) -> Option<Instruction> {
     let mut fields = line.split('\t');
     fields.next()?.trim().strip_suffix(':')?;
     let name = fields.next()?.trim();
     let rest: String = fields.collect::<Vec<_>>().join(" ");
     let (operands, comment) = rest.split_once(';').unwrap_or((&rest, ""));
-    // Loads and stores have such comments as well, which mean nothing.
+    // Loads and stores have such comments as well, without a meaning.
     let goes = name.starts_with("br") || ["call", "rcall", "jmp", "rjmp"].contains(&name);
     let target = comment.split(['<', '>']).nth(1).filter(|_| goes);
     Some(Instruction {

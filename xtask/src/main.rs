@@ -1,21 +1,20 @@
 //! The project's chores: `cargo xtask <chore>`.
 //!
-//! One chore is one file. To add one: write `src/<chore>.rs` with a
-//! `#[derive(clap::Args)]` struct and its `run(self, &Workspace)`, and name it
-//! in [`Chore`]. What several chores share lives in
+//! Each chore is a file. To add one, write `src/<chore>.rs` with a `#[derive(clap::Args)]` struct
+//! and its `run(self, &Workspace)`, and name it in [`Chore`]. Shared files:
 //!
 //! | file | what |
 //! | --- | --- |
-//! | `workspace` | where things are; starting a program and waiting for it |
-//! | `setup` | what the machine must have, and how to get it |
+//! | `workspace` | the paths of the checkout; running programs |
+//! | `setup` | the programs that the machine must have, and their installation |
 //! | `toolchain` | the compiler that builds for small chips |
-//! | `digest` | whether what was built is built from what is there |
+//! | `digest` | whether a build is up to date with its sources |
 //! | `listing` | a firmware's symbols and instructions |
 //! | `program` | the programs of the AVR firmware |
 //! | `outside` | a firmware outside the repository |
 //! | `rig` | the firmware on a simulated chip |
 //! | `qemu` | QEMU, and the firmware for chips of 32 bits |
-//! | `python` | Pythons with packages |
+//! | `python` | Python environments with packages |
 //! | `node` | a Node with packages: avr8js, Playwright, CNCjs |
 
 mod bench;

@@ -1,4 +1,4 @@
-//! A Node with packages of npm, each set in a folder of its own under `target`.
+//! Packages of npm for Node, each set in a separate folder under `target`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,11 +8,11 @@ use anyhow::{Result, ensure};
 
 use crate::workspace::{Workspace, alone_in, run, succeeds};
 
-/// Packages that are installed together, pinned: `npm ci` takes exactly those.
+/// Packages that are installed together. Their versions are pinned: `npm ci` takes exactly those.
 pub struct Packages {
-    /// Where they go, under `target`.
+    /// Their folder under `target`.
     name: &'static str,
-    /// Where their two files are.
+    /// The folder of their two files.
     folder: &'static str,
 }
 
@@ -35,33 +35,33 @@ pub const PYRIGHT: Packages = Packages { name: "pyright", folder: "python/tests/
 
 const FILES: [&str; 2] = ["package.json", "package-lock.json"];
 
-/// Whether there is a Node that the packages run on, with its npm.
+/// Whether there is a suitable Node with npm.
 pub fn found() -> bool {
     let new = "process.exit(Number(process.versions.node.split('.')[0]) >= 18 ? 0 : 1)";
     succeeds("node", &["-e", new]) && succeeds("npm", &["--version"])
 }
 
 impl Packages {
-    /// Where the modules are, for `NODE_PATH`.
+    /// The folder of the modules, for `NODE_PATH`.
     pub fn modules(&self, ws: &Workspace) -> PathBuf {
         ws.target.join(self.name).join("node_modules")
     }
 
-    /// Whether what is installed is what the repository asks for today.
+    /// Whether the installed packages are those that the repository requires now.
     fn ready(&self, ws: &Workspace) -> bool {
         let read = |path: &Path| fs::read(path).ok();
         let here = |file: &str| read(&ws.root.join(self.folder).join(file));
-        // npm's own stamp, which it writes last.
+        // npm writes this file last.
         self.modules(ws).join(".package-lock.json").is_file()
             && FILES.iter().all(|file| {
                 here(file).is_some() && here(file) == read(&ws.target.join(self.name).join(file))
             })
     }
 
-    /// Installs them, unless they are there.
+    /// Installs the packages, unless they are installed.
     pub fn prepare(&self, ws: &Workspace) -> Result<()> {
         let folder = ws.target.join(self.name);
-        // Steps of two lanes take the same ones.
+        // Steps of both lanes may install the same packages.
         let _alone = alone_in(&folder)?;
         if self.ready(ws) {
             return Ok(());

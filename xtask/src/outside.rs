@@ -9,11 +9,11 @@ use crate::firmware;
 use crate::toolchain::Cross;
 use crate::workspace::{Workspace, alone_in, put, run};
 
-/// Its name in `target/firmware`: `uno-outside.elf`.
+/// The program's name in `target/firmware`: `uno-outside.elf`.
 const NAME: &str = "outside";
 
-/// Builds it for an Uno. (For a Mega another feature and another chip are named: that takes a
-/// minute more, and shows nothing else.)
+/// Builds it for an Uno. (A build for a Mega differs in a feature and the chip. It would take a
+/// minute more and show nothing new.)
 pub fn make(ws: &Workspace) -> Result<()> {
     let guide = fs::read_to_string(ws.root.join("crates/stepwright-avr/README.md"))?;
     let manifest = block(&guide, "toml").context("stepwright-avr's README has no manifest")?;
@@ -30,7 +30,8 @@ pub fn make(ws: &Workspace) -> Result<()> {
     fs::write(folder.join("src/main.rs"), source)?;
 
     let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
-    // With the versions of our own firmware, and beside it: the parts for this machine are built once.
+    // With the versions and the target folder of the project's firmware, so that the crates for
+    // this machine are built once.
     fs::copy(ws.root.join("firmware/avr/Cargo.lock"), folder.join("Cargo.lock"))?;
     let built = ws.target.join(firmware::AVR);
     let _alone = alone_in(&built)?;

@@ -1,8 +1,8 @@
-//! `cargo xtask page`: what the page of `stepwright serve` carries from elsewhere, and the page
-//! for any host.
+//! `cargo xtask page`: the foreign files of the page of `stepwright serve`, and the page for any
+//! host.
 //!
-//! The files lie in the repository, so that nobody needs npm to build the command. Their
-//! digests stand here: a file that was changed by hand is noticed.
+//! The files are in the repository, so that nobody needs npm to build the command. Their digests
+//! are in this file, so that a manual change is noticed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,10 +29,10 @@ pub struct Page {
 const PACKAGE: &str = "uplot@1.6.32";
 const ARCHIVE: &str = "uplot-1.6.32.tgz";
 
-/// What only a page without a server needs.
+/// The folder of the files that only a page without a server needs.
 const ALONE: &str = "alone";
 
-/// The files of the package, as they are called here, and their SHA-256.
+/// The files of the package, their names in the repository, and their SHA-256.
 const FILES: [(&str, &str, &str); 3] = [
     (
         "dist/uPlot.iife.min.js",
@@ -52,7 +52,7 @@ const FILES: [(&str, &str, &str); 3] = [
 ];
 
 impl Page {
-    /// Fetches, or compares.
+    /// Fetches the files, or compares them.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         if let Some(folder) = &self.r#static {
             return write_static(ws, folder);
@@ -72,7 +72,7 @@ impl Page {
     }
 }
 
-/// Whether the files are those of the package.
+/// Checks that the files are those of the package.
 pub fn check(ws: &Workspace) -> Result<()> {
     for (_, name, digest) in FILES {
         let said = output(Command::new("sha256sum").arg(folder(ws).join(name)))?;
@@ -84,7 +84,7 @@ pub fn check(ws: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// Writes every file of the page by the name that the page calls it.
+/// Writes every file of the page under the name by which the page loads it.
 pub fn write_static(ws: &Workspace, to: &Path) -> Result<()> {
     check(ws)?;
     fs::create_dir_all(to)?;

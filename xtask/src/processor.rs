@@ -1,9 +1,9 @@
-//! Processor time: that of a step says which one to make shorter, on a machine as busy as it may be.
+//! Processor time. It tells which step to make shorter, however busy the machine is.
 
 use std::fs;
 use std::time::Duration;
 
-/// Of this process and of its children that have ended, as Linux tells it in `/proc/self/stat`; none
+/// The processor time of this process and of its ended children, from `/proc/self/stat` on Linux; 0
 /// elsewhere.
 pub fn time() -> Duration {
     let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
@@ -12,7 +12,7 @@ pub fn time() -> Duration {
 
 /// Hundredths of a second: the fields `utime`, `stime`, `cutime` and `cstime`.
 fn ticks(stat: &str) -> Option<u64> {
-    // The second field is a name in brackets, which may have any character; `utime` is the 14th.
+    // The second field is a name in brackets with any characters; `utime` is the 14th field.
     let (_, fields) = stat.rsplit_once(')')?;
     fields.split_whitespace().skip(11).take(4).map(|field| field.parse::<u64>().ok()).sum()
 }

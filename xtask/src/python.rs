@@ -1,4 +1,4 @@
-//! Pythons with packages, each in a virtual environment of its own under `target`.
+//! Python packages, each set in a separate virtual environment under `target`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,11 +10,11 @@ use crate::workspace::{Workspace, alone_in, run, succeeds};
 
 /// A virtual environment.
 pub struct Environment {
-    /// Where it is, under `target`.
+    /// Its folder under `target`.
     name: &'static str,
-    /// What is in it, pinned, and the same for a person who follows by hand.
+    /// The file of its pinned packages, which a user can install from as well.
     requirements: &'static str,
-    /// A module of it.
+    /// A module that it contains.
     module: &'static str,
 }
 
@@ -36,14 +36,14 @@ pub const SENDERS: Environment = Environment {
     module: "pygrbl_streamer",
 };
 
-/// Schemathesis, which asks the API of `stepwright serve`.
+/// Schemathesis, which tests the API of `stepwright serve`.
 pub const API: Environment = Environment {
     name: "venv-api",
     requirements: "crates/stepwright-serve/tests/api/requirements.txt",
     module: "schemathesis",
 };
 
-/// What builds the wheel of `python/`, and tries it.
+/// The tools that build and test the wheel of `python/`.
 pub const MOTION: Environment = Environment {
     name: "venv-motion",
     requirements: "python/tests/requirements.txt",
@@ -56,7 +56,7 @@ pub fn base() -> Option<&'static str> {
     ["python3", "/usr/bin/python3"].into_iter().find(able)
 }
 
-/// Makes a virtual environment with nothing in it; its interpreter.
+/// Makes an empty virtual environment. Returns its interpreter.
 pub fn clean(ws: &Workspace, name: &str) -> Result<PathBuf> {
     let base = base().context("no Python that can make virtual environments")?;
     let folder = ws.target.join(name);
@@ -70,7 +70,7 @@ impl Environment {
         ws.target.join(self.name).join("bin/python")
     }
 
-    /// Whether it works and holds what its requirements ask for today.
+    /// Whether it works and has the packages that are required now.
     fn ready(&self, ws: &Workspace) -> bool {
         let read = |path: &Path| fs::read(path).ok();
         let asked = read(&ws.root.join(self.requirements));
@@ -79,9 +79,10 @@ impl Environment {
             && succeeds(self.interpreter(ws), &["-c", &format!("import {}", self.module)])
     }
 
-    /// Makes it, unless it is ready.
+    /// Makes the environment, unless it is ready.
     pub fn prepare(&self, ws: &Workspace) -> Result<()> {
-        // Steps of two lanes take the same ones. `clean` would remove a lock within.
+        // Steps of both lanes may make the same environment. The lock is outside its folder, which
+        // `clean` removes.
         let _alone = alone_in(&ws.target.join("xtask").join(self.name))?;
         if self.ready(ws) {
             return Ok(());
@@ -91,7 +92,7 @@ impl Environment {
         run(Command::new(self.interpreter(ws))
             .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
             .arg(&requirements))?;
-        // Last, so that an install that was cut short is done again.
+        // Copied last, so that an interrupted install is repeated.
         fs::copy(&requirements, self.stamp(ws))?;
         ensure!(self.ready(ws), "{} can't import {}", self.interpreter(ws).display(), self.module);
         Ok(())

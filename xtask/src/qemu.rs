@@ -1,7 +1,7 @@
-//! QEMU, the firmware for chips of 32 bits, and what runs them: `firmware/qemu`.
+//! QEMU, the firmware for 32-bit chips, and the programs that run it: `firmware/qemu`.
 //!
-//! QEMU is the machine's, or Debian's packages are installed. Where they can't stand beside what is
-//! there (another QEMU's tools, say) they are unpacked under `target`, and nothing is removed.
+//! If QEMU is missing, Debian's packages are installed. If they conflict with installed packages
+//! (another QEMU's tools, say), they are unpacked under `target`, and nothing is removed.
 
 use std::env;
 use std::fs;
@@ -13,19 +13,19 @@ use anyhow::{Context, Result, ensure};
 use crate::setup::{self, Need};
 use crate::workspace::{Workspace, alone_in, output, run, succeeds};
 
-/// What building the firmware takes.
+/// The needs for building the firmware.
 pub const BUILD_NEEDS: &[&Need] = &[setup::CROSS];
 
-/// The programs of QEMU that boards are simulated by.
+/// The programs of QEMU that simulate the boards.
 const PROGRAMS: [&str; 2] = ["qemu-system-arm", "qemu-system-riscv32"];
 
-/// Where QEMU is: `None` if it is installed.
+/// Finds or installs QEMU. Returns the folder where it was unpacked; `None` if it is installed.
 pub fn prepare(ws: &Workspace) -> Result<Option<PathBuf>> {
     if PROGRAMS.iter().all(|program| succeeds(program, &["--version"])) {
         return Ok(None);
     }
     let root = ws.target.join("qemu-packages");
-    // Steps of two lanes take it.
+    // Steps of both lanes may do this.
     let _alone = alone_in(&ws.target.join("xtask/qemu"))?;
     if works(&root) {
         return Ok(Some(root));
@@ -41,12 +41,12 @@ pub fn prepare(ws: &Workspace) -> Result<Option<PathBuf>> {
     }
 }
 
-/// Whether QEMU runs that was unpacked here.
+/// Whether the QEMU that was unpacked in this folder runs.
 fn works(root: &Path) -> bool {
     PROGRAMS.iter().all(|program| output(command(Some(root), program).arg("--version")).is_ok())
 }
 
-/// A program of QEMU, where [`prepare`] has found it.
+/// A command for a program of QEMU, from the result of [`prepare`].
 pub fn command(root: Option<&Path>, program: &str) -> Command {
     let Some(root) = root else { return Command::new(program) };
     let mut command = Command::new(root.join("usr/bin").join(program));
@@ -54,13 +54,13 @@ pub fn command(root: Option<&Path>, program: &str) -> Command {
     command
 }
 
-/// Its libraries.
+/// The library path of an unpacked QEMU.
 fn libraries(root: &Path) -> String {
     let folder = |folder: &str| root.join(folder).join(format!("{}-linux-gnu", env::consts::ARCH));
     ["usr/lib", "lib"].map(|name| folder(name).display().to_string()).join(":")
 }
 
-/// Downloads the packages with all that they need and that is not installed, and unpacks them.
+/// Downloads the packages and their missing dependencies, and unpacks them.
 fn unpack(root: &Path) -> Result<()> {
     let mut simulate = Command::new("apt-get");
     simulate.args(["install", "--simulate", "--no-install-recommends"]);
@@ -76,7 +76,7 @@ fn unpack(root: &Path) -> Result<()> {
     fs::remove_dir_all(folder).context("removing the packages")
 }
 
-/// A cargo command for `firmware/qemu`, which is told where everything is.
+/// A cargo command for `firmware/qemu`, with the paths that it needs.
 pub fn cargo(ws: &Workspace, verb: &str, qemu: Option<&Path>) -> Command {
     let target = ws.target.join("qemu");
     let mut cargo = ws.cargo([verb]);
@@ -85,7 +85,7 @@ pub fn cargo(ws: &Workspace, verb: &str, qemu: Option<&Path>) -> Command {
     cargo
 }
 
-/// Tells a program of `firmware/qemu` where everything is.
+/// Sets the paths for a program of `firmware/qemu`.
 pub fn tell(ws: &Workspace, command: &mut Command, qemu: Option<&Path>) {
     command.env("STEPWRIGHT_FIRMWARE", ws.target.join("firmware"));
     let plugin =

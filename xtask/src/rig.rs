@@ -1,5 +1,4 @@
-//! The rig: a workspace of its own, which runs the firmware on a simulated
-//! chip.
+//! The rig: a separate workspace that runs the firmware on a simulated chip.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -12,34 +11,34 @@ use crate::program::{CONTROLLER, Program, REFUSED};
 use crate::setup::{self, Need};
 use crate::workspace::{Workspace, run};
 
-/// What building the firmware and the rig takes.
+/// The needs for building the firmware and the rig.
 pub const NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR];
 
-/// What building the rig alone takes.
+/// The needs for building the rig alone.
 pub const SIM_NEEDS: &[&Need] = &[setup::SIMAVR];
 
-/// What its tests take: one of them is for another simulator.
+/// The needs of the rig's tests, one of which uses another simulator.
 pub const TESTS_NEED: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
 
 /// A cargo command for the rig.
 pub fn cargo(ws: &Workspace, verb: &str) -> Command {
     let mut cargo = ws.cargo([verb]);
     cargo.current_dir(ws.root.join("firmware/rig"));
-    // Its own, as its workspace is.
+    // A separate target folder, since the rig is a separate workspace.
     cargo.arg("--target-dir").arg(ws.target.join("rig"));
     with_firmware(ws, &mut cargo);
     cargo
 }
 
-/// Tells a program of the rig where the firmwares are.
+/// Tells a program of the rig the folder of the firmwares.
 pub fn with_firmware(ws: &Workspace, command: &mut Command) {
     command.env("STEPWRIGHT_FIRMWARE", ws.target.join("firmware"));
 }
 
-/// What simulates alone takes fewer crates than what judges.
+/// Programs that only simulate; they need fewer crates than the tests.
 const SIMULATORS: [&str; 2] = ["sim", "ticks"];
 
-/// Builds a program of the rig; where it is.
+/// Builds a program of the rig. Returns its path.
 pub fn program(ws: &Workspace, name: &str) -> Result<PathBuf> {
     let mut build = cargo(ws, "build");
     build.args(["--release", "--bin", name]);
@@ -58,7 +57,7 @@ pub fn firmware(ws: &Workspace, board: Board, bench: bool) -> Result<()> {
         build.make(ws, &Program::named(ws, "cycle")?)?;
         return Ok(());
     }
-    // The bench's rates are tested with the bench's build.
+    // The rates of the bench are tested with the build of the bench.
     Build { bench: true, ..build }.controller(ws)?;
     let others = Program::all(ws)?;
     let others = others.iter().filter(|program| ![CONTROLLER, REFUSED].contains(&&*program.name));

@@ -1,4 +1,5 @@
-//! `cargo xtask rs274`: the moves of LinuxCNC's example files, by its interpreter and by ours.
+//! `cargo xtask rs274`: compares the moves of LinuxCNC's example files by its interpreter and by
+//! this project's reader.
 
 use std::path::Path;
 use std::process::Command;
@@ -13,7 +14,7 @@ use crate::workspace::{Workspace, output, run};
 pub struct Rs274 {}
 
 impl Rs274 {
-    /// Installs LinuxCNC if need be, and runs the test of the reader on its files.
+    /// Installs LinuxCNC if it is missing, and runs the test of the reader on its files.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         setup::ensure(&[LINUXCNC])?;
         let files = output(Command::new("dpkg-query").args(LINUXCNC_FILES))?;

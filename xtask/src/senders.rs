@@ -1,4 +1,4 @@
-//! Foreign senders of G-code drive `stepwright grbl`.
+//! Tests `stepwright grbl` with other projects' senders of G-code.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -17,13 +17,13 @@ use crate::small::SmallBoard;
 use crate::test::pico;
 use crate::workspace::{Workspace, run, run_within};
 
-/// What they run on.
+/// The needs of the senders.
 pub const NEEDS: &[&Need] = &[setup::PYTHON, setup::NODE];
 
-/// Each sender moves motors in real time.
+/// The time limit of a sender, which moves motors in real time.
 const LIMIT: Duration = Duration::from_secs(900);
 
-/// Lines of a job in the tests.
+/// The lines of a job in the tests.
 const FEW: u32 = 800;
 
 /// Have foreign senders of G-code run a job each on `stepwright grbl`
@@ -54,7 +54,7 @@ pub enum On {
 }
 
 impl Senders {
-    /// Runs them, one after another.
+    /// Runs the senders one after another.
     pub fn run(&self, ws: &Workspace) -> Result<()> {
         setup::ensure(NEEDS)?;
         if let Some(board) = self.on {
@@ -67,12 +67,12 @@ impl Senders {
     }
 }
 
-/// Two of them, with a short job.
+/// Runs two senders with a short job.
 pub fn test(ws: &Workspace) -> Result<()> {
     drive(ws, FEW, &["pygrbl-streamer".to_owned(), "cncjs".to_owned()], None)
 }
 
-/// CNCjs runs a job of that many chords on a board.
+/// Lets CNCjs run a job of this many chords on a board.
 pub fn on_board(ws: &Workspace, board: On, chords: u32) -> Result<()> {
     let mut modules = vec![node::CNCJS.modules(ws)];
     node::CNCJS.prepare(ws)?;

@@ -1,8 +1,8 @@
-//! `cargo xtask setup`: what the machine must have, and how to get it.
+//! `cargo xtask setup`: the programs that the machine must have, and their installation.
 //!
-//! A need is met when a probe of the thing itself says so, whoever installed
-//! it; Debian's packages are the way to get it, not the way to look for it.
-//! When all is there this takes a fraction of a second and changes nothing.
+//! A need is met if a probe of the program itself succeeds, whoever installed it. Debian's packages
+//! are used to install it, not to look for it. If all needs are met, this takes a fraction of a
+//! second and changes nothing.
 
 use std::env;
 use std::io::{IsTerminal, stdin};
@@ -21,7 +21,7 @@ use crate::{node, python, qemu};
 pub struct Setup {}
 
 impl Setup {
-    /// Meets every need, of chores that are not tests too.
+    /// Meets every need, also of chores that are not tests.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         ensure(ALL)?;
         python::SERIAL.prepare(ws)?;
@@ -37,19 +37,19 @@ impl Setup {
     }
 }
 
-/// Something a chore can't do without.
+/// A program or library that a chore needs.
 pub struct Need {
     name: &'static str,
     /// Whether this machine has it; quick, and silent.
     found: fn() -> bool,
-    /// The Debian 12 packages that bring it.
+    /// The Debian 12 packages that contain it.
     packages: &'static [&'static str],
-    /// Another way to get it, in a sentence, or "".
+    /// Another way to get it, as a sentence, or "".
     or_else: &'static str,
 }
 
 impl Need {
-    /// The packages that bring it.
+    /// The packages that contain it.
     pub fn packages(&self) -> &'static [&'static str] {
         self.packages
     }
@@ -67,7 +67,7 @@ pub const CROSS: &Need = &Need {
 pub const AVR_GCC: &Need = &Need {
     name: "avr-gcc",
     found: || {
-        // A name that avr-gcc can't find comes back as it was given.
+        // avr-gcc returns a name that it can't find unchanged.
         let start = ["-mmcu=atmega328p", "-print-file-name=crtatmega328p.o"];
         output(Command::new("avr-gcc").args(start))
             .is_ok_and(|path| Path::new(path.trim()).is_absolute())
@@ -80,13 +80,13 @@ pub const AVR_GCC: &Need = &Need {
 /// The program that writes a firmware to a board.
 pub const AVRDUDE: &Need = &Need {
     name: "avrdude",
-    // It has no option that only says its version; without a word it helps.
+    // It has no option that only prints its version; without arguments it prints its help.
     found: || output(&mut Command::new("avrdude")).is_ok(),
     packages: &["avrdude"],
     or_else: "",
 };
 
-/// What the crate `simavr-ffi` compiles simavr with, and links it to.
+/// The tools and libraries with which the crate `simavr-ffi` compiles and links simavr.
 pub const SIMAVR: &Need = &Need {
     name: "simavr's needs",
     found: || {
@@ -114,7 +114,7 @@ pub const NODE: &Need = &Need {
     or_else: "",
 };
 
-/// A sender of G-code with windows, and a screen for them that nobody sees.
+/// A sender of G-code with a graphical interface, and a virtual screen for it.
 pub const BCNC: &Need = &Need {
     name: "bCNC",
     found: || {
@@ -126,7 +126,7 @@ pub const BCNC: &Need = &Need {
     or_else: "",
 };
 
-/// A logic analyser that reads our dumps.
+/// A logic analyser that reads the VCD dumps.
 pub const SIGROK: &Need = &Need {
     name: "sigrok-cli",
     found: || succeeds("sigrok-cli", &["--version"]),
@@ -134,16 +134,16 @@ pub const SIGROK: &Need = &Need {
     or_else: "",
 };
 
-/// The boot loader of a Nano from before 2018, which speaks STK500. (That of an Uno is too long
-/// for its place in Debian's build.)
+/// The boot loader of a Nano from before 2018, which uses STK500. (In Debian's build, that of an
+/// Uno is too long for its place.)
 pub const NANO_LOADER: &str =
     "/usr/share/arduino/hardware/arduino/avr/bootloaders/atmega/ATmegaBOOT_168_atmega328.hex";
 
-/// The boot loader of a Mega, which speaks STK500 version 2.
+/// The boot loader of a Mega, which uses STK500 version 2.
 pub const MEGA_LOADER: &str =
     "/usr/share/arduino/hardware/arduino/avr/bootloaders/stk500v2/stk500boot_v2_mega2560.hex";
 
-/// A simulator of chips with 32 bits: a micro:bit, and RISC-V's board `virt`.
+/// A simulator of 32-bit chips: a micro:bit, and the RISC-V board `virt`.
 pub const QEMU: &Need = &Need {
     name: "qemu",
     found: || {
@@ -163,8 +163,8 @@ pub const ARDUINO: &Need = &Need {
     or_else: "",
 };
 
-/// A browser for the page of `stepwright serve`; any Chromium will do, and the tests go
-/// without one where there is none to be had.
+/// A browser for the page of `stepwright serve`. Any Chromium will do; the tests are skipped where
+/// none can be installed.
 pub const CHROMIUM: &Need = &Need {
     name: "chromium",
     found: || succeeds("chromium", &["--version"]),
@@ -172,10 +172,10 @@ pub const CHROMIUM: &Need = &Need {
     or_else: "",
 };
 
-/// What lists the files of LinuxCNC; an error if it is not installed.
+/// The arguments that list the files of LinuxCNC; an error if it is not installed.
 pub const LINUXCNC_FILES: [&str; 2] = ["--listfiles", "linuxcnc-uspace"];
 
-/// An interpreter of G-code, `rs274`, and jobs for it. One chore alone takes it.
+/// An interpreter of G-code, `rs274`, and jobs for it. Only one chore needs it.
 pub const LINUXCNC: &Need = &Need {
     name: "rs274",
     found: || succeeds("dpkg-query", &LINUXCNC_FILES),
@@ -183,10 +183,10 @@ pub const LINUXCNC: &Need = &Need {
     or_else: "",
 };
 
-/// Everything, for `setup`.
+/// The needs that `setup` installs.
 const ALL: &[&Need] = &[CROSS, AVR_GCC, AVRDUDE, SIMAVR, PYTHON, NODE, SIGROK, ARDUINO];
 
-/// Meets `needs`: looks, and installs only what is missing.
+/// Checks `needs`, and installs only what is missing.
 pub fn ensure(needs: &[&Need]) -> Result<()> {
     let missing: Vec<_> = needs.iter().filter(|need| !(need.found)()).collect();
     if !missing.is_empty() {
@@ -204,7 +204,7 @@ pub fn ensure(needs: &[&Need]) -> Result<()> {
     Ok(())
 }
 
-/// What a person can do about what is missing.
+/// The message for missing needs that could not be installed.
 fn advice(missing: &[&&Need]) -> String {
     let mut text = String::from(
         "something is missing that could not be installed. Install these Debian packages",
@@ -233,11 +233,11 @@ fn apt(packages: &[&str]) -> Result<()> {
         command.env("DEBIAN_FRONTEND", "noninteractive").arg("--quiet=2");
         Ok(command)
     };
-    // Another step's may be at it; apt-get does not wait for the lists. Another user's lock is no reason
-    // to stop.
+    // Another step may run apt-get, which does not wait for the lock of the lists. Another user's
+    // lock is ignored.
     let _alone = alone_in(&env::temp_dir().join("stepwright-apt")).ok();
-    // Always: with an image's old lists apt finds a rustc-web that is too old.
-    // Not fatal: one unreachable source of the user's own must not stop us.
+    // Updates always, because with an image's old lists apt finds a rustc-web that is too old. A
+    // failure is not fatal: it may be a single unreachable source of the user.
     static UPDATE: Once = Once::new();
     let mut update = get()?;
     UPDATE.call_once(|| {
@@ -245,8 +245,8 @@ fn apt(packages: &[&str]) -> Result<()> {
             println!("going on with the package lists as they are: {error}");
         }
     });
-    // --no-remove: rustc-web can't stand beside Debian's own rustc or rustup,
-    // and that is for the user to decide.
+    // --no-remove: rustc-web conflicts with Debian's rustc and rustup, and the user must decide
+    // about that.
     run(get()?
         .args(["install", "--yes", "--no-install-recommends", "--no-remove"])
         .args(["-o", "DPkg::Lock::Timeout=600", "-o", "DPkg::Use-Pty=0"])
@@ -258,16 +258,16 @@ fn sudo() -> bool {
     Command::new("sudo").arg("-v").status().is_ok_and(|status| status.success())
 }
 
-/// Whether clang is there with the library that bindgen loads.
+/// Whether clang is installed with the library that bindgen loads.
 fn libclang() -> bool {
-    // …/lib/clang/14.0.6: the library is two floors up.
+    // …/lib/clang/14.0.6: the library is two folders up.
     let Ok(resources) = output(Command::new("clang").arg("-print-resource-dir")) else {
         return false;
     };
     let Some(lib) = Path::new(resources.trim()).ancestors().nth(2) else { return false };
     let Ok(files) = lib.read_dir() else { return false };
     files.flatten().any(|file| {
-        // Not libclang-cpp, which comes with clang itself.
+        // Not libclang-cpp, which is installed with clang itself.
         file.file_name().to_string_lossy().starts_with("libclang.")
     })
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask silence`: a host of a streamed run falls silent at random instants.
+//! `cargo xtask silence`: tests a streamed run whose host falls silent at random instants.
 
 use anyhow::Result;
 use clap::ValueEnum;
@@ -29,7 +29,7 @@ enum Board {
 }
 
 impl Silence {
-    /// Builds what is needed, and judges.
+    /// Builds the programs, and judges the edges.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         let mut test = match self.board {
             Board::Virtual => {
@@ -44,7 +44,7 @@ impl Silence {
     }
 }
 
-/// The test of a simulated chip.
+/// The test on a simulated chip.
 fn chip(ws: &Workspace, board: firmware::Board) -> Result<std::process::Command> {
     setup::ensure(rig::NEEDS)?;
     Build { board, timer: 1, bench: false }.make(ws, &Program::named(ws, "stream")?)?;

@@ -44,7 +44,7 @@ pub struct Sim {
 }
 
 impl Sim {
-    /// Builds what is needed and becomes the simulator, which ends at Ctrl-C.
+    /// Builds the programs and becomes the simulator, which ends at Ctrl-C.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         eprintln!("1 of 3: what the chip runs, {} for the {}", self.what(), self.board.name());
         let (kind, firmware) = self.firmware(ws)?;
@@ -74,7 +74,7 @@ impl Sim {
     }
 }
 
-/// The subcommand that speaks with a program; `None` if none does.
+/// A subcommand for a program, as an example; `None` if there is none.
 fn tried_with(program: &str) -> Option<&'static str> {
     Some(match program {
         CONTROLLER => "move 4000",
@@ -88,8 +88,8 @@ fn tried_with(program: &str) -> Option<&'static str> {
     })
 }
 
-/// The words that begin a simulated board with a program, where its time is to be kept in a file that
-/// follows them.
+/// The command that starts a simulated board with a program and writes its time to a file. The path
+/// of the file must be appended.
 pub fn in_its_own_time(ws: &Workspace, board: Board, program: &str) -> Result<Vec<OsString>> {
     setup::ensure(rig::SIM_NEEDS)?;
     let sim = Sim {
@@ -107,7 +107,7 @@ pub fn in_its_own_time(ws: &Workspace, board: Board, program: &str) -> Result<Ve
 }
 
 impl Sim {
-    /// What the chip runs, for people.
+    /// The firmware's name, for messages.
     fn what(&self) -> String {
         match &self.elf {
             Some(elf) => elf.display().to_string(),
@@ -115,8 +115,8 @@ impl Sim {
         }
     }
 
-    /// What the chip runs, behind the simulator's option for its kind. A program
-    /// that is carried takes neither a cross compiler nor minutes, if its image is that of this code.
+    /// The firmware, and the simulator's option for its kind. For a carried program whose image is
+    /// up to date, neither a cross compiler nor a build is needed.
     fn firmware(&self, ws: &Workspace) -> Result<(&'static str, PathBuf)> {
         if let Some(elf) = &self.elf {
             return Ok(("--elf", elf.clone()));
@@ -135,7 +135,7 @@ impl Sim {
     }
 }
 
-/// So that Ctrl-C reaches the simulator alone, and its summary comes last.
+/// Replaces this process, so that Ctrl-C reaches only the simulator, and its summary comes last.
 #[cfg(unix)]
 fn become_it(mut program: Command) -> Result<()> {
     use std::os::unix::process::CommandExt;
@@ -157,7 +157,8 @@ mod tests {
     use crate::workspace::{Workspace, cargo_path, output};
     use serde_json::Value;
 
-    /// A program with a serial line that the command speaks is carried by `stepwright flash`.
+    /// Every program that a subcommand can drive over its serial line is carried by `stepwright
+    /// flash`.
     #[test]
     fn only_programs_with_a_line_are_tried_by_a_command() {
         let ws = Workspace::load().unwrap();

@@ -1,4 +1,4 @@
-//! `cargo xtask stress`: random stories on the virtual board, or on the simulated chip.
+//! `cargo xtask stress`: plays random stories on the virtual board, or on the simulated chip.
 
 use std::process::Command;
 
@@ -32,7 +32,7 @@ enum Board {
 }
 
 impl Stress {
-    /// Builds what is needed, and plays.
+    /// Builds the programs, and plays the stories.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         let chip = match self.board {
             Board::Virtual => return self.play(ws.cargo(VIRTUAL), 1_000_000),

@@ -1,8 +1,7 @@
-//! `cargo xtask test`: everything that must hold before a change lands.
+//! `cargo xtask test`: all checks that must pass before a change lands.
 //!
-//! Each step does one thing and answers yes or no; a failed one does not stop
-//! the others, so that one run tells all. A step whose subject is absent
-//! fails: nothing is ever skipped in silence.
+//! Each step checks one thing and passes or fails. After a failure the others still run, so that
+//! one run shows all failures. A step whose subject is missing fails; no step is skipped silently.
 
 mod apart;
 mod api;
@@ -41,28 +40,28 @@ use crate::processor;
 use crate::setup::{self, Need};
 use crate::workspace::Workspace;
 
-/// One thing that must hold.
+/// A check.
 #[derive(Clone, Copy)]
 struct Step {
     name: &'static str,
-    /// For `--list`.
+    /// The description for `--list`.
     what: &'static str,
-    /// Installed first, if missing.
+    /// The needs that are installed first, if missing.
     needs: &'static [&'static Need],
     run: fn(&Workspace) -> Result<()>,
 }
 
-/// What a boot loader on the simulated chip takes.
+/// The needs of a boot loader on the simulated chip.
 const FLASH_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::ARDUINO];
 
-/// Python, what a simulated Uno takes, and Node for a second check of types.
+/// Python, the needs of a simulated Uno, and Node for a second check of types.
 const PYTHON_NEEDS: &[&Need] =
     &[setup::PYTHON, setup::NODE, setup::CROSS, setup::AVR_GCC, setup::SIMAVR];
 
-/// What a browser at a simulated chip takes.
+/// The needs of a browser at a simulated chip.
 const PAGE_CHIP_NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
 
-/// The quickest to say no come first.
+/// The steps. Those that fail fastest come first.
 const STEPS: &[Step] = &[
     Step { name: "fmt", what: "the code is formatted", needs: &[], run: code::fmt },
     Step {
@@ -216,7 +215,7 @@ const STEPS: &[Step] = &[
     Step { name: "fuzz", what: "the protocol stands random bytes", needs: &[], run: code::fuzz },
 ];
 
-/// What a contributor runs before a commit: some minutes on a built checkout.
+/// The steps to run before a commit: some minutes on a built checkout.
 const QUICK: &[Step] = &[
     STEPS[0],
     STEPS[1],
@@ -251,8 +250,9 @@ fn names() -> PossibleValuesParser {
 }
 
 impl Test {
-    /// Runs the steps. Of several it says how each ended, and repeats the end of each that failed; the
-    /// last line on stdout is `N passed, M failed` then, which CI counts. The exit status is 1 if one failed.
+    /// Runs the steps. For several steps, prints the result of each, and repeats the end of the
+    /// output of each that failed. The last line on stdout is then `N passed, M failed`, which CI
+    /// counts. The exit status is 1 if one failed.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         let steps = if self.quick { QUICK } else { STEPS };
         if self.list {
@@ -277,10 +277,10 @@ impl Test {
     /// Whether all passed.
     fn several(&self, steps: &[&Step], ws: &Workspace) -> Result<bool> {
         let ended = if self.quick {
-            // For a person, who sees the log.
+            // The user sees the log.
             steps.iter().map(|step| Ended::here(step, ws)).collect()
         } else {
-            // Two at once would be in each other's way. What can't be installed fails where it is needed.
+            // Two installations at once would conflict. A need that can't be met fails in its step.
             let needs: Vec<_> = steps.iter().flat_map(|step| step.needs).copied().collect();
             if let Err(error) = setup::ensure(&needs) {
                 println!("{error:#}");
@@ -301,7 +301,7 @@ impl Test {
     }
 }
 
-/// Runs a step in this process; whether it passed.
+/// Runs a step in this process. Returns whether it passed.
 fn here(step: &Step, ws: &Workspace) -> bool {
     println!("\n=== {}: {}", step.name, step.what);
     let (start, before) = (Instant::now(), processor::time());

@@ -1,5 +1,5 @@
-//! `cargo xtask ticks`: the same travels on the host and on every chip, and whether the checksums of
-//! their delays are equal. The programs are those of `firmware/ticks`, which says what a line means.
+//! `cargo xtask ticks`: computes the same travels on the host and on every chip, and compares the
+//! checksums of their delays. The programs are in `firmware/ticks`, which defines the lines.
 //!
 //! | chip | simulated by | laws |
 //! | --- | --- | --- |
@@ -30,13 +30,13 @@ use crate::toolchain::{ATMEGA1284P, Chip, Cross};
 use crate::wasm;
 use crate::workspace::{Guard, Workspace, alone_in, cargo_path, line, output, put, run};
 
-/// What building and simulating all of them takes.
+/// The needs for building and simulating all of them.
 pub const NEEDS: &[&Need] = &[setup::CROSS, setup::AVR_GCC, setup::SIMAVR, setup::NODE];
 
-/// The law that an AVR's second program has.
+/// The law of an AVR's second program.
 const ALONE: &str = "s-curve";
 
-/// Travels of each law in the tests: a simulated AVR makes two or three a second.
+/// The travels of each law in the tests: a simulated AVR makes two or three a second.
 const SAMPLE: [(&str, u32); 6] = [
     (AVR, 40),
     ("cortex-m0", 200),
@@ -46,13 +46,13 @@ const SAMPLE: [(&str, u32); 6] = [
     (WASM, 1_000),
 ];
 
-/// All that are asked for.
+/// The travels of each law with `--all`.
 const ALL: u32 = 10_000;
 
 const AVR: &str = "avr";
 const WASM: &str = "wasm";
 
-/// The longest that a line takes, on a machine that is busy with others.
+/// The longest time for a line, on a machine that is busy with other work.
 const LIMIT: Duration = Duration::from_secs(60);
 
 /// Compare seeded travels of every law on the host and on simulated chips: the delays are to be equal,
@@ -71,7 +71,7 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// Builds what is asked for, and compares.
+    /// Builds the chosen programs, and compares.
     pub fn run(self, ws: &Workspace) -> Result<()> {
         let asked = |name: &str| self.chip.is_empty() || self.chip.iter().any(|chip| chip == name);
         let travels = if self.all { Some(ALL) } else { self.travels };
@@ -82,10 +82,10 @@ impl Ticks {
     }
 }
 
-/// The sample of the tests.
+/// Compares the sample of the tests.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     compare(ws, &SAMPLE)?;
-    // A workspace of its own: nothing else looks at its style.
+    // A separate workspace, which no other step formats.
     let folder = ws.root.join("firmware/ticks");
     run(ws.cargo(["fmt", "--check"]).current_dir(&folder))?;
     let mut clippy = ws.cargo(["clippy", "--release", "--target-dir"]);
@@ -97,21 +97,22 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
 struct Program {
     chip: &'static str,
     travels: u32,
-    /// Whether it says the lines of a law.
+    /// Whether it prints the lines of a law.
     says: fn(&str) -> bool,
     command: Command,
 }
 
-/// Has each of these chips say this many travels of every law, and compares them with the host's.
-/// Gives the files with what they said: for a chip its name, behind a dash a law that it says alone.
+/// Lets each of these chips compute this many travels of every law, and compares them with the
+/// host's. Returns the files with the chips' output, named by the chip, followed by a dash and the
+/// law if a program has a single law.
 ///
 /// # Errors
-/// A line differs; the error has it and the host's.
+/// A line differs; the error contains both lines.
 pub fn compare(ws: &Workspace, sample: &[(&'static str, u32)]) -> Result<Vec<PathBuf>> {
     let most = sample.iter().map(|(_, travels)| *travels).max().unwrap_or(0);
     let host = host(ws, most)?;
     let mut programs = VecDeque::new();
-    // The slowest first.
+    // The slowest chips come first.
     for &(chip, travels) in sample {
         match chip {
             AVR => {
@@ -155,7 +156,7 @@ pub fn compare(ws: &Workspace, sample: &[(&'static str, u32)]) -> Result<Vec<Pat
     })
 }
 
-/// What the host says.
+/// The output of the host.
 struct Host {
     laws: Vec<String>,
     lines: Vec<String>,
@@ -185,7 +186,7 @@ fn host(ws: &Workspace, travels: u32) -> Result<Host> {
 }
 
 impl Host {
-    /// Listens to a chip, and compares.
+    /// Reads the output of a chip, and compares it.
     fn judge(&self, ws: &Workspace, program: Program) -> Result<PathBuf> {
         let Program { chip, travels, says, mut command } = program;
         let laws: Vec<_> = self.laws.iter().filter(|law| says(law)).collect();
@@ -212,7 +213,7 @@ impl Host {
     }
 }
 
-/// Runs a program, and has each line that it says heard, for as long as the answer is true.
+/// Runs a program, and passes each line of its output to `hear`, as long as that returns true.
 fn listen(command: &mut Command, mut hear: impl FnMut(&str) -> Result<bool>) -> Result<()> {
     command.stdin(Stdio::null()).stdout(Stdio::piped());
     let mut child = Guard(command.spawn().with_context(|| format!("starting {}", line(command)))?);
@@ -234,7 +235,7 @@ fn listen(command: &mut Command, mut hear: impl FnMut(&str) -> Result<bool>) -> 
     }
 }
 
-/// Builds a program of the AVR, the S-curve's alone or that of the other laws.
+/// Builds a program of the AVR: that of the S-curve, or that of the other laws.
 fn avr(ws: &Workspace, alone: bool) -> Result<PathBuf> {
     let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
     let built = ws.target.join(firmware::AVR);
@@ -243,7 +244,7 @@ fn avr(ws: &Workspace, alone: bool) -> Result<PathBuf> {
     cargo.current_dir(ws.root.join("firmware/ticks"));
     cargo.args(["--release", "--bin", "stepwright-ticks"]);
     if alone {
-        // For speed within a size it is larger than the flash.
+        // Optimised for speed, it would be larger than the flash.
         cargo.args(["--features", ALONE]).env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "z");
     }
     run(&mut cargo)?;
@@ -251,7 +252,7 @@ fn avr(ws: &Workspace, alone: bool) -> Result<PathBuf> {
     keep(ws, &from, if alone { "avr-s-curve" } else { AVR })
 }
 
-/// Builds the program of a chip of 32 bits: QEMU that runs it.
+/// Builds the program of a 32-bit chip. Returns the QEMU command that runs it.
 fn simulated(ws: &Workspace, chip: &str) -> Result<Command> {
     let cross = Cross::find().context("no compiler for small chips: run `cargo xtask setup`")?;
     let folder = ws.root.join("firmware/ticks");
@@ -265,7 +266,7 @@ fn simulated(ws: &Workspace, chip: &str) -> Result<Command> {
     let alone = alone_in(&built)?;
     let mut cargo = cross.cargo_in(ws, "build", &[&Chip { triple, flags: "" }], &built);
     small::link(&mut cargo, triple);
-    // As the boards have it: `core` is built once for a chip.
+    // The same setting as for the boards, so that `core` is built once for a chip.
     cargo.env("CARGO_PROFILE_RELEASE_DEBUG", "line-tables-only");
     run(cargo.current_dir(&folder).args(["--release", "--bin", "stepwright-ticks"]))?;
     let elf = keep(ws, &built.join(triple).join("release/stepwright-ticks"), chip)?;
@@ -290,7 +291,7 @@ fn module(ws: &Workspace) -> Result<PathBuf> {
     Ok(built.join(wasm::BROWSER).join("release/stepwright_ticks.wasm"))
 }
 
-/// Copies a firmware to where all are: the next build takes the place of this one.
+/// Copies a firmware to the common folder, because the next build overwrites it.
 fn keep(ws: &Workspace, from: &Path, name: &str) -> Result<PathBuf> {
     let folder = ws.target.join("firmware");
     fs::create_dir_all(&folder)?;

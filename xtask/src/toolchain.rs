@@ -1,12 +1,11 @@
 //! The compiler that builds for small chips.
 //!
-//! No stable toolchain ships `core` for AVR, so cargo builds it from source
-//! (`-Zbuild-std=core`). That takes a compiler *with the source of its own
-//! standard library*, and `RUSTC_BOOTSTRAP=1`, which lets a stable compiler do
-//! it: a nightly is not needed. The same compiler serves every chip, so
-//! nothing has to be installed per target.
+//! No stable toolchain ships `core` for AVR, so cargo builds it from source (`-Zbuild-std=core`).
+//! That needs a compiler *with the source of its own standard library*, and `RUSTC_BOOTSTRAP=1`,
+//! which permits this on a stable compiler; a nightly is not needed. The same compiler serves every
+//! chip, so nothing has to be installed per target.
 //!
-//! The first of these that has its source is taken:
+//! The first of these compilers that has its source is used:
 //!
 //! 1. rustup's toolchains, the active one first
 //!    (`rustup component add rust-src` gives it the source);
@@ -19,18 +18,17 @@ use anyhow::{Context, Result};
 
 use crate::workspace::{Workspace, output, run};
 
-/// A chip, as the compiler knows it.
+/// A chip, as a target of the compiler.
 pub struct Chip {
     /// The compiler's target.
     pub triple: &'static str,
-    /// What else it must be told, as in `RUSTFLAGS`.
+    /// Further flags, as in `RUSTFLAGS`.
     pub flags: &'static str,
 }
 
-/// For all AVRs, behind `-C target-cpu`. LLVM's passes over machine code keep
-/// constants and addresses in registers for later; on this chip that costs more
-/// pushes and moves than it saves loads. Without them the Uno's firmware is 370
-/// bytes smaller.
+/// The flags for all AVRs, after `-C target-cpu`. LLVM's passes over machine code keep constants
+/// and addresses in registers for later. On this chip that costs more pushes and moves than it
+/// saves loads. Without these passes the Uno's firmware is 370 bytes smaller.
 macro_rules! avr {
     ($chip:literal) => {
         concat!(
@@ -48,10 +46,10 @@ macro_rules! avr {
 pub const ATMEGA328P: Chip = Chip { triple: "avr-none", flags: avr!("atmega328p") };
 /// Arduino Mega: the same with 256 KiB flash, 8 KiB RAM, more timers.
 pub const ATMEGA2560: Chip = Chip { triple: "avr-none", flags: avr!("atmega2560") };
-/// An Uno's core with 128 KiB flash, 16 KiB RAM. No board of ours has it: it is simulated, for programs
-/// that fit no Uno.
+/// An Uno's core with 128 KiB flash, 16 KiB RAM. No supported board has it: it is simulated, for
+/// programs that do not fit an Uno.
 pub const ATMEGA1284P: Chip = Chip { triple: "avr-none", flags: avr!("atmega1284p") };
-/// RP2040 and its like: 32 bits, no division instruction, no atomic swaps.
+/// RP2040 and similar chips: 32 bits, no division instruction, no atomic swaps.
 pub const CORTEX_M0: Chip = Chip { triple: "thumbv6m-none-eabi", flags: "" };
 
 /// A compiler that can build `core`.
@@ -87,7 +85,7 @@ impl Cross {
         enough.then(|| Cross { rustc, release: release.into() })
     }
 
-    /// What was found, in a few words.
+    /// A short description of the compiler.
     pub fn describe(&self) -> String {
         format!("{} ({})", self.rustc.display(), self.release)
     }
@@ -98,7 +96,7 @@ impl Cross {
         self.cargo_in(ws, verb, chips, &ws.target.join("cross"))
     }
 
-    /// Likewise, and keeps what it builds in `folder`.
+    /// Like [`cargo`](Cross::cargo), but builds in `folder`.
     pub fn cargo_in(&self, ws: &Workspace, verb: &str, chips: &[&Chip], folder: &Path) -> Command {
         let mut cargo = self.cargo_plain(ws, verb, folder);
         for chip in chips {
@@ -109,24 +107,24 @@ impl Cross {
         cargo
     }
 
-    /// Likewise, for no chip yet.
+    /// Like [`cargo_in`](Cross::cargo_in), without a chip.
     pub fn cargo_plain(&self, ws: &Workspace, verb: &str, folder: &Path) -> Command {
         self.cargo_with("core", ws, verb, folder)
     }
 
-    /// Likewise, with these crates of the standard library.
+    /// Like [`cargo_plain`](Cross::cargo_plain), with these crates of the standard library.
     pub fn cargo_with(&self, library: &str, ws: &Workspace, verb: &str, folder: &Path) -> Command {
         let mut cargo = ws.cargo([verb, &format!("-Zbuild-std={library}"), "--target-dir"]);
         cargo.arg(folder);
         cargo.env("RUSTC", &self.rustc).env("RUSTC_BOOTSTRAP", "1");
-        // These would take the place of the chip's own flags.
+        // These would override the chip's own flags.
         cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
         cargo
     }
 }
 
-/// Builds `packages` for all `chips` at once, so that both cores of a small
-/// machine have work: `core` is one crate and compiles on one of them.
+/// Builds `packages` for all `chips` at once, to use both cores of a small machine: `core` is one
+/// crate and compiles on one of them.
 ///
 /// No two chips may share a triple.
 pub fn cross_build(

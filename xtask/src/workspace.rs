@@ -1,4 +1,4 @@
-//! Where things are, and how a program is started and waited for.
+//! The paths of the checkout, and running programs.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
@@ -24,7 +24,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Asks cargo about the checkout that the caller stands in.
+    /// Asks cargo about the checkout of the working directory.
     pub fn load() -> Result<Workspace> {
         let out = output(Command::new(cargo_path()).args([
             "metadata",
@@ -45,30 +45,30 @@ impl Workspace {
         cargo
     }
 
-    /// The command as it ships: built with the release profile unless it is there.
+    /// Builds the command as it ships, with the release profile, if needed. Returns its path.
     pub fn shipped(&self) -> Result<PathBuf> {
         run(&mut self.cargo(["build", "--release", "--package", "stepwright-cli"]))?;
         Ok(self.command())
     }
 
-    /// Where [`shipped`](Workspace::shipped) leaves the command.
+    /// The path of the command that [`shipped`](Workspace::shipped) builds.
     pub fn command(&self) -> PathBuf {
         self.released("stepwright")
     }
 
-    /// A program that `cargo build --release` left.
+    /// The path of a program of `cargo build --release`.
     pub fn released(&self, name: &str) -> PathBuf {
         self.target.join("release").join(format!("{name}{}", env::consts::EXE_SUFFIX))
     }
 
-    /// A program that `cargo build` left in the dev profile's folder.
+    /// The path of a program of `cargo build` in the dev profile.
     pub fn built(&self, name: &str) -> PathBuf {
         self.target.join("debug").join(format!("{name}{}", env::consts::EXE_SUFFIX))
     }
 }
 
-/// Nobody else builds in this folder until what is returned is dropped. Programs of several boards have
-/// one name there, and each is copied when it is built.
+/// Locks a folder until the returned file is dropped, for a build or an installation. Programs of
+/// several boards have the same name there, and each is copied after its build.
 pub fn alone_in(folder: &Path) -> Result<File> {
     fs::create_dir_all(folder)?;
     let file = File::create(folder.join(".copied"))?;
@@ -76,7 +76,8 @@ pub fn alone_in(folder: &Path) -> Result<File> {
     Ok(file)
 }
 
-/// Copies a file that another process may be reading: it finds the old one or the new one, whole.
+/// Copies a file that another process may be reading, which sees either the old or the new file,
+/// complete.
 pub fn put(from: &Path, to: &Path) -> Result<()> {
     let beside = to.with_extension(format!("{}.tmp", std::process::id()));
     fs::copy(from, &beside).with_context(|| format!("copying {}", from.display()))?;
@@ -88,7 +89,7 @@ pub fn cargo_path() -> OsString {
     env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
-/// Runs a program to its end; an error unless it says that all is well.
+/// Runs a program to its end. A failure of it is an error.
 pub fn run(command: &mut Command) -> Result<()> {
     eprintln!("$ {}", line(command));
     let before = processor::time();
@@ -100,7 +101,7 @@ pub fn run(command: &mut Command) -> Result<()> {
     verdict(command, status)
 }
 
-/// Says how much of a processor a command took that took long: in a long log it shows which to make shorter.
+/// Prints the processor time of a long command, to show in a long log which to make shorter.
 fn tell_cost(before: Duration) {
     let used = processor::time().saturating_sub(before);
     if used >= Duration::from_secs(5) {
@@ -108,7 +109,7 @@ fn tell_cost(before: Duration) {
     }
 }
 
-/// Like [`run`], and ends a program that takes longer than `limit`.
+/// Like [`run`], but ends a program that takes longer than `limit`.
 pub fn run_within(limit: Duration, command: &mut Command) -> Result<()> {
     eprintln!("$ {}", line(command));
     let before = processor::time();
@@ -126,7 +127,7 @@ pub fn run_within(limit: Duration, command: &mut Command) -> Result<()> {
     }
 }
 
-/// What a program prints, as text; an error if it fails.
+/// Runs a program and returns its output as text. A failure of it is an error.
 pub fn output(command: &mut Command) -> Result<String> {
     let out = command
         .stdin(Stdio::null())
@@ -138,7 +139,7 @@ pub fn output(command: &mut Command) -> Result<String> {
     Ok(String::from_utf8_lossy(&out.stdout).into_owned())
 }
 
-/// Whether a program can be started and says that all is well. Prints nothing.
+/// Whether a program can be started and succeeds. Prints nothing.
 pub fn succeeds(program: impl AsRef<OsStr>, args: &[&str]) -> bool {
     let mut command = Command::new(program);
     command.args(args).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
@@ -152,7 +153,7 @@ fn verdict(command: &Command, status: ExitStatus) -> Result<()> {
     bail!("{}: {status}", line(command))
 }
 
-/// A command as a person would type it.
+/// A command as a user would type it.
 pub fn line(command: &Command) -> String {
     let program = command.get_program();
     let program = if program == cargo_path() { "cargo".as_ref() } else { program };
@@ -163,8 +164,8 @@ pub fn line(command: &Command) -> String {
     words.join(" ")
 }
 
-/// A running program that ends with the scope that holds it, so that a failed
-/// step leaves nothing behind.
+/// A running program that is killed at the end of its scope, so that a failed step leaves nothing
+/// running.
 pub struct Guard(pub Child);
 
 impl Guard {
@@ -185,7 +186,7 @@ impl Guard {
 
 impl Drop for Guard {
     fn drop(&mut self) {
-        // Both fail only if it has ended by itself, which is as good.
+        // Both fail only if it has ended already.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

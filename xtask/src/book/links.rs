@@ -1,4 +1,4 @@
-//! Links of Markdown and HTML, and where they lead.
+//! Finds the links of Markdown and HTML, and follows them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,28 +9,28 @@ use anyhow::{Context, Result};
 /// A link to a file, to an anchor, or to both.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Link {
-    /// As it stands there; empty for the file itself.
+    /// The path as written; empty for the file itself.
     pub path: String,
-    /// Behind `#`; empty for the file as a whole.
+    /// The part after `#`; empty for the file as a whole.
     pub anchor: String,
 }
 
 impl Link {
-    /// `None` for one to another machine, which can't be followed here.
+    /// `None` for a link to another machine, which can't be followed here.
     fn new(target: &str) -> Option<Link> {
         let outside = target.contains("://") || target.starts_with("mailto:");
         let (path, anchor) = target.split_once('#').unwrap_or((target, ""));
         (!outside).then(|| Link { path: path.to_owned(), anchor: anchor.to_owned() })
     }
 
-    /// As it stands there.
+    /// The link as written.
     pub fn target(&self) -> String {
         let mark = if self.anchor.is_empty() { "" } else { "#" };
         format!("{}{mark}{}", self.path, self.anchor)
     }
 }
 
-/// The file that a path leads to from another one.
+/// The file to which a path leads from another file.
 pub fn resolve(from: &Path, path: &str) -> PathBuf {
     if path.is_empty() {
         return from.to_owned();
@@ -46,7 +46,7 @@ pub fn resolve(from: &Path, path: &str) -> PathBuf {
     to
 }
 
-/// The lines of a page that are no code: not within ``` fences.
+/// The lines of a page that are not code within ``` fences.
 fn prose(page: &str) -> impl Iterator<Item = &str> {
     let mut code = false;
     page.lines().filter(move |line| {
@@ -70,7 +70,7 @@ pub fn of_markdown(page: &str) -> Vec<Link> {
     links
 }
 
-/// A line without what stands between backquotes.
+/// A line without the text between backquotes.
 fn without_code(line: &str) -> String {
     line.split('`').step_by(2).collect::<Vec<_>>().join("`")
 }
@@ -91,7 +91,7 @@ fn anchors_of_markdown(page: &str) -> Vec<String> {
 
 /// The anchor of a heading.
 fn slug(heading: &str) -> String {
-    // Of a link in it, the text counts.
+    // Only the text of a link counts.
     let text = heading.trim_start_matches('#').trim().to_lowercase();
     let text = text.split("](").enumerate().map(|(n, part)| match n {
         0 => part,
@@ -113,7 +113,7 @@ fn attributes<'a>(page: &'a str, name: &str) -> Vec<&'a str> {
     page.split(&begin).skip(1).filter_map(|rest| rest.split('"').next()).collect()
 }
 
-/// The links of a page of HTML, and what it loads.
+/// The links of a page of HTML, and the files that it loads.
 fn of_html(page: &str) -> Vec<Link> {
     let targets = ["href", "src"].map(|name| attributes(page, name)).concat();
     targets
@@ -123,8 +123,8 @@ fn of_html(page: &str) -> Vec<Link> {
         .collect()
 }
 
-/// Follows the links of pages of Markdown or HTML, by the ends of their names: how many there
-/// are, and what is wrong with which.
+/// Follows the links of pages of Markdown or HTML; the file name's extension tells the kind.
+/// Returns the number of links and the faults.
 pub fn follow(pages: &[PathBuf]) -> Result<(usize, Vec<String>)> {
     let mut anchors = BTreeMap::<PathBuf, Vec<String>>::new();
     let (mut links, mut faults) = (0, Vec::new());

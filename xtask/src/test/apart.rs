@@ -1,7 +1,7 @@
-//! A step in a process of its own.
+//! Runs a step in a separate process.
 //!
-//! What it prints goes on as it comes, and its last lines are kept: a CI shows the end of a long log
-//! alone, and there a failed step must say why.
+//! Its output is passed on as it comes, and the last lines are kept: a CI shows only the end of a
+//! long log, and a failed step must give its reason there.
 
 use std::collections::VecDeque;
 use std::env;
@@ -14,20 +14,21 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 
-/// Lines that are kept.
+/// The number of lines that are kept.
 const KEPT: usize = 60;
-/// With nothing printed for this long, it is asked whether a program has ended.
+/// After this time without output, checks whether the program has ended.
 const QUIET: Duration = Duration::from_secs(1);
 
-/// What a program said at its end.
+/// The result of a program.
 pub struct Said {
-    /// Whether it says that all is well.
+    /// Whether it succeeded.
     pub passed: bool,
     /// The last lines of its stdout and stderr, in their order.
     pub last: Vec<String>,
 }
 
-/// Where this program is. To be asked before the first step: one that builds it again puts another file there.
+/// The path of this program. To be called before the first step: a step that rebuilds it replaces
+/// the file.
 pub fn program() -> Result<PathBuf> {
     env::current_exe().context("where this program is")
 }
@@ -39,8 +40,8 @@ pub fn step(program: &Path, name: &str) -> Command {
     command
 }
 
-/// Runs a program to its end and passes on what it prints, `before` before each line. What it leaves behind is not waited for, though
-/// that holds its outputs open.
+/// Runs a program to its end and passes on its output, with `before` before each line. Does not
+/// wait for processes that it leaves running, though they hold its outputs open.
 ///
 /// # Errors
 /// It can't be started.
@@ -48,7 +49,7 @@ pub fn tell(mut command: Command, before: &str) -> Result<Said> {
     let (reader, writer) = pipe()?;
     command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer);
     let mut child = command.spawn().context("starting a step")?;
-    // It holds the ends that this process would write to: without them the last line is an end.
+    // The command holds copies of the pipe's write end, which would keep the pipe open.
     drop(command);
     let (lines, heard) = channel();
     thread::spawn(move || {

@@ -1,4 +1,5 @@
-//! Schemathesis asks the API of `stepwright serve` all that its description allows, and more.
+//! Schemathesis tests the API of `stepwright serve` with all requests that its description permits,
+//! and others.
 
 use std::process::Command;
 use std::time::Duration;
@@ -8,10 +9,10 @@ use anyhow::Result;
 use crate::python;
 use crate::workspace::{Workspace, run_within};
 
-/// Half a minute on an idle machine.
+/// The time limit; it takes half a minute on an idle machine.
 const LIMIT: Duration = Duration::from_secs(600);
 
-/// Nothing moves without control, and every answer is as described.
+/// Checks that nothing moves without control, and that every answer is as described.
 pub fn run(ws: &Workspace) -> Result<()> {
     python::API.prepare(ws)?;
     let command = ws.shipped()?;

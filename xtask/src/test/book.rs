@@ -1,4 +1,4 @@
-//! The documentation as a book, and every link of every page.
+//! Builds the documentation as a book, and checks every link of every page.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,11 +8,10 @@ use anyhow::{Result, bail, ensure};
 use crate::book::{self, links};
 use crate::workspace::{Workspace, output};
 
-/// Links of both kinds of pages that there must be at least, so that no checker that finds
-/// none is content.
+/// The least number of links of both kinds of pages, so that a checker that finds none fails.
 const LEAST: (usize, usize) = (100, 800);
 
-/// The links within the project's Markdown, as a code host shows it, and those of the book.
+/// Checks the links within the project's Markdown, as a code host shows it, and those of the book.
 /// Links to other machines are not followed.
 pub fn run(ws: &Workspace) -> Result<()> {
     let files = output(&mut {
@@ -43,8 +42,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// The pages of HTML below a folder. The page for what is not found is for a server, at its
-/// root.
+/// Collects the HTML pages below a folder, except the 404 page, which is for a server's root.
 fn collect(folder: &Path, pages: &mut Vec<PathBuf>) -> Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();

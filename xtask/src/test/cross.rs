@@ -1,5 +1,5 @@
-//! The crates that must run on a small chip build for one, without a standard
-//! library to lean on; and a reader that no firmware has yet holds no code that panics.
+//! Checks that the crates for small chips build for one, without a standard library, and that a
+//! reader that no firmware uses yet contains no code that panics.
 
 use anyhow::Result;
 
@@ -7,7 +7,7 @@ use crate::toolchain::{ATMEGA328P, CORTEX_M0, cross_build};
 use crate::wasm;
 use crate::workspace::Workspace;
 
-/// One chip of 8 bits, and one of 32 without atomic swaps.
+/// For one 8-bit chip, and one 32-bit chip without atomic swaps.
 pub fn run(ws: &Workspace) -> Result<()> {
     cross_build(
         ws,

@@ -1,4 +1,4 @@
-//! The numbered examples (`01_first_steps.rs` …) run to their end.
+//! Runs the numbered examples (`01_first_steps.rs` …) to their end.
 
 use std::fs;
 use std::process::Command;
@@ -9,11 +9,11 @@ use serde_json::Value;
 
 use crate::workspace::{self, Workspace, run_within};
 
-/// An example is something to read and try: it has to be done soon.
+/// The time limit: an example is to be read and tried, so it must be quick.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// Builds all examples, and runs the numbered ones in order in a folder of
-/// their own, which takes whatever files they write.
+/// Builds all examples, and runs the numbered ones in order in a separate folder, which takes the
+/// files that they write.
 pub fn run(ws: &Workspace) -> Result<()> {
     let names = numbered(&ws.metadata);
     ensure!(!names.is_empty(), "no package has a numbered example (examples/01_name.rs)");
@@ -39,7 +39,7 @@ fn numbered(metadata: &Value) -> Vec<&str> {
     names
 }
 
-/// The items of a JSON list; none if it is something else.
+/// The items of a JSON list; none for any other value.
 fn list(value: &Value) -> impl Iterator<Item = &Value> {
     value.as_array().into_iter().flatten()
 }

@@ -1,4 +1,4 @@
-//! The firmwares build, and what is true of their code is looked up there.
+//! Builds the firmwares, and checks properties of their code.
 
 use anyhow::{Result, bail, ensure};
 
@@ -7,37 +7,37 @@ use crate::listing::{Listing, symbols};
 use crate::program::{CONTROLLER, Program, REFUSED};
 use crate::workspace::Workspace;
 
-/// What the slave should take of an Uno's flash, in bytes: the rest is for its
-/// user's own ideas. It takes more; `docs/benchmarks.md` says what for.
+/// The size that the slave should have in an Uno's flash, in bytes, to leave room for the user's
+/// code. It is larger; `docs/benchmarks.md` gives the reasons.
 const AIM: u32 = 20_480;
-/// What any program but the slave may take: all that a Nano's old boot loader leaves.
+/// The most flash of any program except the slave: all that a Nano's old boot loader leaves.
 const FLASH: u32 = 30_720;
-/// What any may take of the RAM, without its stack.
+/// The most RAM of a program, without its stack.
 const RAM: u32 = 1_229;
-/// And what the first example of a firmware of one's own may: three planners, each with both
+/// The most RAM of the first example of a user's own firmware: three planners, each with both
 /// shapes of a ramp.
 const PLANNED: &str = "first-move";
 const PLANNED_RAM: u32 = 1_304;
-/// And what the controller may, whose planner has both shapes of a ramp. A change of three axes
-/// takes 505 bytes of stack; the rig's `change` sees that some are left.
+/// The most RAM of the controller, whose planner has both shapes of a ramp. A change of three axes
+/// takes 505 bytes of stack; the rig's `change` checks that some are left.
 const CONTROLLER_RAM: u32 = 1_395;
-/// And what motor cycles over the line may.
+/// The most RAM of motor cycles over the line.
 const CYCLES_RAM: u32 = 1_348;
-/// And what the player of streamed runs may, 896 bytes of which hold the runs that wait: as many as
-/// leave a stack and some bytes to spare, which the rig's `stream` sees.
+/// The most RAM of the player of streamed runs, 896 bytes of which hold the waiting runs: as many
+/// as leave a stack and some bytes to spare, which the rig's `stream` checks.
 const STREAM: &str = "stream";
 const STREAM_RAM: u32 = 1_771;
-/// All that the boot loader of an Uno and of a Nano from 2018 on leaves, for the slave and for what
-/// is for an Uno alone.
+/// The flash that the boot loader of an Uno and of a Nano from 2018 on leaves, for the slave and
+/// for programs that are only for an Uno.
 const ALONE: u32 = 32_256;
 
 /// The step interrupt's vector on each chip.
 const STEP_328P: &str = "__vector_11";
 const STEP_2560: &str = "__vector_17";
-/// That of the timer's overflow, for fast PWM.
+/// The vector of the timer's overflow, for fast PWM.
 const OVERFLOW_328P: &str = "__vector_13";
 
-/// Builds all programs for all boards, and looks at them.
+/// Builds all programs for all boards, and checks them.
 pub fn run(ws: &Workspace) -> Result<()> {
     let mut programs = Program::all(ws)?;
     programs.retain(|program| !program.is_test());
@@ -47,7 +47,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// What is wrong with these programs.
+/// The faults of these programs.
 fn complaints(ws: &Workspace, programs: &[Program]) -> Result<Vec<String>> {
     let mut complaints = Vec::new();
     for board in [Board::Uno, Board::Nano, Board::Mega] {
@@ -59,7 +59,7 @@ fn complaints(ws: &Workspace, programs: &[Program]) -> Result<Vec<String>> {
                         complaints.push(format!("{}: {complaint}", built.elf.display()));
                     }
                 }
-                // The others may do.
+                // Continues with the other boards.
                 Err(error) => complaints.push(format!("{}: {error:#}", board.name())),
             }
         }
@@ -67,8 +67,8 @@ fn complaints(ws: &Workspace, programs: &[Program]) -> Result<Vec<String>> {
     Ok(complaints)
 }
 
-/// Whether arguments on the stack are refused where the compiler gets them wrong, and only
-/// there: what is wrong with that.
+/// Checks that arguments on the stack are refused where the compiler gets them wrong, and only
+/// there. Returns the fault.
 fn refused(ws: &Workspace) -> Result<Option<String>> {
     let program = Program::named(ws, REFUSED)?;
     let stacked = |board| Build { board, timer: 1, bench: false }.make(ws, &program);
@@ -82,13 +82,13 @@ fn refused(ws: &Workspace) -> Result<Option<String>> {
     })
 }
 
-/// What is wrong with a firmware.
+/// The faults of a firmware.
 fn look(board: Board, program: &Program, built: &Built) -> Result<Vec<String>> {
     let mut wrong: Vec<String> =
         symbols(&built.elf)?.iter().filter_map(|name| forbidden(name)).collect();
     let listing = Listing::of(&built.elf)?;
-    // A motor cycle's asks programs and callbacks, and divides where a bound is near; the
-    // demo's asks Austin's law, which is a division.
+    // The step interrupt of motor cycles calls programs and callbacks, and divides near a bound.
+    // That of the demo computes Austin's law, which is a division.
     if !program.divides() {
         let vector = match board {
             _ if program.overflows() => OVERFLOW_328P,
@@ -141,7 +141,7 @@ fn look(board: Board, program: &Program, built: &Built) -> Result<Vec<String>> {
     Ok(wrong)
 }
 
-/// The parts of symbols in the build script's `ORDER` that none of these has.
+/// The parts of symbols in the build script's `ORDER` that occur in none of these names.
 fn gone<'a>(script: &'a str, names: &'a [String]) -> impl Iterator<Item = &'a str> {
     let order = script.split_once("const ORDER").and_then(|(_, rest)| rest.split_once("];"));
     let parts = order.map_or("", |(order, _)| order).split('"').skip(1).step_by(2);
@@ -150,7 +150,7 @@ fn gone<'a>(script: &'a str, names: &'a [String]) -> impl Iterator<Item = &'a st
     parts.filter(move |part| !names.iter().any(|name| name.contains(plain(part))))
 }
 
-/// Why a symbol may not be there.
+/// Why a symbol is forbidden.
 fn forbidden(name: &str) -> Option<String> {
     let float = name.contains("5float")
         || (name.starts_with("__") && (name.contains("sf") || name.contains("df")));

@@ -1,4 +1,5 @@
-//! `stepwright flash` writes whole firmwares through real boot loaders on the simulated chips.
+//! Tests that `stepwright flash` writes complete firmwares through real boot loaders on the
+//! simulated chips.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -12,20 +13,21 @@ use crate::rig;
 use crate::setup::{MEGA_LOADER, NANO_LOADER};
 use crate::workspace::{Guard, Workspace, output, run_within};
 
-/// A chip that is simulated in real time takes half a minute, a loaded machine longer.
+/// The time limit: a chip that is simulated in real time takes half a minute, on a loaded machine
+/// longer.
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// The boot loader listens for a moment after a reset: the button is pressed so often.
+/// How often the reset button is pressed; the boot loader listens for a moment after a reset.
 const PRESSES: usize = 4;
 
 /// A board with a boot loader.
 struct Case {
-    /// As the simulator calls the chip's board.
+    /// The simulator's name of the board.
     chip: &'static str,
     boot_loader: &'static str,
-    /// Behind `stepwright flash`.
+    /// The arguments after `stepwright flash`.
     words: &'static [&'static str],
-    /// What the firmware is asked then, and a part of its answer.
+    /// The command to the firmware afterwards, and a part of its answer.
     asked: &'static [&'static str],
     answer: &'static str,
 }
@@ -47,9 +49,9 @@ const CASES: [Case; 2] = [
     },
 ];
 
-/// Writes, compares, and then the firmware answers.
+/// Writes and compares the firmware, and checks that it answers.
 pub fn run(ws: &Workspace) -> Result<()> {
-    // The simulator asks for one.
+    // The simulator needs a firmware.
     Build { board: Board::Uno, timer: 1, bench: false }.controller(ws)?;
     let sim = rig::program(ws, "sim")?;
     ws.shipped()?;
@@ -75,8 +77,9 @@ fn through(ws: &Workspace, sim: &Path, case: &Case) -> Result<()> {
         command.args(words).args(["--port", port]).env("STEPWRIGHT_MACHINE", "none");
         command
     };
-    // By its own client: avrdude can't press reset on a pseudo-terminal, and whether it comes
-    // in the moment in which the boot loader listens depends on the machine's load.
+    // Uses the command's own client, because avrdude can't press reset on a pseudo-terminal.
+    // Whether the client hits the moment in which the boot loader listens depends on the machine's
+    // load.
     for press in 1.. {
         writeln!(acts, "reset")?;
         match run_within(LIMIT, order(&["flash", "--own"]).args(case.words)) {

@@ -1,4 +1,4 @@
-//! What must never be in the code: the invariants of ARCHITECTURE.md that can be read from it.
+//! Checks the invariants of ARCHITECTURE.md that can be read from the code.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::workspace::Workspace;
 
-/// A crate, and what alone it may depend on.
+/// A crate, and the only crates on which it may depend.
 const ONLY: &[(&str, &[&str])] = &[
     ("stepwright", &["critical-section", "embedded-hal"]),
     ("stepwright-embassy", &["embassy-sync", "stepwright"]),
@@ -31,7 +31,7 @@ const ONLY: &[(&str, &[&str])] = &[
     ("stepwright-device", &["stepwright", "stepwright-protocol", "stepwright-stream"]),
 ];
 
-/// A crate, what it must not depend on, and the invariant.
+/// A crate, the crates on which it must not depend, and the invariant.
 const NEVER: &[(&str, &[&str], &str)] = &[
     ("stepwright-path", LINE, "a source sees no bytes"),
     ("stepwright-timed", HOSTS, "no layer calls up"),
@@ -43,14 +43,14 @@ const NEVER: &[(&str, &[&str], &str)] = &[
     ("stepwright-stress", LINE, "a judge shares no code with what it judges"),
 ];
 
-/// What knows the serial line.
+/// The crates that know the serial line.
 const LINE: &[&str] = &["stepwright-protocol", "stepwright-device", "stepwright-host"];
 
-/// What runs on a computer alone.
+/// The crates that run only on a computer.
 const HOSTS: &[&str] =
     &["stepwright-cli", "stepwright-host", "stepwright-path", "stepwright-serve"];
 
-/// A file or a folder, what its code must not say, and the invariant.
+/// A file or a folder, the words that its code must not contain, and the invariant.
 const UNSAID: &[(&str, &[&str], &str)] = &[
     ("crates/stepwright/src", &["target_arch", "target_os"], "the core knows no chip"),
     ("crates/stepwright-serve/src", &["Master", "Script", "Slave"], "a front end says no line"),
@@ -61,11 +61,11 @@ const UNSAID: &[(&str, &[&str], &str)] = &[
     ("crates/stepwright-host/src/homing.rs", IO, "the host's conversation does no I/O"),
 ];
 
-/// What reaches outside.
+/// Names of the outside world.
 const IO: &[&str] =
     &["std::fs", "std::net", "std::thread", "std::process", "serial2", "Instant", "SystemTime"];
 
-/// Crates that run on a chip: without the standard library, an allocator and floating point.
+/// Crates that run on a chip: they have no standard library, allocator or floating point.
 const SMALL: &[&str] = &[
     "stepwright",
     "stepwright-austin",
@@ -81,7 +81,7 @@ const SMALL: &[&str] = &[
     "stepwright-tmc2209",
 ];
 
-/// The files of the core that may be unsafe, each block with its proof beside it.
+/// The files of the core that may contain unsafe blocks, each with its proof beside it.
 const UNSAFE: &[&str] = &[
     "format/compact.rs",
     "num/external.rs",
@@ -91,7 +91,7 @@ const UNSAFE: &[&str] = &[
     "steppers.rs",
 ];
 
-/// All of them.
+/// Checks all invariants.
 pub fn run(ws: &Workspace) -> Result<()> {
     let mut faults = Vec::new();
     for (own, allowed) in ONLY {
@@ -141,7 +141,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     if faults.is_empty() { Ok(()) } else { bail!("{} broken invariants", faults.len()) }
 }
 
-/// The test files that no program has, where cargo does not make one of each.
+/// The test files that belong to no program, where cargo does not make a program of each file.
 fn without_program(root: &Path) -> Result<Vec<String>> {
     let mut lost = Vec::new();
     for place in ["crates", "firmware"] {
@@ -162,13 +162,13 @@ fn without_program(root: &Path) -> Result<Vec<String>> {
     Ok(lost)
 }
 
-/// Whether the program of all tests has this file, or it is another program.
+/// Whether the program of all tests contains this file, or the file is a separate program.
 fn has_program(name: &str, all: &str, manifest: &str) -> bool {
     all.lines().any(|line| line == format!("mod {name};"))
         || manifest.lines().any(|line| line == format!("path = \"tests/{name}.rs\""))
 }
 
-/// What a crate depends on, its tests apart.
+/// The dependencies of a crate, without those of its tests.
 fn dependencies(root: &Path, own: &str) -> Result<Vec<String>> {
     let manifest = root.join("crates").join(own).join("Cargo.toml");
     let text = fs::read_to_string(&manifest).with_context(|| manifest.display().to_string())?;
@@ -193,7 +193,7 @@ fn depends(manifest: &str) -> Vec<String> {
     names
 }
 
-/// The source files at or under a place, with their names; files of tests apart.
+/// The source files at or under a path, with their names, without test files.
 fn sources(root: &Path, place: &Path) -> Result<Vec<(String, String)>> {
     let (mut left, mut found) = (vec![PathBuf::from(place)], Vec::new());
     while let Some(path) = left.pop() {
@@ -211,13 +211,13 @@ fn sources(root: &Path, place: &Path) -> Result<Vec<(String, String)>> {
     Ok(found)
 }
 
-/// The code of a file in front of the tests at its end.
+/// The code of a file before the tests at its end.
 fn code(text: &str) -> &str {
     let tests = text.find("\n#[cfg(test)]\nmod ").or(text.find("\n#[cfg(test)]\npub(crate) mod "));
     tests.map_or(text, |at| &text[..at])
 }
 
-/// Which of these words the code says, comments apart.
+/// The words that occur in the code, outside comments.
 fn said<'w>(text: &str, words: &[&'w str]) -> impl Iterator<Item = &'w str> {
     let lines = text.lines().map(|line| line.find("//").map_or(line, |at| &line[..at]));
     let code: String = lines.collect::<Vec<_>>().join("\n");

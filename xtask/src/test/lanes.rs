@@ -1,17 +1,18 @@
-//! Steps in two lanes, side by side.
+//! Runs steps in two parallel lanes.
 //!
 //! ```text
 //! lane 1   fmt  words  ..  clippy | unit ............... | firmware | rig ....... | chips |
 //! lane 2   python ...... | wasm | page .. | api | senders | pico .. | ports | fuzz | bench | uno | flash
 //! ```
 //!
-//! The first computes, and keeps all processors busy most of the time. The second drives boards,
-//! browsers and other programs, and waits for them most of the time. One after the other they left a
-//! quarter of two processors idle; side by side a tenth. The lane that is through first takes steps from
-//! the end of the other. Two short steps can't stand a busy machine: they run behind both lanes.
+//! The first lane computes, and keeps all processors busy most of the time. The second lane drives
+//! boards, browsers and other programs, and waits for them most of the time. In sequence they left
+//! a quarter of two processors idle; in parallel they leave a tenth. A lane that has finished takes
+//! steps from the end of the other. Two short steps don't tolerate a busy machine: they run after
+//! both lanes.
 //!
-//! On a busy machine a wait may be too short: such steps run once more if they fail, when all others
-//! have ended.
+//! On a busy machine a timeout may be too short. Steps with timeouts run once more if they fail,
+//! after all others have ended.
 
 use std::collections::VecDeque;
 use std::iter;
@@ -26,8 +27,8 @@ use super::Step;
 use super::apart::{self, Said};
 use crate::workspace::Workspace;
 
-/// The second lane, in this order: first those that take no firmware, as the first lane builds it
-/// meanwhile. What steps of both lanes install is installed by one at a time.
+/// The second lane, in this order: first the steps that need no firmware, while the first lane
+/// builds it. Installations by steps of both lanes are locked against each other.
 const SECOND: &[&str] = &[
     "python",
     "wasm",
@@ -41,10 +42,12 @@ const SECOND: &[&str] = &[
     "page-chip",
 ];
 
-/// Behind both lanes: a chip that is simulated in real time, and a boot loader that waits for a second.
+/// The steps after both lanes: a chip that is simulated in real time, and a boot loader that waits
+/// for a second.
 const ALONE: &[&str] = &["uno", "flash"];
 
-/// Steps with waits by the clock of this machine: one that fails runs once more, and the summary says so.
+/// Steps with timeouts by this machine's clock. If one fails, it runs once more, and the summary
+/// says so.
 const BY_THE_CLOCK: &[&str] = &[
     "unit",
     "qemu",
@@ -60,17 +63,17 @@ const BY_THE_CLOCK: &[&str] = &[
     "api",
 ];
 
-/// How a step ended.
+/// The result of a step.
 pub struct Ended {
     /// Its name.
     pub name: &'static str,
     /// Whether it passed, at the first or at the second run.
     pub passed: bool,
-    /// The same in words.
+    /// The result in words.
     pub verdict: &'static str,
-    /// Of all its runs.
+    /// The time of all its runs.
     pub time: Duration,
-    /// The last lines of a run that failed, of the first.
+    /// The last lines of the first failed run.
     pub last: Vec<String>,
 }
 
@@ -88,7 +91,7 @@ impl Ended {
         Ended { name, passed, verdict, time, last }
     }
 
-    /// Runs it once more if it failed, and another run tells more.
+    /// Runs the step once more if it failed and depends on the clock.
     fn again(self, run: &impl Fn(&str) -> Result<Said>) -> Ended {
         if self.passed || !BY_THE_CLOCK.contains(&self.name) {
             return self;
@@ -100,7 +103,7 @@ impl Ended {
     }
 }
 
-/// Runs a step. One that can't be started has failed, and the others go on.
+/// Runs a step. A step that can't be started has failed, and the others continue.
 fn timed(name: &str, run: &impl Fn(&str) -> Result<Said>) -> (Said, Duration) {
     let start = Instant::now();
     let said =
@@ -108,10 +111,11 @@ fn timed(name: &str, run: &impl Fn(&str) -> Result<Said>) -> (Said, Duration) {
     (said, start.elapsed())
 }
 
-/// Runs these steps, each in a process of its own, whatever fails; how they ended, in the order given.
+/// Runs these steps, each in a separate process, also after failures. Returns the results in the
+/// given order.
 ///
 /// # Errors
-/// This program is not to be found.
+/// The path of this program can't be determined.
 pub fn run(steps: &[&Step]) -> Result<Vec<Ended>> {
     let program = apart::program()?;
     let names: Vec<_> = steps.iter().map(|step| step.name).collect();
@@ -139,12 +143,13 @@ fn lanes(names: &[&'static str], processors: usize) -> Vec<Vec<&'static str>> {
     [first, second].into_iter().filter(|lane| !lane.is_empty()).collect()
 }
 
-/// The next step of a lane: its own, or the last one of another.
+/// The next step of a lane, or the last one of another lane.
 fn next(left: &mut [VecDeque<&'static str>], lane: usize) -> Option<&'static str> {
     left[lane].pop_front().or_else(|| left.iter_mut().find_map(VecDeque::pop_back))
 }
 
-/// Runs all lanes, then the others, then once more what is worth it; in the order of `names`.
+/// Runs all lanes, then the single steps, then repeats those that depend on the clock. Returns the
+/// results in the order of `names`.
 fn side_by_side(
     lanes: &[Vec<&'static str>],
     names: &[&'static str],
@@ -174,8 +179,8 @@ mod tests {
     use super::super::STEPS;
     use super::*;
 
-    /// What becomes of steps that fail so often first: whether each passed, how often it ran, the lines that
-    /// are repeated, and the verdict.
+    /// The results of steps that fail this often at first: whether each passed, how often it ran,
+    /// the repeated lines, and the verdict.
     fn fail(times: &[(&'static str, u32)]) -> Vec<(bool, u32, Vec<String>, &'static str)> {
         let runs = Mutex::new(HashMap::new());
         let names: Vec<_> = times.iter().map(|&(name, _)| name).collect();

@@ -1,4 +1,4 @@
-//! What a user builds from: the packages, the installed command, the library as a dependency.
+//! Checks what users build from: the packages, the installed command, the library as a dependency.
 
 use std::fs;
 use std::process::Command;
@@ -7,13 +7,13 @@ use anyhow::{Context, Result, bail, ensure};
 
 use crate::workspace::{self, Workspace, line, output};
 
-/// All packages that ship can be published; the command can be installed; the dependency and
-/// the law of the README make a program.
+/// Checks that all packages that ship can be published, the command can be installed, and the
+/// dependency and the law of the README make a program.
 pub fn run(ws: &Workspace) -> Result<()> {
-    // Not compiled once more: the other steps do that.
+    // Without compiling, which the other steps do.
     let flags = ["--no-verify", "--allow-dirty", "--color=never"];
     clean(ws.cargo(["publish", "--dry-run", "--workspace"]).args(flags))?;
-    // Outside of the workspace, so its dependencies would have to be published first.
+    // This crate is outside the workspace, so its dependencies would have to be published first.
     let avr = ws.root.join("crates/stepwright-avr/Cargo.toml");
     clean(
         ws.cargo(["package", "--exclude-lockfile", "--manifest-path"])
@@ -26,7 +26,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     depend(ws)
 }
 
-/// Runs cargo, and takes no warning.
+/// Runs cargo. A warning is an error.
 fn clean(command: &mut Command) -> Result<()> {
     eprintln!("$ {}", line(command));
     let out = command.output()?;
@@ -39,7 +39,7 @@ fn clean(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// As the guide has it; what the step `unit` has built is taken.
+/// Installs as in the guide, with the build of the step `unit`.
 fn install(ws: &Workspace) -> Result<()> {
     let root = ws.target.join("xtask/install");
     if root.exists() {
@@ -66,7 +66,7 @@ fn depend(ws: &Workspace) -> Result<()> {
         fs::remove_dir_all(&folder)?;
     }
     fs::create_dir_all(folder.join("mine/src"))?;
-    // Beside a folder of another name.
+    // The checkout's folder may have another name.
     ensure!(line.contains("\"../stepwright/"), "the dependency is not in the checkout beside");
     let line = line.replace("../stepwright/", &format!("{}/", ws.root.display()));
     fs::write(

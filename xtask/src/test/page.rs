@@ -1,5 +1,5 @@
-//! A browser drives the page of `stepwright serve`: Playwright from npm, with the Chromium
-//! that the system has.
+//! Tests the page of `stepwright serve` in a browser: Playwright from npm, with the system's
+//! Chromium.
 
 use std::env;
 use std::fs;
@@ -13,20 +13,20 @@ use crate::firmware::{Board, Build};
 use crate::workspace::{self, Workspace, run_within, succeeds};
 use crate::{node, page, rig, setup};
 
-/// Each script takes a minute on an idle machine.
+/// The time limit of a script, which takes a minute on an idle machine.
 const LIMIT: Duration = Duration::from_secs(600);
 
-/// What a Chromium is called.
+/// The names of Chromium's program.
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
-/// Where a browser is: Playwright takes no bare name.
+/// The path of a browser; Playwright needs a path.
 fn browser() -> Option<PathBuf> {
     let path = env::var_os("PATH")?;
     let places = env::split_paths(&path).flat_map(|folder| BROWSERS.map(|name| folder.join(name)));
     places.into_iter().find(|place| place.is_file() && succeeds(place, &["--version"]))
 }
 
-/// What every script of the page takes.
+/// The tools of the page's scripts.
 struct Driver<'a> {
     ws: &'a Workspace,
     browser: PathBuf,
@@ -35,7 +35,7 @@ struct Driver<'a> {
 }
 
 impl<'a> Driver<'a> {
-    /// Nothing, if there is no browser.
+    /// Prepares the tools; `None` if there is no browser.
     fn prepare(ws: &'a Workspace) -> Result<Option<Driver<'a>>> {
         if browser().is_none()
             && let Err(error) = setup::ensure(&[setup::CHROMIUM])
@@ -43,7 +43,7 @@ impl<'a> Driver<'a> {
             println!("{error:#}");
         }
         let Some(browser) = browser() else {
-            // Where the tests count, a page that nobody has looked at is a failure.
+            // In CI, a page that was not tested is a failure.
             ensure!(env::var_os("CI").is_none(), "there is no browser to test the page with");
             println!("skipped: there is no browser here, and none can be installed");
             return Ok(None);
@@ -72,7 +72,7 @@ impl<'a> Driver<'a> {
     }
 }
 
-/// The files that are carried are the right ones, and the page does what it shows.
+/// Checks that the carried files are the right ones, and tests the page.
 pub fn run(ws: &Workspace) -> Result<()> {
     page::check(ws)?;
     let Some(driver) = Driver::prepare(ws)? else { return Ok(()) };
@@ -85,7 +85,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     compile(ws, &copied)
 }
 
-/// The page at a simulated Uno, held against the chip's pins.
+/// Tests the page with a simulated Uno, against the chip's pins.
 pub fn run_chip(ws: &Workspace) -> Result<()> {
     let Some(driver) = Driver::prepare(ws)? else { return Ok(()) };
     Build { board: Board::Uno, timer: 1, bench: false }.controller(ws)?;
@@ -93,7 +93,8 @@ pub fn run_chip(ws: &Workspace) -> Result<()> {
     driver.play("chip.mjs", &[&driver.page, &sim])
 }
 
-/// Runs what "copy as Rust" has given, against the durations that the page has shown.
+/// Runs the code from "copy as Rust", and compares its durations with those that the page has
+/// shown.
 fn compile(ws: &Workspace, copied: &Path) -> Result<()> {
     let crates = ws.root.join("crates");
     let text = format!(

@@ -1,5 +1,5 @@
-//! The firmware for a Pico in rp2040js, processor and PIO in lock-step, and the words that it gave the PIO
-//! in a second emulator.
+//! Tests the firmware for a Pico in rp2040js, processor and PIO in lock-step, and its words for the
+//! PIO in a second emulator.
 
 use std::ffi::OsString;
 use std::fs;
@@ -16,16 +16,17 @@ use crate::setup::{self, Need};
 use crate::small::SmallBoard;
 use crate::workspace::{Workspace, run as carry_out};
 
-/// What it takes.
+/// The needs of this step.
 pub const NEEDS: &[&Need] = &[setup::CROSS, setup::NODE, setup::PYTHON];
 
-/// Words that the second emulator plays: it takes some seconds for a thousand.
+/// The number of words that the second emulator plays: it takes some seconds for a thousand.
 const WORDS: &str = "10000";
 
-/// Chords of a sender's job: some five seconds of the Pico's time.
+/// The chords of a sender's job: some five seconds of the Pico's time.
 const CHORDS: u32 = 200;
 
-/// Edges at the computed cycle, halts and stops with exact counts, the controller's transcripts.
+/// Checks edges at the computed cycle, halts and stops with exact counts, and the controller's
+/// transcripts.
 pub fn run(ws: &Workspace) -> Result<()> {
     RP2040JS.prepare(ws)?;
     PIO.prepare(ws)?;
@@ -41,13 +42,14 @@ pub fn run(ws: &Workspace) -> Result<()> {
     streams(ws, &programs)?;
     let mut second = Command::new(PIO.interpreter(ws));
     carry_out(second.arg(folder.join("test/second_opinion.py")).arg(&words).arg(WORDS))?;
-    // A workspace of its own: nothing else looks at its style.
+    // A separate workspace, which no other step formats.
     carry_out(ws.cargo(["fmt", "--all", "--check"]).current_dir(&folder))?;
     let mut host = ws.cargo(["test", "--lib", "--target-dir"]);
     carry_out(host.arg(ws.target.join("rp2040-host")).current_dir(&folder))
 }
 
-/// Streamed runs: its edges are the virtual board's, it brakes by itself, and the command runs a job on it.
+/// Tests streamed runs: the edges are those of the virtual board, the Pico brakes by itself, and
+/// the command runs a job on it.
 fn streams(ws: &Workspace, programs: &Path) -> Result<()> {
     let (script, modules) = (ws.root.join("firmware/rp2040/test"), RP2040JS.modules(ws));
     let mut test = qemu::cargo(ws, "test", None);
@@ -61,13 +63,15 @@ fn streams(ws: &Workspace, programs: &Path) -> Result<()> {
     senders::on_board(ws, On::Pico, CHORDS)
 }
 
-/// The words that begin a Pico that plays streams; a file for its time follows them.
+/// The command that starts a Pico with the stream program. The path of a file for its time must be
+/// appended.
 pub fn in_its_own_time(ws: &Workspace) -> Vec<OsString> {
     let script = ws.root.join("firmware/rp2040/test/stream.cjs");
     vec!["node".into(), script.into(), ws.target.join("firmware").into(), "0".into()]
 }
 
-/// The self-test's line is what the pins show, and the command takes it; one with an edge less it refuses.
+/// Checks that the self-test's line agrees with the pins, that the command accepts it, and that it
+/// refuses a line with an edge less.
 fn selftest(ws: &Workspace, programs: &Path) -> Result<()> {
     let line = ws.target.join("pico-selftest.txt");
     let mut node = Command::new("node");

@@ -1,8 +1,8 @@
-//! The command over `--port` on a simulated chip, against the same command on the virtual board:
-//! every program that moves motors, edge by edge.
+//! Compares the command over `--port` on a simulated chip with the same command on the virtual
+//! board, edge by edge, for every program that moves motors.
 //!
-//! Positions, answers and what else is printed are other tests' (`firmware/rig/tests`); here it
-//! is the pins alone, from the words of a command line to a dump of the chip's pins.
+//! Positions, answers and other output are tested elsewhere (`firmware/rig/tests`). This step
+//! compares only the pins, from a command line to a dump of the chip's pins.
 
 mod chip;
 mod cycles;
@@ -25,60 +25,61 @@ use cycles::{PAUSE, homes, worst_of_cycles};
 use dump::Dump;
 use steps::{Step, first, levels, worst, worst_of_levels, worst_of_runs, worst_of_ways};
 
-/// An order, and on which chip.
+/// An order, and its chip.
 #[derive(Clone, Copy)]
 struct Case {
     board: Board,
-    /// In its flash.
+    /// The program in its flash.
     program: &'static str,
-    /// Of the command.
+    /// The arguments of the command.
     words: &'static str,
     how: How,
     /// The largest difference of an edge, in cycles.
     bound: f64,
 }
 
-/// What is compared.
+/// The kind of the comparison.
 #[derive(Clone, Copy)]
 enum How {
     /// The first axes, up to this one, travel to an end.
     Travel(usize),
     /// Axis 1 runs until it is stopped.
     Run,
-    /// Likewise, as long as a key is held.
+    /// Axis 1 runs as long as a key is held.
     Jog,
-    /// Axis 1 homes by these switches of the machine.
+    /// Axis 1 homes with these switches.
     Home(&'static [&'static str]),
-    /// The shield's two directions: to the order's end, or until the command ends.
+    /// The shield's two directions are compared, to the order's end or until the command ends.
     Timed { whole: bool },
-    /// The motors of a file by their names, STEP and DIR; and the machine's switches.
+    /// The motors of a file, with their STEP and DIR, and the machine's switches.
     Cycles(&'static [[&'static str; 3]], &'static [&'static str]),
-    /// Nothing moves, and this is said.
+    /// Nothing moves, and this message is printed.
     Refused(&'static str),
 }
 
-/// Between an edge and the virtual board's: other interrupts and the way into the step's.
+/// The bound of the difference to the virtual board's edge, in cycles: other interrupts, and the
+/// entry into the step interrupt.
 const ALONE: f64 = 250.0;
-/// Likewise where other axes move.
+/// The bound while other axes move.
 const BESIDE: f64 = 1_500.0;
-/// Likewise by one of Austin's laws.
+/// The bound with one of Austin's laws.
 const LAW: f64 = 40.0;
-/// Likewise by the timed driver: a question holds its interrupt off for up to 40 cycles
-/// (`firmware/rig/tests/timed_line.rs`), and an instruction under way is ended first.
+/// The bound with the timed driver: a query delays its interrupt by up to 40 cycles
+/// (`firmware/rig/tests/timed_line.rs`), and the current instruction is finished first.
 const TIMED: f64 = 48.0;
-/// Likewise in a motor cycle, and beside a leg that turns.
+/// The bounds in a motor cycle, and while another leg reverses.
 const CYCLE: f64 = 1_600.0;
 const TURNS: f64 = 6_400.0;
 
 /// STEP and DIR of a CNC shield.
 const SHIELD: [[&str; 2]; 3] = [["D2", "D5"], ["D3", "D6"], ["D4", "D7"]];
-/// What the motor shield's directions are on.
+/// The pins of the motor shield's directions.
 const COILS: [&str; 2] = ["D12", "D13"];
 const XYZ: &[[&str; 3]] = &[["X", "D2", "D5"], ["Y", "D3", "D6"], ["Z", "D4", "D7"]];
 const XY: &[[&str; 3]] = &[XYZ[0], XYZ[1]];
 /// `drawing.toml` homes X from 30 mm to its switch at -5 mm, in steps of 12.5 µm.
 const DRAWING: How = How::Cycles(XY, &["1:-2800"]);
-/// `calibrate.toml` says where they close, from 50 mm on, in steps of 12.5 µm.
+/// The positions of the switches in `calibrate.toml`, from 50 mm on, in steps of 12.5 µm.
 const CALIBRATE: How = How::Cycles(&[["X", "D2", "D5"]], &["1:-3000", "1:13600@D12"]);
 const SERIES: How = How::Cycles(
     &[
@@ -156,7 +157,7 @@ const CASES: &[Case] = &[
     case(Mega, "timed", "timed --speed 2000 --steps 4000", Timed { whole: true }, TIMED),
 ];
 
-/// Orders that another program carries out, and what is flashed for them.
+/// Orders for another program, and the program to flash for them.
 const ELSEWHERE: &[(&str, &str, &str)] = &[
     (CONTROLLER, "move 100 --law austin", "flash uno --program laws"),
     (CONTROLLER, "timed --speed 100 --steps 10", "flash uno --program timed"),
@@ -171,7 +172,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("cycles", "timed --speed 100 --steps 10", "flash uno --program timed"),
 ];
 
-/// Every case, one after another; all that fail are told.
+/// Runs all cases one after another, and reports all that fail.
 pub fn run(ws: &Workspace) -> Result<()> {
     let sim = rig::program(ws, "sim")?;
     ws.shipped()?;
@@ -214,7 +215,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
 #[derive(Default)]
 struct Worst {
     edge: f64,
-    /// Of those behind a pause.
+    /// The largest difference after a pause.
     paused: f64,
 }
 
@@ -244,15 +245,15 @@ impl Case {
         self.compare(ws, &words, &real, &ended.text)
     }
 
-    /// The command with these words, and with keys where it reads them.
+    /// Runs the command with these arguments, and with keys if it reads them.
     fn order(&self, ws: &Workspace, words: &[&str]) -> Result<Ended> {
         let Jog = self.how else { return command(ws, words) };
-        // → for 1.5 s, then the end.
+        // Holds → for 1.5 s, then ends.
         let held = ["\x1b[C"; 30];
         typed(ws, words, "q end", &[&held[..], &["q"]].concat())
     }
 
-    /// The chip's dump against what the virtual board does.
+    /// Compares the chip's dump with the virtual board.
     fn compare(&self, ws: &Workspace, words: &[&str], real: &Dump, said: &str) -> Result<Worst> {
         let file = ws.target.join("ports-virtual.vcd");
         let path = file.to_str().context("a path in UTF-8")?;
@@ -309,19 +310,19 @@ impl Case {
     }
 }
 
-/// That a command's last line is this.
+/// Checks the last line of a command's output.
 fn ends(said: &str, last: &str) -> Result<()> {
     let ended = said.lines().map(str::trim).rfind(|line| !line.is_empty()).unwrap_or_default();
     ensure!(ended.ends_with(last), "it ends {ended:?}, and not {last:?}");
     Ok(())
 }
 
-/// The first axes of a controller by its pins.
+/// The steps of a controller's first axes, from its pins.
 fn wired(dump: &Dump, axes: usize) -> Result<Vec<Vec<Step>>> {
     SHIELD[..axes].iter().map(|[step, dir]| steps::steps(dump, step, dir)).collect()
 }
 
-/// Those of a virtual board.
+/// The steps of a virtual board's first axes.
 fn axes_of(dump: &Dump, axes: usize) -> Result<Vec<Vec<Step>>> {
     (1..=axes).map(|n| steps::steps(dump, &format!("step{n}"), &format!("dir{n}"))).collect()
 }

@@ -1,12 +1,12 @@
-//! Test programs side by side.
+//! Runs test programs in parallel.
 //!
-//! `cargo test` runs one after the other. Many tests of ours are long, or wait for a clock, and leave a
-//! processor idle. Cargo builds them here, and as many as there are processors run at a time; what each
-//! prints comes in one piece when it has ended. A crate's test files are modules of one program, which is
-//! linked once: it runs once for each of them.
+//! `cargo test` runs them one after another. Many tests are long, or wait for a clock, and leave a
+//! processor idle. Here cargo builds them, and as many run at a time as there are processors; the
+//! output of each is printed in one piece at its end. The test files of a crate are modules of one
+//! program, which is linked once and runs once for each of them.
 //!
-//! Random tests draw from one seed here, so that a change is judged by the same cases as the
-//! state before it; a plain `cargo test` draws others each time.
+//! Random tests use a fixed seed here, so that a change is judged by the same cases as the state
+//! before it. A plain `cargo test` uses other seeds each time.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::env;
@@ -21,18 +21,18 @@ use serde_json::Value;
 
 use crate::workspace::{cargo_path, line, output};
 
-/// Where proptest looks for its seed, and the seed without it.
+/// The variable for proptest's seed, and its default.
 const SEED: (&str, &str) = ("PROPTEST_RNG_SEED", "20");
 
 /// A test program, or a module of one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TestProgram {
-    /// Its package's folder, and the name of the program or of the module, as people know it.
+    /// The package's folder, and the name of the program or of the module, for messages.
     pub name: String,
     program: PathBuf,
-    /// Of its tests those that run; all of them where it is empty.
+    /// The tests to run; all if empty.
     tests: Vec<String>,
-    /// Where cargo runs it.
+    /// The working directory, as with cargo.
     folder: PathBuf,
 }
 
@@ -51,7 +51,8 @@ impl TestProgram {
         command
     }
 
-    /// One for each module of the tests of a crate. The tests at the end of its own files stay together.
+    /// Splits it into one for each module of the crate's tests. The unit tests of the crate's own
+    /// files stay together.
     fn modules(self) -> Result<Vec<TestProgram>> {
         if !self.name.ends_with(ALL) {
             return Ok(vec![self]);
@@ -60,7 +61,7 @@ impl TestProgram {
         Ok(self.split(&tests))
     }
 
-    /// Likewise, of a list of its tests.
+    /// Splits it by a list of its tests.
     fn split(self, list: &str) -> Vec<TestProgram> {
         let mut modules: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         for test in list.lines().filter_map(|line| line.strip_suffix(": test")) {
@@ -77,11 +78,11 @@ impl TestProgram {
     }
 }
 
-/// How the name of a program ends that has all test files of its crate.
+/// The end of the name of a program with all test files of its crate.
 const ALL: &str = " all";
 
-/// Builds the test programs of a `cargo test`, in the order in which cargo names them, and takes them apart
-/// by modules.
+/// Builds the test programs of a `cargo test`, and splits them by modules. The order is that of
+/// cargo.
 pub fn build(cargo: &mut Command) -> Result<Vec<TestProgram>> {
     cargo.args(["--no-run", "--message-format=json-render-diagnostics"]);
     eprintln!("$ {}", line(cargo));
@@ -100,7 +101,7 @@ pub fn build(cargo: &mut Command) -> Result<Vec<TestProgram>> {
     Ok(programs)
 }
 
-/// The test program that a message of cargo's tells of.
+/// The test program in a message of cargo.
 fn program(message: &Value) -> Option<TestProgram> {
     if message["reason"] != "compiler-artifact" || message["profile"]["test"] != true {
         return None;
@@ -116,19 +117,19 @@ fn program(message: &Value) -> Option<TestProgram> {
     })
 }
 
-/// A program that failed: its name, itself, and its last lines.
+/// A failed program: its name, its command, and its last lines.
 type Failed = (String, Command, String);
 
-/// Runs them all, whatever fails.
+/// Runs all programs, also after failures.
 ///
 /// # Errors
-/// The names of those that failed, and the last lines of each.
+/// The names of the failed programs, and the last lines of each.
 pub fn run(commands: Vec<(String, Command)>) -> Result<()> {
     verdict(beside(commands, thread::available_parallelism().map_or(2, usize::from))?)
 }
 
-/// Likewise, of programs that go by the clock of this machine: of those that fail beside others each runs
-/// again alone, and that counts. Both outputs are printed.
+/// Like [`run`], for programs that depend on this machine's clock: each that fails beside others
+/// runs again alone, and that result counts. Both outputs are printed.
 pub fn run_by_the_clock(commands: Vec<(String, Command)>) -> Result<()> {
     let failed = beside(commands, thread::available_parallelism().map_or(2, usize::from))?;
     if !failed.is_empty() {
@@ -147,7 +148,7 @@ fn verdict(failed: Vec<Failed>) -> Result<()> {
     bail!("{ends}{} test programs failed: {}", names.len(), names.join(", "))
 }
 
-/// Runs them all, some at a time; those that fail.
+/// Runs all programs, some at a time. Returns those that fail.
 fn beside(commands: Vec<(String, Command)>, lanes: usize) -> Result<Vec<Failed>> {
     let waiting = Mutex::new(VecDeque::from(commands));
     let lane = || -> Result<Vec<Failed>> {
@@ -157,7 +158,7 @@ fn beside(commands: Vec<(String, Command)>, lanes: usize) -> Result<Vec<Failed>>
             let Some((name, mut command)) = next else { return Ok(failed) };
             let out = command.stdin(Stdio::null()).output();
             let out = out.with_context(|| format!("starting {}", line(&command)))?;
-            // In one piece each: two lanes print.
+            // Printed in one piece, because both lanes print.
             let mut text = format!("     Running {name}\n");
             text += &String::from_utf8_lossy(&out.stderr);
             text += &String::from_utf8_lossy(&out.stdout);
@@ -175,7 +176,7 @@ fn beside(commands: Vec<(String, Command)>, lanes: usize) -> Result<Vec<Failed>>
     Ok(failed.into_iter().flatten().collect())
 }
 
-/// The last lines of what a program has printed: there libtest repeats what failed.
+/// The last lines of a program's output, where libtest repeats the failures.
 fn end(text: &str) -> String {
     let lines: Vec<_> = text.lines().collect();
     let last = &lines[lines.len().saturating_sub(20)..];
@@ -242,7 +243,7 @@ mod tests {
 
     #[test]
     fn a_program_that_goes_by_the_clock_is_judged_by_its_second_run_alone() {
-        // The first run leaves a file, and fails where there is none.
+        // The first run fails, and leaves a file with which the second succeeds.
         let file = env::temp_dir().join(format!("stepwright-again-{}", std::process::id()));
         let mut once = Command::new("sh");
         once.args(["-c", "test -e \"$0\" || { touch \"$0\"; exit 1; }"]).arg(&file);

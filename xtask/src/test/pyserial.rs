@@ -1,5 +1,5 @@
-//! Masters written in Python drive the virtual board through a
-//! pseudo-terminal, as they would drive a real one through a serial port.
+//! Masters written in Python drive the virtual board through a pseudo-terminal, as with a real
+//! board at a serial port.
 
 use std::fs;
 use std::io::{self, BufRead, BufReader};
@@ -13,15 +13,15 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::python;
 use crate::workspace::{self, Guard, Workspace, output, run_within};
 
-/// With the original slave's lines, and with checksums in noise.
+/// One uses the original slave's lines, one uses checksums in noise.
 const MASTERS: [&str; 2] = ["examples/master.py", "examples/checksums.py"];
-/// The board answers at once; a loaded machine may take a while to start it.
+/// The time limit of the board's first answer, which comes at once unless the machine is loaded.
 const BOARD_LIMIT: Duration = Duration::from_secs(20);
-/// The master moves a motor in real time.
+/// The time limit of a master, which moves a motor in real time.
 const MASTER_LIMIT: Duration = Duration::from_secs(180);
 
-/// `stepwright board --pty` says `pty PATH` first; then `master.py PATH`, and the others
-/// behind it, end with 0 if all went as it should.
+/// `stepwright board --pty` prints `pty PATH` first. Then `master.py PATH` and the other masters
+/// must end with status 0.
 pub fn run(ws: &Workspace) -> Result<()> {
     python::SERIAL.prepare(ws)?;
     ws.shipped()?;
@@ -37,8 +37,8 @@ pub fn run(ws: &Workspace) -> Result<()> {
     );
     let mut stdout = BufReader::new(board.0.stdout.take().context("the board has no stdout")?);
 
-    // A thread, because a read can't be given a time limit. Then it carries
-    // what else the board says, so that the board never waits for a reader.
+    // A thread, because a read can't have a time limit. Afterwards it passes on the board's output,
+    // so that the board never waits for a reader.
     let (tell, hear) = mpsc::channel();
     let carrier = thread::spawn(move || {
         let mut line = String::new();
@@ -63,13 +63,13 @@ pub fn run(ws: &Workspace) -> Result<()> {
     }
     the_guides_own(ws, path)?;
     together(ws, path)?;
-    // Its last words come before ours.
+    // The board's last output comes before that of this program.
     drop(board);
     let _ = carrier.join();
     Ok(())
 }
 
-/// A server, the command and a Python program at this port at once.
+/// Runs a server, the command and a Python program at this port at once.
 fn together(ws: &Workspace, port: &str) -> Result<()> {
     let script = ws.root.join("crates/stepwright-cli/tests/together/together.py");
     let mut script_at = Command::new(python::SERIAL.interpreter(ws));
@@ -77,7 +77,7 @@ fn together(ws: &Workspace, port: &str) -> Result<()> {
     run_within(MASTER_LIMIT, &mut script_at)
 }
 
-/// The program of the guide's page, at this port: it moves the motor, and prints where it is.
+/// Runs the program of the guide's page at this port: it moves the motor, and prints its position.
 fn the_guides_own(ws: &Workspace, port: &str) -> Result<()> {
     let page = fs::read_to_string(ws.root.join("docs/guide/src/serial-line.md"))?;
     let program = page.split("```python\n").nth(1).and_then(|rest| rest.split("```").next());

@@ -1,5 +1,5 @@
-//! The Python package: its wheel is built, put into a clean environment, and tried there on virtual
-//! boards, in the process and behind a pseudo-terminal, and on a simulated Uno.
+//! Tests the Python package: builds its wheel, installs it in a clean environment, and tests it on
+//! virtual boards, in the process and behind a pseudo-terminal, and on a simulated Uno.
 
 use std::env;
 use std::fs;
@@ -15,22 +15,22 @@ use crate::program::Program;
 use crate::workspace::{self, Guard, Workspace, run_within};
 use crate::{node, python, rig, ticks};
 
-/// An example is something to read and try: it has to be done soon, on a loaded machine, too.
+/// The time limit of an example, which must be quick, also on a loaded machine.
 const EXAMPLE_LIMIT: Duration = Duration::from_secs(60);
-/// All tests.
+/// The time limit of all tests.
 const TESTS_LIMIT: Duration = Duration::from_secs(480);
-/// A task of a lab is a script of this many lines of code at most.
+/// The most lines of code of a script for a task in a lab.
 const SHORT: usize = 15;
 
-/// The programs of a simulated Uno besides the controller that the tests try.
+/// The programs of a simulated Uno besides the controller that are tested.
 const PROGRAMS: [&str; 4] = ["laws", "transitions", "power-term", "cycles"];
 
-/// Travels of each law that chips make for the tests: a Cortex-M3 as many as are compared with the
-/// command's, an AVR, whose simulator takes most of a second for one of each law, some.
+/// The travels of each law on chips for the tests: on a Cortex-M3 as many as are compared with the
+/// command's, on an AVR fewer, whose simulator takes most of a second for one travel of each law.
 const TRAVELS: [(&str, u32); 2] = [("avr", 40), ("cortex-m3", 1_000)];
 
-/// Builds the wheel; runs every example on each kind of board without any other package, then the
-/// tests and the check of the types with numpy beside it.
+/// Builds the wheel. Runs every example on each kind of board without any other package, then the
+/// tests and the type check with numpy.
 pub fn run(ws: &Workspace) -> Result<()> {
     python::MOTION.prepare(ws)?;
     let tools = python::MOTION.interpreter(ws);
@@ -38,7 +38,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     let wheel = build(ws, &tools)?;
     let uno = Build { board: Board::Uno, timer: 1, bench: false };
     let firmware = uno.controller(ws)?.elf;
-    // It has S-curves.
+    // The Mega has S-curves.
     Build { board: Board::Mega, ..uno }.controller(ws)?;
     for program in PROGRAMS {
         uno.make(ws, &Program::named(ws, program)?)?;
@@ -59,7 +59,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     let python = ws.root.join("python");
     let mut tests = Command::new(&tools);
     tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(python.join("tests"));
-    // From elsewhere: the package is the installed one, not the folder beside the tests.
+    // In another folder, so that the installed package is used, not the folder beside the tests.
     rig::with_firmware(ws, &mut tests);
     tests.env("STEPWRIGHT_COMMAND", &command).env("STEPWRIGHT_SIM", &sim);
     tests.env("STEPWRIGHT_TICKS", env::join_paths(ticks::compare(ws, &TRAVELS)?)?);
@@ -77,7 +77,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     workspace::run(types.arg("stepwright_motion").current_dir(&python))
 }
 
-/// Measures how long a plan takes to become an array.
+/// Measures the time to make a plan into an array.
 pub fn bench(ws: &Workspace, check: bool) -> Result<()> {
     python::MOTION.prepare(ws)?;
     let tools = python::MOTION.interpreter(ws);
@@ -91,9 +91,10 @@ pub fn bench(ws: &Workspace, check: bool) -> Result<()> {
     workspace::run(&mut bench)
 }
 
-/// Builds the wheel, and gives its path.
+/// Builds the wheel. Returns its path.
 fn build(ws: &Workspace, tools: &Path) -> Result<PathBuf> {
-    // In the folder of the command, which has the same release profile and most of the packages.
+    // In the target folder of the command, which has the same release profile and most of the
+    // packages.
     let (target, python) = (&ws.target, ws.root.join("python"));
     let wheels = target.join("wheels");
     if wheels.exists() {
@@ -118,7 +119,7 @@ fn install(python: &Path, wheel: &Path, options: &[&str]) -> Result<()> {
     workspace::run(pip.arg(wheel))
 }
 
-/// The numbered examples in their order, each of them short.
+/// The numbered examples in order. Checks that each is short.
 fn scripts(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut scripts = Vec::new();
     for entry in fs::read_dir(folder)? {
@@ -136,8 +137,8 @@ fn scripts(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(scripts)
 }
 
-/// Runs a script on a virtual board of its own, and on each of these boards, all at once. They are
-/// commands that say `pty PATH` first.
+/// Runs a script on a new virtual board, and on each of these boards, all at once. The boards are
+/// commands that print `pty PATH` first.
 fn try_example(
     python: &Path,
     script: &Path,
@@ -167,7 +168,7 @@ fn try_example(
     Ok(())
 }
 
-/// Begins a board, and gives its port. It has a switch, for the script that looks for it.
+/// Starts a board with a switch, for the script that homes. Returns its port.
 fn begin(program: &Path, words: &[&str]) -> Result<(Guard, String)> {
     let mut board = Command::new(program);
     board.args(words).args(["--switch", "1:-300"]);

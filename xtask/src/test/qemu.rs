@@ -1,4 +1,4 @@
-//! The firmware for chips of 32 bits on boards that QEMU simulates.
+//! Tests the firmware for 32-bit chips on boards that QEMU simulates.
 
 use anyhow::Result;
 
@@ -8,8 +8,8 @@ use crate::qemu;
 use crate::small::SmallBoard;
 use crate::workspace::{Workspace, run};
 
-/// The controller answers and steps as the virtual board, and the step timers keep their contract;
-/// no figure is worse than the stored one.
+/// Checks that the controller answers and steps like the virtual board, that the step timers keep
+/// their contract, and that no figure is worse than the stored one.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     let root = qemu::prepare(ws)?;
     for board in SmallBoard::all(ws)?.iter().filter(|board| board.in_qemu) {
@@ -17,7 +17,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     }
     qemu::plugin(ws)?;
     let mut test = qemu::cargo(ws, "test", root.as_deref());
-    // The plugin's too.
+    // Including the plugin's tests.
     let built = programs::build(test.args(["--release", "--workspace"]))?;
     let commands = built.iter().map(|program| {
         let mut command = program.command();
@@ -29,7 +29,8 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
     let mut controller = ws.cargo(["test", "--target-dir"]);
     controller.arg(ws.target.join("qemu")).current_dir(ws.root.join("firmware/controller"));
     run(controller.args(["--release", "--lib"]))?;
-    // Workspaces of their own: nothing else looks at their style. The boards' is the step `chips`.
+    // Separate workspaces, which no other step formats. The boards' workspaces are in the step
+    // `chips`.
     for folder in ["qemu", "controller"] {
         let folder = ws.root.join("firmware").join(folder);
         run(ws.cargo(["fmt", "--all", "--check"]).current_dir(&folder))?;

@@ -1,5 +1,4 @@
-//! The firmwares do what they should on the simulated chip, and their figures
-//! hold.
+//! Tests the firmwares on the simulated chip, and their figures.
 
 use anyhow::{Context, Result};
 
@@ -8,10 +7,10 @@ use crate::firmware::{Board, Build};
 use crate::workspace::{Workspace, run};
 use crate::{bench, node, rig};
 
-/// The same tests on both chips, and some of them on the Mega's other timers.
+/// Runs the same tests on both chips, and some of them on the Mega's other timers.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     node::AVR8JS.prepare(ws)?;
-    // One of them has the command talk to the chip.
+    // One test lets the command talk to the chip.
     ws.shipped()?;
     for board in [Board::Uno, Board::Mega] {
         rig::firmware(ws, board, false)?;
@@ -31,8 +30,8 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
             commands.push((format!("{}, {}", program.name, board.name()), command));
         }
     }
-    // Another step timer is other registers and another vector, and all else is
-    // the same: what looks at every edge, and the line, tell.
+    // Another step timer has other registers and another vector, and all else is the same. The
+    // tests of every edge and of the line cover that.
     for timer in TIMERS {
         for name in ["rig virtual_board", "rig conversation"] {
             let program = built.iter().find(|program| program.name == name);
@@ -44,7 +43,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
         }
     }
     programs::run(commands)?;
-    // It is a workspace of its own: nothing else looks at its style.
+    // A separate workspace, which no other step formats.
     run(rig::cargo(ws, "clippy").args(["--release", "--all-targets", "--", "-D", "warnings"]))?;
     let mut fmt = ws.cargo(["fmt", "--all", "--check"]);
     run(fmt.current_dir(ws.root.join("firmware/rig")))
@@ -53,7 +52,7 @@ pub fn run_tests(ws: &Workspace) -> Result<()> {
 /// The Mega's other 16-bit timers.
 const TIMERS: [u8; 3] = [3, 4, 5];
 
-/// The conversation with a simulated Uno alone.
+/// Runs the conversation with a simulated Uno only.
 pub fn run_one(ws: &Workspace) -> Result<()> {
     let build = Build { board: Board::Uno, timer: 1, bench: false };
     build.controller(ws)?;
@@ -62,7 +61,7 @@ pub fn run_one(ws: &Workspace) -> Result<()> {
     run(cargo.env("STEPWRIGHT_BOARD", Board::Uno.name()))
 }
 
-/// No figure is worse than the stored one.
+/// Checks that no figure is worse than the stored one.
 pub fn run_bench(ws: &Workspace) -> Result<()> {
     bench::avr(ws, true)
 }

@@ -1,4 +1,4 @@
-//! A dump of the virtual board's edges, read by a foreign logic analyser: sigrok-cli with
+//! Checks a dump of the virtual board's edges with an independent logic analyser: sigrok-cli with
 //! its decoder of STEP and DIR.
 
 use std::process::Command;
@@ -9,10 +9,10 @@ use crate::workspace::{self, Workspace, output};
 
 /// Steps of the move, and its top speed in steps/s.
 const MOVE: (i64, f64) = (1500, 1000.0);
-/// A tick of 16 MHz in the dump's unit: the decoder gets a sample a tick.
+/// A tick of 16 MHz in the dump's unit: the decoder gets one sample for each tick.
 const SAMPLES: &str = "vcd:downsample=625";
 
-/// The decoder counts every step, from 0, and sees no speed above the top speed.
+/// Checks that the decoder counts every step, from 0, and sees no speed above the top speed.
 pub fn run(ws: &Workspace) -> Result<()> {
     let command = ws.shipped()?;
     let dump = ws.root.join("target/sigrok.vcd");
@@ -29,7 +29,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     };
     let positions = numbers(" steps");
     let last = positions.last().context("sigrok-cli saw no step")?;
-    // It says a place once it has a speed, so from the second step on, which is 1.
+    // The decoder prints a position once it has a speed, so from the second step on, which is 1.
     let most = MOVE.0 - 1;
     ensure!(positions.len() as i64 == most && *last == most as f64, "the last is {last}");
     let fastest = numbers(" steps/s").into_iter().fold(0.0, f64::max);

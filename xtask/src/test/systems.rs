@@ -1,12 +1,12 @@
-//! The tests that docs/systems.md names: each file is there, and each test in it.
+//! Checks the tests that docs/systems.md names: each file exists, and contains each test.
 //!
-//! In the last cell of a row a file stands by its path, or by its name beside the one before it;
-//! behind it the beginnings of tests' names.
+//! The last cell of a row has files, each by its path or by its name beside the file before it,
+//! followed by the beginnings of tests' names.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where a path of the page leads.
+/// The file of a path of the page.
 fn place(root: &Path, name: &str) -> PathBuf {
     match name.strip_prefix("rig/") {
         Some(rest) => root.join("firmware/rig").join(rest),
@@ -14,7 +14,7 @@ fn place(root: &Path, name: &str) -> PathBuf {
     }
 }
 
-/// What is wrong with a row's last cell.
+/// The fault of a row's last cell.
 fn fault(root: &Path, cell: &str) -> Option<String> {
     let mut last: Option<PathBuf> = None;
     for name in cell.split('`').skip(1).step_by(2) {

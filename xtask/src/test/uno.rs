@@ -1,5 +1,5 @@
-//! `examples/uno.sh`: a motor of a simulated Uno, moved by the command from two terminals. Then
-//! the commands of the guide, on the same chip.
+//! Runs `examples/uno.sh`: the command moves a motor of a simulated Uno from two terminals. Then
+//! runs the commands of the guide on the same chip.
 
 use std::env;
 use std::process::Command;
@@ -11,7 +11,7 @@ use crate::firmware::{Board, Build};
 use crate::rig;
 use crate::workspace::{self, Workspace, run_within};
 
-/// It moves in real time for half a minute.
+/// The time limit; the motor moves in real time for half a minute.
 const LIMIT: Duration = Duration::from_secs(300);
 
 /// The script checks its results itself.

@@ -1,5 +1,5 @@
-//! The page's planner says what the host says, delay for delay; its virtual board does what the
-//! command's does, tick for tick; and its host library drives that board.
+//! Checks that the page's planner agrees with the host's, delay for delay, that its virtual board
+//! agrees with the command's, tick for tick, and that its host library drives that board.
 
 use std::fs::{self, File};
 use std::process::{Command, Stdio};
@@ -9,12 +9,12 @@ use anyhow::{Result, ensure};
 use crate::wasm;
 use crate::workspace::{Workspace, line, output, run};
 
-/// Moves of each law.
+/// The moves of each law.
 const MOVES: &str = "10000";
 
-/// The modules that are carried were built from the code, need nothing from the page, stand any
-/// number; the first plans as the host does, the second is the board of the command, the third moves
-/// it.
+/// Checks that the carried modules were built from the present code, import nothing from the page,
+/// and tolerate any number; that the first plans like the host, the second is the board of the
+/// command, and the third moves it.
 pub fn run_tests(ws: &Workspace) -> Result<()> {
     wasm::check(ws)?;
     let folder = ws.target.join("wasm");

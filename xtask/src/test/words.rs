@@ -1,4 +1,4 @@
-//! One name for one thing, plain words, short files: what can be checked of the style.
+//! Checks the style: one name for one thing, plain words, short files.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,8 +8,8 @@ use anyhow::{Context, Result, bail};
 
 use crate::workspace::Workspace;
 
-/// Words and phrases that a reader of English stumbles over, and plain ones. A word stands for
-/// all that begin with it.
+/// Words and phrases that are hard to read, and plain ones. A word stands for all that begin with
+/// it.
 const WORDS: &[(&str, &str)] = &[
     ("reckon", "compute"),
     ("gather", "accumulate"),
@@ -81,7 +81,7 @@ const PAIRS: &[(&str, &str)] = &[
 /// The most lines of a source file.
 const LONGEST: usize = 600;
 
-/// The checks, all of them, before one verdict.
+/// Runs all checks before the verdict.
 pub fn run(ws: &Workspace) -> Result<()> {
     let mut files = Vec::new();
     for folder in ["crates", "docs", "examples", "firmware", "python", "xtask"] {
@@ -100,7 +100,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
             _ => continue,
         };
         let text = fs::read_to_string(&file).with_context(|| name.clone())?;
-        // This file has them all in its table.
+        // This file has all these words in its table.
         if !name.ends_with("test/words.rs") {
             faults.extend(words(&text, code).into_iter().map(|fault| format!("{name}:{fault}")));
         }
@@ -121,7 +121,7 @@ pub fn run(ws: &Workspace) -> Result<()> {
     if faults.is_empty() { Ok(()) } else { bail!("{} faults of style", faults.len()) }
 }
 
-/// Files under a folder, but for what was built.
+/// Collects the files under a folder, except build outputs.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();
@@ -134,7 +134,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
     Ok(())
 }
 
-/// Whether users can depend on what this file belongs to.
+/// Whether this file is part of a library for users.
 fn is_library(root: &Path, name: &str) -> bool {
     let mut parts = name.split('/');
     let (Some("crates"), Some(own), Some("src")) = (parts.next(), parts.next(), parts.next())
@@ -142,11 +142,11 @@ fn is_library(root: &Path, name: &str) -> bool {
         return false;
     };
     let src = root.join("crates").join(own).join("src");
-    // The stress is a tool of the tests.
+    // `stepwright-stress` is a tool of the tests.
     own != "stepwright-stress" && src.join("lib.rs").exists()
 }
 
-/// Lines with a word of the list: in prose, which in code is the comments.
+/// The lines with a word of the list: in prose, which is the comments in code.
 fn words(text: &str, code: bool) -> Vec<String> {
     let mut faults = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
@@ -178,7 +178,7 @@ fn public_types(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Names that stand twice without a reason, and reasons without a name.
+/// Names that occur twice without a reason, and reasons for names that don't.
 fn names(types: &BTreeMap<String, Vec<String>>, pairs: &[(&str, &str)]) -> Vec<String> {
     let is_paired = |name: &str| pairs.iter().any(|(pair, _)| *pair == name);
     let twice = types.iter().filter(|(name, files)| files.len() > 1 && !is_paired(name));

@@ -1,4 +1,4 @@
-//! A simulated chip with a program in it, behind a port, and the command that orders it.
+//! A simulated chip with a program, behind a port, and the command that drives it.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Write};
@@ -13,9 +13,10 @@ use super::dump::Dump;
 use crate::firmware::Board;
 use crate::workspace::{Guard, Workspace, line};
 
-/// The longest case takes 30 simulated seconds, a fifth of that where nothing else runs.
+/// The time limit: the longest case takes 30 simulated seconds, a fifth of that in real time if
+/// nothing else runs.
 const LIMIT: Duration = Duration::from_secs(240);
-/// For a simulator to write the end of its dump.
+/// The time limit for a simulator to finish its dump.
 const END: Duration = Duration::from_secs(20);
 
 /// What a command printed, and its exit status.
@@ -24,12 +25,12 @@ pub struct Ended {
     pub text: String,
 }
 
-/// Runs the command with these words; what it says goes to a file below `target`.
+/// Runs the command with these arguments. Its output goes to a file below `target`.
 pub fn command(ws: &Workspace, words: &[&str]) -> Result<Ended> {
     let said = ws.target.join("ports.txt");
     let file = File::create(&said)?;
     let mut command = Command::new(ws.command());
-    // No machine file of the user's.
+    // Without the user's machine file.
     command.args(words).env("STEPWRIGHT_MACHINE", "none").current_dir(&ws.root);
     command.stdin(Stdio::null());
     command.stdout(file.try_clone()?).stderr(file);
@@ -42,9 +43,9 @@ pub fn command(ws: &Workspace, words: &[&str]) -> Result<Ended> {
     }
 }
 
-/// Runs the command on a terminal of its own, which `script` of Debian's essential bsdutils
-/// makes; the keys are pressed once it has said `begun`, 50 ms apart, as terminals repeat one that
-/// is held.
+/// Runs the command on a separate terminal, made by `script` of Debian's essential bsdutils. The
+/// keys are pressed once the command has printed `begun`, 50 ms apart, like the repeats of a held
+/// key.
 pub fn typed(ws: &Workspace, words: &[&str], begun: &str, keys: &[&str]) -> Result<Ended> {
     let said = ws.target.join("ports.txt");
     let quoted: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
@@ -68,25 +69,25 @@ pub fn typed(ws: &Workspace, words: &[&str], begun: &str, keys: &[&str]) -> Resu
         hand.write_all(key.as_bytes())?;
         sleep(Duration::from_millis(50));
     }
-    // Its input stays open until it has ended: an end of it is a key too.
+    // The input stays open until the command has ended, because its end counts as a key.
     match child.wait_within(LIMIT)? {
         Some(status) => Ok(Ended { status: status.code(), text: text()? }),
         None => bail!("{words} does not end:\n{}", text()?),
     }
 }
 
-/// A simulator while it runs.
+/// A running simulator.
 pub struct SimChip {
     sim: Guard,
-    /// Its summary goes there.
+    /// The output of its summary.
     _out: BufReader<ChildStdout>,
     port: String,
     dump: PathBuf,
 }
 
 impl SimChip {
-    /// Switches a board on that runs the program `elf`, with these limit switches, as fast as
-    /// this machine can.
+    /// Switches on a board with the program `elf` and these limit switches, as fast as this machine
+    /// can.
     pub fn new(
         ws: &Workspace,
         sim: &Path,
@@ -112,12 +113,12 @@ impl SimChip {
         Ok(SimChip { port: port.to_owned(), sim, _out: out, dump })
     }
 
-    /// What the command opens.
+    /// The port for the command.
     pub fn port(&self) -> &str {
         &self.port
     }
 
-    /// Switches it off; what its pins did.
+    /// Switches the board off. Returns the dump of its pins.
     pub fn end(mut self) -> Result<Dump> {
         let mut acts = self.sim.0.stdin.take().context("the simulator's input")?;
         writeln!(acts, "end")?;

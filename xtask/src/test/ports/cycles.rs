@@ -1,27 +1,28 @@
-//! A cycle file on the chip against the virtual board's csv: each cycle of it by itself, for
-//! the command takes its time between two.
+//! Compares a cycle file on the chip with the virtual board's csv, each cycle separately, because
+//! the command pauses between cycles.
 
 use anyhow::{Context, Result, ensure};
 
 use super::steps::{Step, first, worst};
 
-/// Cycles of a µs.
+/// The cycles of a µs.
 const MICRO: f64 = 16.0;
-/// The largest difference of a step behind a pause, which the main loop begins and ends: 1 ms.
+/// The largest difference of a step after a pause, which the main loop begins and ends: 1 ms.
 pub const PAUSE: f64 = 16_000.0;
 
-/// The most that a part of a homing begins late in all: the main loop comes to it between two
-/// bytes of its answers, three times.
+/// The largest total delay of a part of a homing: the main loop begins it between two bytes of its
+/// answers, three times.
 const PARTS: f64 = 240_000.0;
 
-/// A cycle of the virtual board: the steps of each motor, and when it was paused and resumed.
+/// A cycle of the virtual board: the steps of each motor, and the times of its pause and
+/// resumption.
 struct Segment {
     steps: Vec<Vec<Step>>,
     paused: f64,
     resumed: f64,
 }
 
-/// The cycles of a file, by what `--format csv` prints, with the motors of these names.
+/// Parses the cycles of a file from the output of `--format csv`, for the motors of these names.
 fn segments(csv: &str, names: &[&str]) -> Result<Vec<Segment>> {
     let mut lines = csv.lines();
     ensure!(lines.next() == Some("time_us,motor,event,value,position"), "no csv:\n{csv}");
@@ -54,8 +55,8 @@ pub fn homes(file: &str) -> Vec<bool> {
     file.split("[[cycle]]").skip(1).map(|cycle| cycle.trim_start().starts_with("home =")).collect()
 }
 
-/// The parts of a homing: there, back, there again. The main loop begins each, so it counts from
-/// its own first step; the largest difference of a step.
+/// Compares the parts of a homing: there, back, there again. The main loop begins each part, so its
+/// times count from its own first step. Returns the largest difference of a step.
 fn worst_of_homing(real: &[Step], ideal: &[Step], begun: (f64, f64)) -> Result<f64> {
     ensure!(real.len() == ideal.len(), "{} steps instead of {}", real.len(), ideal.len());
     let (mut at, mut edge) = (0, 0f64);
@@ -70,11 +71,11 @@ fn worst_of_homing(real: &[Step], ideal: &[Step], begun: (f64, f64)) -> Result<f
     Ok(edge)
 }
 
-/// The largest difference of a step, and of one behind a pause, in cycles. `homes` says which
+/// The largest difference of a step, and of a step after a pause, in cycles. `homes` tells which
 /// cycles are homings.
 ///
 /// # Errors
-/// There are more or fewer steps, or one leads another way.
+/// The number or the directions of the steps differ.
 pub fn worst_of_cycles(
     real: &[Vec<Step>],
     csv: &str,
@@ -102,7 +103,7 @@ pub fn worst_of_cycles(
             }
             let before = ideal.partition_point(|step| step.time <= segment.resumed);
             all = all.max(worst(&made[..before], &ideal[..before], begun)?);
-            // One that is due in the moment of the pause may be made before it.
+            // A step that is due at the moment of the pause may be made before it.
             let end = segment.paused - begun.1 + PAUSE;
             let early = made.get(before).is_some_and(|step| step.time - begun.0 < end);
             let from = before + usize::from(early);

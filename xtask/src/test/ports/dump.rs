@@ -1,4 +1,4 @@
-//! A Value Change Dump, read: what each wire did.
+//! Parses a Value Change Dump: the changes of each wire.
 
 use std::collections::HashMap;
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 
-/// Picoseconds of a cycle at 16 MHz.
+/// The picoseconds of a cycle at 16 MHz.
 const CYCLE: f64 = 62_500.0;
 
 /// A change of a wire: its time in cycles, and the level from then on.
@@ -25,7 +25,7 @@ impl Dump {
         parse(&text).with_context(|| format!("reading {}", path.display()))
     }
 
-    /// What a wire did.
+    /// The changes of a wire.
     pub fn wire(&self, name: &str) -> Result<&[Change]> {
         let found = self.wires.get(name).with_context(|| format!("no wire {name} in the dump"))?;
         Ok(found)
@@ -53,7 +53,7 @@ fn parse(text: &str) -> Result<Dump> {
                 let name = names.get(&word[1..]).with_context(|| format!("a wire: {line}"))?;
                 let changes = dump.wires.get_mut(*name).context("a wire without a name")?;
                 let level = word.starts_with('1');
-                // Low at first, unless it is said, or unknown.
+                // A wire is low at first unless the dump gives its level; it may be unknown.
                 if !initial && changes.last().map_or(level, |last| last.1 != level) {
                     changes.push((time, level));
                 }
@@ -67,7 +67,7 @@ fn parse(text: &str) -> Result<Dump> {
     Ok(dump)
 }
 
-/// Picoseconds of a unit: `100 ps`.
+/// The picoseconds of a unit: `100 ps`.
 fn unit_of(number: &str, name: &str) -> Result<f64> {
     let power = ["ps", "ns", "us", "ms", "s"].iter().position(|known| *known == name);
     let power = power.with_context(|| format!("a time scale in {name}"))?;

@@ -1,17 +1,17 @@
-//! Steps of a chip against those of the virtual board.
+//! Compares the steps of a chip with those of the virtual board.
 
 use anyhow::{Context, Result, ensure};
 
 use super::dump::Dump;
 
-/// A step: its time in cycles, and which way.
+/// A step: its time in cycles, and its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     pub time: f64,
     pub forward: bool,
 }
 
-/// The steps of a motor by its wires STEP and DIR.
+/// The steps of a motor, from its wires STEP and DIR.
 pub fn steps(dump: &Dump, step: &str, dir: &str) -> Result<Vec<Step>> {
     let mut turns = dump.wire(dir)?.iter().peekable();
     let mut forward = false;
@@ -35,7 +35,7 @@ pub fn first(motors: &[Vec<Step>]) -> f64 {
 /// `ideal`, whose begins at `begun.1`, in cycles.
 ///
 /// # Errors
-/// They are not as many, or lead another way.
+/// The number or the directions of the steps differ.
 pub fn worst(real: &[Step], ideal: &[Step], begun: (f64, f64)) -> Result<f64> {
     ensure!(real.len() == ideal.len(), "{} steps instead of {}", real.len(), ideal.len());
     let mut worst = 0f64;
@@ -46,11 +46,11 @@ pub fn worst(real: &[Step], ideal: &[Step], begun: (f64, f64)) -> Result<f64> {
     Ok(worst)
 }
 
-/// The same of a motor that runs until it is stopped, which comes at another moment: from its
-/// first step into the cruise, and from there to its last step.
+/// Like [`worst`], for a motor that runs until it is stopped, at another moment in each: compares
+/// from its first step into the cruise, and from there to its last step.
 ///
 /// # Errors
-/// Likewise; or one of them never cruises.
+/// As in [`worst`]; or a motor never reaches a cruise.
 pub fn worst_of_runs(real: &[Step], ideal: &[Step], bound: f64) -> Result<f64> {
     let half = real.len().min(ideal.len()) / 2;
     ensure!(half > 10, "{} steps, and {}", real.len(), ideal.len());
@@ -68,11 +68,11 @@ pub fn worst_of_runs(real: &[Step], ideal: &[Step], bound: f64) -> Result<f64> {
     Ok(worst(&real[..half], &ideal[..half], begun)?.max(worst(real_end, ideal_end, ended)?))
 }
 
-/// The same of a homing: each way between two turns from its first step on, for the host orders
-/// one after another.
+/// Like [`worst`], for a homing: compares each way between two turns from its first step on,
+/// because the host orders them one after another.
 ///
 /// # Errors
-/// Likewise; or there are more ways, or other ones.
+/// As in [`worst`]; or the ways differ in number or direction.
 pub fn worst_of_ways(real: &[Step], ideal: &[Step]) -> Result<f64> {
     let ways = |steps: &[Step]| -> Vec<Vec<Step>> {
         steps.chunk_by(|a, b| a.forward == b.forward).map(<[Step]>::to_vec).collect()
@@ -106,10 +106,11 @@ pub fn levels(dump: &Dump, wires: &[&str]) -> Result<Vec<(f64, u8)>> {
     Ok(levels)
 }
 
-/// The largest difference between the changes of two such motors, from their first on, in cycles.
+/// The largest difference between the changes of two such motors, from their first changes on, in
+/// cycles.
 ///
 /// # Errors
-/// The patterns differ; `real` has fewer, or more and is to have as many.
+/// The patterns differ; `real` has fewer changes, or with `whole` a different number.
 pub fn worst_of_levels(real: &[(f64, u8)], ideal: &[(f64, u8)], whole: bool) -> Result<f64> {
     let (made, wanted) = (real.len(), ideal.len());
     ensure!(wanted > 0 && made >= wanted, "{made} steps instead of {wanted}");
@@ -142,7 +143,7 @@ mod tests {
         assert_eq!(first(&[at(&[9.0]), Vec::new(), ideal]), 0.0);
     }
 
-    /// Up, on and down: the stop comes later, and the ramps are the same.
+    /// A ramp, a cruise and a ramp: the stop comes later, and the ramps are equal.
     #[test]
     fn runs_are_compared_at_both_ends() {
         let run = |cruise: usize, last: f64| {

@@ -1,8 +1,8 @@
 //! `cargo xtask bench avr`: cycles, rates and sizes of the firmware, measured on the simulated chip
 //! and stored in `bench/avr.json`. `cargo xtask bench cortex-m`: instructions and sizes of the
-//! firmware for a Cortex-M0 and a Cortex-M4, in QEMU, stored in `bench/cortex-m.json`. `cargo xtask
-//! bench python`: the time to make plans into arrays, compared with that of the core, stored in
-//! `bench/python.json`.
+//! firmware for a Cortex-M0 and a Cortex-M4, in QEMU, stored in `bench/cortex-m.json`.
+//! `cargo xtask bench python`: the time to make plans into arrays, compared with that of the core,
+//! stored in `bench/python.json`.
 
 use std::process::Command;
 

@@ -157,8 +157,8 @@ mod tests {
     use crate::workspace::{Workspace, cargo_path, output};
     use serde_json::Value;
 
-    /// Every program that a subcommand can drive over its serial line is carried by `stepwright
-    /// flash`.
+    /// Every program that a subcommand can drive over its serial line is carried by
+    /// `stepwright flash`.
     #[test]
     fn only_programs_with_a_line_are_tried_by_a_command() {
         let ws = Workspace::load().unwrap();

@@ -32,17 +32,17 @@
 //! # What it does otherwise
 //!
 //! - **A position is never lost.** A reset, a limit or the end of a jog brakes along the path. Then
-//! comes the banner or the alarm. `ALARM:3` comes only from a board that was lost or has left the
-//! path.
+//!   comes the banner or the alarm. `ALARM:3` comes only from a board that was lost or has left the
+//!   path.
 //! - **An error ends a job.** After an error in G-code, lines are refused with `error:9` until
-//! [`QUIET`] seconds pass without a line, or `$X` or a reset comes: otherwise a part of what was
-//! sent ahead would be executed without the faulty line. [`Grbl::with_errors_passed`] selects
-//! grbl's way.
+//!   [`QUIET`] seconds pass without a line, or `$X` or a reset comes: otherwise a part of what was
+//!   sent ahead would be executed without the faulty line. [`Grbl::with_errors_passed`] selects
+//!   grbl's way.
 //! - A laser at rest is off, with M3 too. After an error it is off until the next M3 or M4.
 //! - The planner has 128 blocks, and the speed at a corner comes from `$140` to `$142`, the start
 //!   speeds of the motors in mm/min, unless `$11` asks for a junction deviation. `$150` to `$152` limit
 //!   the jerk of the axes, in mm/s³.
-//! - Homing homes Z, X and Y one after another, and measures from the switch's edge.
+//! - Homing finds the switches of Z, X and Y one after another, and measures from the switch's edge.
 //! - `$0` to `$6`, `$12` and `$26` are kept for the sender and change nothing.
 
 #![forbid(unsafe_code)]

@@ -1,5 +1,4 @@
-//! Time per piece of a route, and per step: `cargo bench -p stepwright-path`. Figures are in
-//! docs/paths.md.
+//! The time per piece of a route, and per step: `cargo bench -p stepwright-path`. Figures are in docs/paths.md.
 
 use std::hint::black_box;
 
@@ -9,7 +8,7 @@ use stepwright_path::{AxisPace, Route};
 const AXIS: AxisPace =
     AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
-/// A wave of chords, this many, of this length.
+/// A wave of this many chords of this length.
 fn wave(count: u32, chord: f64) -> Vec<[f64; 2]> {
     let place = |n: u32| {
         let x = f64::from(n) * chord;

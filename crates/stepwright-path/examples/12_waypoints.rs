@@ -5,7 +5,7 @@
 use stepwright_path::{AxisPace, Route};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // 80 steps/mm; at most 200 mm/s and 1000 mm/s², and 5 mm/s at once.
+    // 80 steps/mm; at most 200 mm/s and 1000 mm/s², and a jump of 5 mm/s.
     let axis =
         AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
     let mut route = Route::new([axis; 2])?;
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for [x, y] in places.map(|angle| [20.0 * angle.sin(), 20.0 - 20.0 * angle.cos()]) {
         route.line_to([x, y], 100.0)?;
         for step in route.by_ref() {
-            // A program sends it to the motor of this axis.
+            // A program sends the step to the motor of this axis.
             let _ = (step.time, step.axis, step.forward);
         }
     }

@@ -165,8 +165,8 @@ impl LivePath {
     ///
     /// If the new end is ahead on the present line, and the path can stop there, the line continues to it
     /// without a stop; the steps of each axis are evenly spaced from its last step on. Otherwise, and on an
-    /// arc, all axes brake along the path to rest, and a straight line with the same pace leads from there to the
-    /// new end. An override and a pause stay in force.
+    /// arc, all axes brake along the path to rest, and a straight line with the same pace leads from there to
+    /// the new end. An override and a pause stay in force.
     ///
     /// # Errors
     /// [`Unplannable`]; the path continues unchanged.
@@ -227,8 +227,8 @@ impl Steps {
         })
     }
 
-    /// The steps of a line. The line begins `lead` ticks after the start, from rest: the first step of each axis
-    /// comes after the first interval of its own ramp.
+    /// The steps of a line. The line begins `lead` ticks after the start, from rest: the first step of each
+    /// axis comes after the first interval of its own ramp.
     ///
     /// # Errors
     /// [`Unplannable`].
@@ -243,8 +243,8 @@ impl Steps {
         Ok(Steps::all(Road::new(law, marks, &line.step).of_line(&line.steps), rate, lead))
     }
 
-    /// The steps of an arc. The arc begins `lead` ticks after the start, or a little later, so that no first step
-    /// comes sooner than the ramp takes over one step.
+    /// The steps of an arc. The arc begins `lead` ticks after the start, or a little later, so that no first
+    /// step comes sooner than the ramp takes over one step.
     ///
     /// # Errors
     /// [`Unplannable`].

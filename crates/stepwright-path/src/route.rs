@@ -228,8 +228,9 @@ impl<const N: usize> Route<N> {
         self.straight(to, feed, false)
     }
 
-    /// Adds a rapid: a straight line to a place at the highest speed of the axes. Overrides of the ordered speed
-    /// ([`scale`](Route::scale)) do not apply to rapids; those of [`scale_rapids`](Route::scale_rapids) do.
+    /// Adds a rapid: a straight line to a place at the highest speed of the axes. Overrides of the ordered
+    /// speed ([`scale`](Route::scale)) do not apply to rapids; those of [`scale_rapids`](Route::scale_rapids)
+    /// do.
     ///
     /// Returns the speed along the line, in units/s.
     ///
@@ -258,8 +259,8 @@ impl<const N: usize> Route<N> {
 
     /// Adds an arc of two axes by `sweep` radians around a centre, positive from the first axis towards the
     /// second. 2π is a full circle; several turns are allowed. The other axes move by `climb` meanwhile; the
-    /// numbers of `climb` for the two axes are not used. The speed along the arc is at most `feed` units/s. As with
-    /// a line, an arc of less than a millionth of a step adds nothing.
+    /// numbers of `climb` for the two axes are not used. The speed along the arc is at most `feed` units/s. As
+    /// with a line, an arc of less than a millionth of a step adds nothing.
     ///
     /// # Errors
     /// As for [`line_to`](Route::line_to); [`Unplannable::Axes`] unless `axes` are two axes of the route;
@@ -344,9 +345,9 @@ impl<const N: usize> Route<N> {
         self.length
     }
 
-    /// Rests for this many seconds at the end of the route. Pieces that are added later begin after that. Returns
-    /// false and does nothing unless the route [is over](Route::is_over): close it and take its steps before. A
-    /// negative or not finite number counts as 0.
+    /// Rests for this many seconds at the end of the route. Pieces that are added later begin after that.
+    /// Returns false and does nothing unless the route [is over](Route::is_over): close it and take its steps
+    /// before. A negative or not finite number counts as 0.
     pub fn dwell(&mut self, seconds: f64) -> bool {
         if !self.is_over() {
             return false;
@@ -356,8 +357,8 @@ impl<const N: usize> Route<N> {
         true
     }
 
-    /// Passes the next part of the route without making steps; `None` if nothing is final, as with the steps. The
-    /// times are exactly those of the steps: this tells how long a job takes.
+    /// Passes the next part of the route without making steps; `None` if nothing is final, as with the steps.
+    /// The times are exactly those of the steps: this tells how long a job takes.
     pub fn pass_over(&mut self) -> Option<Stretch<N>> {
         loop {
             let due = self.enter()?;

@@ -8,10 +8,10 @@
 //! ```
 //!
 //! A node *binds* if the speed there is fixed. At first two nodes bind, the beginning and the end.
-//! [`Limits::over`] gives the fastest course between two nodes. If the course exceeds the limit of a node, the
-//! node with the largest excess binds too, at its limit. A backward and a forward pass over all binding nodes
-//! lower the speeds that cannot be reached or left within the limits. This ends when all courses are
-//! within their limits, or all nodes bind.
+//! [`Sides::over`](crate::ramp::Sides::over) gives the fastest course between two nodes. If the course exceeds
+//! the limit of a node, the node with the largest excess binds too, at its limit. A backward and a forward pass
+//! over all binding nodes lower the speeds that cannot be reached or left within the limits. This ends when all
+//! courses are within their limits, or all nodes bind.
 
 use std::collections::VecDeque;
 
@@ -337,8 +337,8 @@ impl<const N: usize> Ground<'_, N> {
         Stop::TooFast
     }
 
-    /// The limits that turning leaves to a stop, at the speeds of the stop before. Turning counts as on a circle,
-    /// as the stop is checked against the law afterwards.
+    /// The limits that turning leaves to a stop, at the speeds of the stop before. Turning counts as on a
+    /// circle, as the stop is checked against the law afterwards.
     fn slowing(&self, from: Moment, pieces: &[Piece]) -> Limits {
         let end = pieces.last().map_or(from.s, |piece| piece.to.s);
         let cells = self.cells.iter().take_while(|cell| cell.begin <= end).count().max(1);

@@ -137,8 +137,8 @@ impl<const N: usize> Route<N> {
         Ground { cells, caps, tops, limits, kinks }
     }
 
-    /// Plans the cells to rest, [`MOST_SMOOTH`] at most, beginning at the moment of the first. Returns false if no
-    /// plan keeps the law; the plan before stays then.
+    /// Plans the cells to rest, [`MOST_SMOOTH`] at most, beginning at the moment of the first. Returns false if
+    /// no plan keeps the law; the plan before stays then.
     pub(crate) fn plan_smooth(&mut self) -> bool {
         if self.cells.is_empty() {
             return true;
@@ -233,9 +233,9 @@ impl<const N: usize> Route<N> {
         a.abs() <= STILL * self.cells[n].slope(0.0) || turning::is_corner(&self.cells, n + 1)
     }
 
-    /// The number of cells from the first on whose course is final, whatever pieces are added. They end at a node
-    /// that is passed at its highest speed, without acceleration or at a corner, before the route begins to brake
-    /// for its end.
+    /// The number of cells from the first on whose course is final, whatever pieces are added. They end at a
+    /// node that is passed at its highest speed, without acceleration or at a corner, before the route begins
+    /// to brake for its end.
     ///
     /// Pieces to come may change the speed limit of a curve that has not ended yet, so a stop must be possible
     /// before that curve.
@@ -275,8 +275,8 @@ impl<const N: usize> Route<N> {
     }
 
     /// Continues with the plan before, up to the next corner or node without acceleration: the route is planned
-    /// again from there. If there is no such node because the route is at rest here, each cell is passed from rest
-    /// to rest.
+    /// again from there. If there is no such node because the route is at rest here, each cell is passed from
+    /// rest to rest.
     fn keep(&mut self, smooth: &mut Smooth<N>) {
         let mut sure = 0;
         let mut known = false;
@@ -350,8 +350,8 @@ impl<const N: usize> Route<N> {
         }
     }
 
-    /// Plans the fastest stop from here that the law allows. Returns the number of cells up to its end; the cell
-    /// in which it ends is divided. `None` if the law allows no stop that begins now.
+    /// Plans the fastest stop from here that the law allows. Returns the number of cells up to its end; the
+    /// cell in which it ends is divided. `None` if the law allows no stop that begins now.
     pub(crate) fn brake_smooth(&mut self) -> Option<usize> {
         let lens = self.smooth.as_mut()?.past.here();
         let smooth = self.smooth.as_ref()?;

@@ -295,8 +295,8 @@ mod tests {
         ground.courses(Moment::at_rest(0.0, 0.0)).unwrap()
     }
 
-    /// A check beside a course before finds the same as a check from the start: for courses that are equal up to
-    /// a place, after one, or everywhere, and that broke the law at other places.
+    /// A check beside a course before finds the same as a check from the start: for courses that are equal up
+    /// to a place, after one, or everywhere, and that broke the law at other places.
     #[test]
     fn what_is_not_tried_again_is_as_before() {
         let route = route();

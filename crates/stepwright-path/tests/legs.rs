@@ -1,5 +1,5 @@
-//! Paths as runs for a board's memory: every step at its time, as the path itself has it; and
-//! played from there, the edges of the path.
+//! Paths as runs for the memory of a board. Every step is at its time in the path, and a board that plays the
+//! runs makes the edges of the path.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
@@ -12,9 +12,9 @@ use stepwright_path::{Arc, Line, Pace, Steps, legs};
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
 
 const HZ: u32 = 16_000_000;
-/// Ticks that a step may be off, 2 µs.
+/// The largest error of a step in ticks, 2 µs.
 const ERROR: u32 = 32;
-/// Of a pulse: an edge may wait for the end of another motor's.
+/// The ticks of a pulse: an edge may wait for the end of another motor's pulse.
 const PULSE: u64 = 32;
 /// µs.
 const SMALLEST: u32 = 50;
@@ -23,16 +23,16 @@ fn rate() -> Rate {
     Rate::from_hz(HZ).unwrap()
 }
 
-/// A line or an arc; the steps of its axes, as often as they are asked for.
+/// A line or an arc, whose steps can be made any number of times.
 #[derive(Clone, Copy, Debug)]
 enum Way {
     Line([i32; 2]),
-    /// Radius in steps, where it begins, how far it turns.
+    /// The radius in steps, the angle at the beginning, and the sweep.
     Arc(f64, f64, f64),
 }
 
 impl Way {
-    /// In µm, 12.5 a step; paused on the way for a while.
+    /// The steps, in µm, 12.5 each; with a pause on the way.
     fn steps(self, pace: Pace, pause: Option<(f64, f64)>) -> [Steps; 2] {
         let step = [12.5; 2];
         let steps = match self {
@@ -68,7 +68,7 @@ fn pace() -> impl Strategy<Value = Pace> {
     })
 }
 
-/// Ticks from the start to each step and its direction, and to the end.
+/// The ticks from the start to each step with its direction, and to the end.
 fn times(steps: impl Iterator<Item = cycle::Pace>) -> (Vec<(u64, bool)>, u64) {
     let (mut at, mut made) = (0, Vec::new());
     for pace in steps {
@@ -83,7 +83,7 @@ fn times(steps: impl Iterator<Item = cycle::Pace>) -> (Vec<(u64, bool)>, u64) {
     (made, at)
 }
 
-/// The same of legs, to a part of a tick.
+/// The same for legs, in fractions of a tick.
 fn played(legs: &[Leg]) -> (Vec<(f64, bool)>, f64) {
     let (mut at, mut made) = (0f64, Vec::new());
     for leg in legs {
@@ -123,11 +123,11 @@ proptest! {
                 prop_assert!(off <= f64::from(ERROR), "{off} ticks at {}", step.0);
             }
             prop_assert!((ended.floor() - end as f64).abs() <= f64::from(ERROR));
-            // Nothing nearer than the path itself.
+            // No two steps are nearer than in the path itself.
             for two in made.windows(2) {
                 prop_assert!(two[1].0 - two[0].0 >= f64::from(least) - 0.01, "{two:?}");
             }
-            // No leg that a line cannot say.
+            // The serial line can carry every leg.
             for leg in &legs {
                 let Leg::Run { run, .. } = leg else { panic!() };
                 prop_assert!(run.interval() >> 47 == 0);
@@ -177,7 +177,7 @@ proptest! {
     }
 }
 
-/// Steps of an axis by its edges: when, and which way.
+/// The steps of an axis by its edges: their times and directions.
 fn made(edges: &[Edge], axis: u8) -> Vec<(u64, bool)> {
     let (mut forward, mut made) = (true, Vec::new());
     for edge in edges.iter().filter(|edge| edge.axis == axis) {
@@ -190,7 +190,7 @@ fn made(edges: &[Edge], axis: u8) -> Vec<(u64, bool)> {
     made
 }
 
-/// A line's step comes when s = v²/2a or s = vt say so: by the formula, and not by the path.
+/// The steps of a line come at the times of s = v²/2a or s = vt, by the formula and not by the path.
 #[test]
 fn a_line_of_one_axis_is_its_trapezoid() {
     let way = Way::Line([2_400, 0]);
@@ -204,7 +204,7 @@ fn a_line_of_one_axis_is_its_trapezoid() {
     for (n, (ticks, forward)) in made.iter().enumerate() {
         let time = ideal.time((n + 1) as f64 * 12.5);
         let ideal = time * f64::from(HZ) + lead;
-        // A tick of the path's rounding, and half a tick of the run's.
+        // The path rounds by a tick, the run by half a tick.
         assert!((ticks - ideal).abs() <= f64::from(ERROR) + 2.0, "step {n}: {ticks}, not {ideal}");
         assert!(forward);
     }
@@ -222,7 +222,7 @@ fn a_circle_fits_400_legs() {
     assert!((200..=400).contains(&all), "{all}");
 }
 
-/// However evenly they come, steps of either way are legs of their own.
+/// Steps of opposite directions are legs of their own, even if they are evenly spaced.
 #[test]
 fn a_turn_ends_a_run() {
     let step = |n| cycle::Pace::Step { ticks: 5_000, forward: n < 7 };

@@ -1,24 +1,25 @@
-//! How far routes are from an offline optimum, as executed: to the end of their last step.
+//! How much longer routes take than an offline optimum, as executed: to the end of their last step.
 //!
-//! `STEPWRIGHT_OPTIMA` says of how many random paths, the first few of which have bounds; docs/paths.md has
-//! the figures of 60.
+//! `STEPWRIGHT_OPTIMA` sets the number of random paths. Only the first few have bounds. docs/paths.md has the
+//! figures of 60.
 
 use crate::optimal::paths::{Kinds, Path};
 use crate::optimal::{self, Grid};
 
-/// What a path is compared with.
+/// The optimum with which a path is compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Best {
-    /// The least time within the acceleration, and that with the speed at which it can turn.
+    /// The least time within the acceleration, and the same with the speed limited to that at which the path
+    /// can turn.
     Accel,
     Level,
-    /// The least time with the jerk limited along the path, and evenly over corners; and that with
-    /// the law of jerk of each axis, in turning and at corners.
+    /// The least time with the jerk limited along the path, and a smooth speed over corners; and the least time
+    /// with the law of jerk of each axis, in turning and at corners.
     Even,
     Jerk,
 }
 
-/// Per cent by which a path takes longer than its optimum.
+/// The per cent by which a path takes longer than its optimum.
 fn over<const N: usize>(seed: u64, kinds: Kinds, best: Best) -> f64 {
     let path: Path<N> = Path::random(seed, kinds);
     let smooth = best == Best::Even || best == Best::Jerk;
@@ -36,7 +37,7 @@ fn over<const N: usize>(seed: u64, kinds: Kinds, best: Best) -> f64 {
     over
 }
 
-/// The mean and the most of the first `daily` paths. As many as the variable says are printed.
+/// The mean and the largest value of the first `daily` paths. The variable sets how many are printed.
 fn spread(daily: u64, kinds: Kinds, best: Best) -> [f64; 2] {
     let count = std::env::var("STEPWRIGHT_OPTIMA")
         .map_or(daily, |text| text.parse().expect("a number of paths"))
@@ -57,7 +58,7 @@ fn spread(daily: u64, kinds: Kinds, best: Best) -> [f64; 2] {
          {most:+.2} %, {within} within 2 %"
     );
     if best != Best::Even {
-        // An optimum that is slower is none: the grid's error is below this.
+        // An optimum that is slower than the route would be wrong. The error of the grid is below this.
         assert!(least > -0.1, "{least} %");
     }
     mean_and_most(&each[..daily as usize])
@@ -76,30 +77,30 @@ fn paths_without_jerk_are_near_their_optimum() {
     assert!(mean <= 0.6 && most <= 2.0, "{mean} %, {most} %");
 }
 
-/// No faster speed keeps the law of jerk, and the jerk along each line.
+/// No faster speed keeps the law of jerk and the jerk along each line.
 #[test]
 fn lines_with_jerk_are_as_near_to_their_optimum_as_they_were() {
     let [mean, most] = spread(1, Kinds::Lines, Best::Jerk);
     assert!(mean <= 5.2 && most <= 5.2, "{mean} %, {most} %");
 }
 
-/// The acceleration of this optimum goes on evenly over corners. That of a route jumps there, where
-/// the law allows it, so it is faster.
+/// The acceleration of this optimum is continuous over corners. That of a route jumps there, where the law
+/// allows it, so the route is faster.
 #[test]
 fn lines_with_jerk_are_faster_than_without_jumps_of_acceleration() {
     let [mean, most] = spread(2, Kinds::Lines, Best::Even);
     assert!(mean <= -7.8 && most <= -4.4, "{mean} %, {most} %");
 }
 
-/// Nor does it limit the jerk of turning: a motor can't do it.
+/// This optimum does not limit the jerk of turning either, which no motor can follow.
 #[test]
 fn curves_with_jerk_are_as_near_to_it_as_they_were() {
     let [mean, most] = spread(2, Kinds::All, Best::Even);
     assert!(mean <= 0.0 && most <= 1.7, "{mean} %, {most} %");
 }
 
-/// What a plan lowered on its way to where its nodes bind stayed low where it was planned again: these took
-/// up to 60 % longer than now. And the acceleration of unequal axes was everywhere the least on the way.
+/// Speeds that a search for binding nodes lowered must not stay low in the next plan: these paths would take up
+/// to 60 % longer. Nor must unequal axes have the smallest acceleration of the whole way everywhere.
 #[test]
 fn curves_of_unequal_axes_take_no_longer_than_they_did() {
     let time = |seed: u64| match seed % 2 {

@@ -1,16 +1,16 @@
-//! Changes of a route that are ordered while it is made, from the time that it has by then.
+//! Changes of a route that are ordered while it is made, for the present time of the route.
 
 use crate::jobs::AXIS;
 use stepwright_path::{AxisPace, Route};
 
-/// Without a limit of the jerk, and with one.
+/// No limit of the jerk, and a limit.
 const JERKS: [f64; 2] = [f64::INFINITY, 10_000.0];
 
 fn route(jerk: f64) -> Route<2> {
     Route::new([AxisPace { jerk, ..AXIS }; 2]).unwrap()
 }
 
-/// A line along the first axis, all of it known.
+/// A line along the first axis, closed.
 fn line(jerk: f64, to: f64) -> Route<2> {
     let mut route = route(jerk);
     route.line_to([to, 0.0], 50.0).unwrap();
@@ -18,7 +18,7 @@ fn line(jerk: f64, to: f64) -> Route<2> {
     route
 }
 
-/// Curves and corners, all of them known: a change here often has to be tried again.
+/// Curves and corners, closed. A change here often has to be tried again.
 fn curves(jerk: f64) -> Route<2> {
     let mut route = route(jerk);
     for n in 1..=200 {
@@ -37,7 +37,7 @@ fn curves(jerk: f64) -> Route<2> {
     route
 }
 
-/// Takes the steps up to a time; the time of the last one.
+/// Takes the steps up to a time. Returns the time of the last step.
 fn up_to(route: &mut Route<2>, time: f64) -> f64 {
     route.by_ref().find(|step| step.time > time).expect("a step").time
 }
@@ -46,7 +46,7 @@ fn drain(route: &mut Route<2>) -> usize {
     route.by_ref().count()
 }
 
-/// A hold that has to be tried again was overtaken by its end, and the route stood for ever.
+/// The end of a hold does not overtake a hold that has to be tried again. The route would rest for ever.
 #[test]
 fn a_resume_does_not_overtake_a_hold() {
     let made = curves(10_000.0);
@@ -65,7 +65,7 @@ fn a_resume_does_not_overtake_a_hold() {
     }
 }
 
-/// Of two overrides the one that was ordered later holds.
+/// Of two overrides the later one stays in force.
 #[test]
 fn an_override_does_not_overtake_another() {
     let made = curves(10_000.0);
@@ -85,7 +85,7 @@ fn an_override_does_not_overtake_another() {
     }
 }
 
-/// A hold behind an override that has to be tried again stands as soon as without the override.
+/// A hold after an override that has to be tried again stops as soon as without the override.
 #[test]
 fn a_hold_does_not_wait_for_an_override() {
     let made = curves(10_000.0);
@@ -101,7 +101,7 @@ fn a_hold_does_not_wait_for_an_override() {
         assert!(alone.is_held() && route.is_held());
         let late = route.time() - alone.time();
         assert!(late < 0.02, "ordered at {now}: {late} s later");
-        // Both hold then.
+        // Both are in force then.
         route.resume(0.0);
         let mut feed = 0.0;
         while let Some(stretch) = route.pass_over() {
@@ -111,11 +111,11 @@ fn a_hold_does_not_wait_for_an_override() {
     }
 }
 
-/// What is cancelled is over already: the next move is another one.
+/// A cancellation of a route that is over does not affect the next move.
 #[test]
 fn a_cancel_of_a_route_that_is_over_is_nothing() {
     for jerk in JERKS {
-        // At once; before its end, and too late for that; after its end, in a rest.
+        // Cancelled at once; before its end, but too late to brake; after its end, during a rest.
         for (early, late) in [(None, 0.0), (Some(1e-7), 0.0), (None, 0.2)] {
             let mut route = line(jerk, 10.0);
             let end = end_of(&route);
@@ -131,14 +131,14 @@ fn a_cancel_of_a_route_that_is_over_is_nothing() {
             route.close();
             assert_eq!((drain(&mut route), route.positions()), (800, [1_600, 0]), "{jerk} {late}");
         }
-        // A cancel to come is one of what moves by then.
+        // A cancellation for later applies to the move at that time.
         let mut route = line(jerk, 10.0);
         drain(&mut route);
         route.cancel(route.time() + 0.1);
         route.line_to([20.0, 0.0], 50.0).unwrap();
         route.close();
         assert!(drain(&mut route) < 800);
-        // A hold is one of the next move.
+        // A hold applies to the next move.
         let mut route = line(jerk, 10.0);
         drain(&mut route);
         route.hold(route.time());
@@ -148,14 +148,14 @@ fn a_cancel_of_a_route_that_is_over_is_nothing() {
     }
 }
 
-/// When it ends.
+/// The time of the end.
 fn end_of(route: &Route<2>) -> f64 {
     let mut route = route.clone();
     while route.pass_over().is_some() {}
     route.time()
 }
 
-/// While it stands, what is ordered for a time after its end has not taken hold.
+/// A change that is ordered for a time after the end of a hold waits during the hold.
 #[test]
 fn what_is_to_come_waits_while_it_stands() {
     for jerk in JERKS {

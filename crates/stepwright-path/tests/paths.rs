@@ -1,4 +1,4 @@
-//! Lines and circles, judged from their steps alone.
+//! Lines and circles, judged only by their steps.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use stepwright_path::{Arc, Line, Pace, Steps, Unplannable};
 
 const LEAD: u32 = 10_000;
 
-/// Times in seconds after the lead, and the position after each step.
+/// The time of each step in s after the lead, and the position after it.
 fn played(steps: Steps, rate: Rate) -> Vec<(f64, i64)> {
     let (mut ticks, mut at) = (0u64, 0i64);
     let mut all = Vec::new();
@@ -28,14 +28,13 @@ fn rate(hz: u32) -> Rate {
     Rate::from_hz(hz).unwrap()
 }
 
-/// Time and way from rest to `v`, or back: the acceleration comes and goes by the
-/// jerk. By the textbook's cases.
+/// The time and the distance from rest to `v`, or back, within the jerk, by the cases of a textbook.
 fn ramp(v: f64, a: f64, j: f64) -> (f64, f64) {
     let time = if v * j >= a * a { v / a + a / j } else { 2.0 * (v / j).sqrt() };
     (time, v * time / 2.0)
 }
 
-/// How far from rest after `t` on the way up to `v`.
+/// The distance from rest at the time `t` of the ramp up to `v`.
 fn risen(v: f64, a: f64, j: f64, t: f64) -> f64 {
     let (whole, way) = ramp(v, a, j);
     let bend = if v * j >= a * a { a / j } else { whole / 2.0 };
@@ -48,14 +47,14 @@ fn risen(v: f64, a: f64, j: f64, t: f64) -> f64 {
         let u = t - bend;
         j * bend.powi(3) / 6.0 + most * bend / 2.0 * u + most * u * u / 2.0
     } else {
-        // From its end: the speed there, less what is gained until then.
+        // From the end of the ramp: the speed there, less the gain until then.
         let u = whole - t;
         way - v * u + j * u.powi(3) / 6.0
     }
 }
 
-/// The place at a time from rest to rest: the highest speed is searched for, and
-/// both ramps are gone from their slow ends. A way of its own.
+/// The place at a time from rest to rest. The highest speed is searched for, and both ramps are computed from
+/// their slow ends. This is independent of the library.
 fn place(length: f64, pace: Pace) -> impl Fn(f64) -> f64 {
     let Pace { speed, accel, decel, jerk } = pace;
     let ramps = |v: f64| (ramp(v, accel, jerk), ramp(v, decel, jerk));
@@ -80,7 +79,7 @@ fn place(length: f64, pace: Pace) -> impl Fn(f64) -> f64 {
     }
 }
 
-/// None: a trapezoid; or this part of a second for the acceleration to come.
+/// `None` for a trapezoid, or the time in s in which the acceleration is reached.
 fn bend() -> impl Strategy<Value = Option<f64>> {
     prop::option::of(0.002f64..0.5)
 }
@@ -90,8 +89,8 @@ fn bent(pace: Pace, bend: Option<f64>) -> Pace {
 }
 
 proptest! {
-    /// All axes begin from rest and end together, and each is evenly spaced along the
-    /// way: its first interval, from the beginning of the path, is that of its own ramp.
+    /// All axes begin from rest and end together, and the steps of each are evenly spaced along the path. Its
+    /// first interval, from the beginning of the path, is that of its own ramp.
     #[test]
     fn lines_are_straight_and_even(
         steps in prop::array::uniform3(-3_000i32..3_000),
@@ -118,14 +117,14 @@ proptest! {
             for (n, (t, _)) in axis.iter().enumerate() {
                 let part = (n as f64 + 1.0) / axis.len() as f64;
                 let off = place(*t) - part * line.length();
-                // Half a tick of way, and rounding near rest.
+                // The distance of half a tick, and rounding near rest.
                 prop_assert!(off.abs() <= speed * tick + 1e-6 * line.length(), "{n}: {off}");
             }
         }
     }
 
-    /// A circle stays within a step of the true one, and its speed along the
-    /// path, by the steps, within 1 % over 32 of them.
+    /// A circle stays within a step of the true circle. Its speed along the path, by the steps, is within 1 %
+    /// over 32 steps.
     #[test]
     fn circles_are_round_and_even(
         radius in 100.0f64..3_000.0,
@@ -141,7 +140,7 @@ proptest! {
         let hz = rate(16_000_000);
         let [x, y] = Steps::arc(&arc, pace, hz, LEAD).unwrap();
         let axes = [played(x, hz), played(y, hz)];
-        // Where the path is at the end of the steps.
+        // The place of the path at the end of the steps.
         let end = begin + arc.sweep;
         let wanted = [radius * end.cos() + centre[0], radius * end.sin() + centre[1]];
         for (axis, (wanted, step)) in axes.iter().zip(wanted.into_iter().zip(step)) {
@@ -160,8 +159,8 @@ proptest! {
             let off = (p[0].hypot(p[1]) - radius).abs();
             prop_assert!(off <= step[0].max(step[1]), "{off} from the circle at {t}");
         }
-        // Where an axis steps it is in the middle between two positions: that,
-        // and which way round, is the place on the circle.
+        // Where an axis steps, it is in the middle between two positions. Together with the direction, that
+        // gives the place on the circle.
         for (n, axis) in axes.iter().enumerate() {
             let places: Vec<(f64, f64)> = angles(axis, n, centre, radius, step[n], begin, turns);
             let (ramp, _) = ramp(speed, pace.accel, pace.jerk);
@@ -179,7 +178,7 @@ proptest! {
     }
 }
 
-/// The time and the angle, unwound, of each step of one axis.
+/// The time and the continuous angle of each step of one axis.
 fn angles(
     axis: &[(f64, i64)],
     n: usize,
@@ -198,8 +197,7 @@ fn angles(
         at = to;
         let part = (middle / radius).clamp(-1.0, 1.0).acos();
         let base = if n == 0 { 0.0 } else { TAU / 4.0 };
-        // Of the two angles with this cosine the one where it goes this way, and
-        // of all its turns the next one.
+        // Of the two angles with this cosine, take the one with this direction; of all its turns, the next one.
         let next = [part, -part]
             .into_iter()
             .filter(|angle| (-angle.sin() * turns > 0.0) == forward)
@@ -215,7 +213,7 @@ fn angles(
     places
 }
 
-/// A hold on the way: braked and gone on along the line, nothing lost.
+/// A hold on the way: the path brakes and continues along the line, without losing a step.
 #[test]
 fn a_hold_loses_no_step() {
     let line = Line { steps: [2_000, -700], step: [1.0, 1.0] };
@@ -229,20 +227,20 @@ fn a_hold_loses_no_step() {
         assert_eq!(free.len(), held.len());
         for (a, b) in free.iter().zip(held) {
             assert_eq!(a.1, b.1);
-            // As it was until the hold; at rest between; later after it.
+            // The same until the hold; at rest between; later after it.
             assert!(a.0 > 1.0 || (a.0 - b.0).abs() < 2e-6);
             assert!(!(1.26..3.0).contains(&b.0));
         }
     }
     assert!((held[0].last().unwrap().0 - held[1].last().unwrap().0).abs() < 2e-6);
-    // Without a going-on the rest is not made.
+    // After a finish, the remaining steps are not made.
     let [x, _] = Steps::line(&line, pace, Rate::MHZ, LEAD).unwrap();
     x.law().finish(1.0);
     let x = played(x, Rate::MHZ);
     assert!(x.len() < 1_200 && x.last().unwrap().0 < 1.26);
 }
 
-/// Seconds from the start to the first step, or to the end without one.
+/// The time from the start to the first step, or to the end without one, in s.
 fn first(steps: Steps, rate: Rate) -> f64 {
     let mut ticks = 0u64;
     for pace in steps {
@@ -255,8 +253,8 @@ fn first(steps: Steps, rate: Rate) -> f64 {
     ticks as f64 / f64::from(rate.hz())
 }
 
-/// However soon a path begins behind another one: the motors stand, and the first step
-/// comes no sooner than from rest. 10,000 steps/s²: √(2/10,000) s.
+/// However soon a path begins after another one, the motors stand, and the first step comes no sooner than from
+/// rest. 10,000 steps/s²: √(2/10,000) s.
 #[test]
 fn a_path_begins_with_the_first_interval_of_its_ramp() {
     let pace = Pace::new(2_000.0, 10_000.0);
@@ -264,7 +262,7 @@ fn a_path_begins_with_the_first_interval_of_its_ramp() {
     let line = Line { steps: [400, -3], step: [1.0; 2] };
     let [x, y] = Steps::line(&line, pace, Rate::MHZ, 0).unwrap();
     assert!(first(x, Rate::MHZ) >= rest(1.0));
-    // Y is slower by its share: a third of the way is a step.
+    // Y has its share of the motion: its first step is at a third of the path.
     assert!(first(y, Rate::MHZ) >= 0.1);
     for centre in [[0.0, 90.0], [90.0, 0.0], [60.0, -60.0], [-0.7, 0.8]] {
         for sweep in [TAU, -1.0] {
@@ -278,7 +276,8 @@ fn a_path_begins_with_the_first_interval_of_its_ramp() {
     }
 }
 
-/// A path that is refused for its speed, and the same with the speed that would do.
+/// Checks a path that is refused for its speed, and the same path at the highest speed allowed, which is
+/// returned.
 fn refused<const N: usize>(
     steps: impl Fn(f64) -> [Steps; N],
     fastest: [f64; N],
@@ -292,7 +291,7 @@ fn refused<const N: usize>(
     let axes = steps(most);
     let path = axes[0].law();
     assert_eq!(path.within(&fastest), Ok(()));
-    // Nor does an override make it faster.
+    // An override does not make it faster.
     path.scale(0.3, 2.0).unwrap();
     assert!((path.now().peak() - most).abs() <= most * 1e-9);
     for (steps, fastest) in axes.into_iter().zip(fastest) {
@@ -307,7 +306,7 @@ fn refused<const N: usize>(
 /// The slowest axis decides, not the fastest.
 #[test]
 fn a_path_is_as_fast_as_its_slowest_axis() {
-    // X has 0.6 of the speed along it, Y 0.8; Z is as slow as it likes.
+    // X has 0.6 of the speed along the line, Y 0.8. Z does not move, so its low limit does not count.
     let line = Line { steps: [3_000, 4_000, 0], step: [1.0; 3] };
     let steps = |speed| Steps::line(&line, Pace::new(speed, 1e4), Rate::MHZ, 1_000).unwrap();
     for (fastest, slowest, most) in
@@ -316,13 +315,13 @@ fn a_path_is_as_fast_as_its_slowest_axis() {
         let found = refused(steps, fastest, slowest);
         assert!((found - most).abs() <= 1e-6, "{found}, not {most}");
     }
-    // A line that comes to no such speed is not refused for the one that was ordered.
+    // A line too short for its ordered speed is not refused for that speed.
     let short = Line { steps: [3, 4, 0], step: [1.0; 3] };
     let [x, ..] = Steps::line(&short, Pace::new(1e6, 1e4), Rate::MHZ, 1_000).unwrap();
     assert_eq!(x.law().within(&[625.0; 3]), Ok(()));
 
-    // Round a quarter and more each axis has all of the speed for a moment; on 30° from
-    // the X axis on, X has half of it.
+    // Over a quarter of a circle or more, each axis has all of the speed for a moment. On 30° from the X axis
+    // on, X has half of it.
     let round = |sweep: f64| {
         let arc = Arc { centre: [-500.0, 0.0], sweep, step: [1.0, 0.5] };
         move |speed| Steps::arc(&arc, Pace::new(speed, 1e4), Rate::MHZ, 1_000).unwrap()
@@ -339,12 +338,12 @@ fn a_path_is_as_fast_as_its_slowest_axis() {
     }
 }
 
-/// At the highest speed that an axis can follow no interval is a tick too short, however
-/// the times fall between ticks.
+/// At the highest speed that an axis can follow, no interval is a tick too short, wherever the times are
+/// between ticks.
 #[test]
 fn rounding_makes_no_step_too_soon() {
     for n in 0..200 {
-        // On the level step k comes k·400 + v/2a µs after the beginning: at half a tick.
+        // At constant speed step k comes k·400 + v/2a µs after the beginning: at half a tick.
         let accel = 2_500.0 / 2.0 / ((10_000.5 + f64::from(n)) / 1e6);
         let line = Line { steps: [700], step: [1.0] };
         let [x] = Steps::line(&line, Pace::new(2_500.0, accel), Rate::MHZ, 1_000).unwrap();
@@ -364,7 +363,7 @@ fn a_new_end_is_as_fast_as_its_slowest_axis() {
     path.within(&[1_000.0, 250.0]).unwrap();
     let at = path.retarget(1.0, &[3_000, 1_000]).unwrap();
     drop((x, y));
-    // 950 steps by then and 50 of braking: from there it is (2, 1), of which Y is 1/√5.
+    // 950 steps by then, and 50 of braking. From there the direction is (2, 1), of which Y has 1/√5.
     let most = 250.0 * 5f64.sqrt();
     let speed = path.now().speed(at + 1.0);
     assert!((speed - most).abs() <= 1e-6, "{speed}, not {most}");

@@ -1,9 +1,9 @@
-//! Random routes, judged by their steps alone: lines, arcs, chords, reversals and tiny pieces of
-//! unequal axes, half of them with overrides, holds and cancelled rests, ordered before they begin or while they
-//! are made; without a limit of the jerk, and with one. Some begin far away, some have a quick axis that stands.
+//! Random routes, judged only by their steps: lines, arcs, chords, reversals and tiny pieces of unequal axes.
+//! Half of them have overrides, holds and cancellations, ordered before they begin or while they are made. The
+//! jerk is unlimited or limited. Some begin far away, some have a quick axis that stands.
 //!
-//! `STEPWRIGHT_ROUTES` says how many, and `STEPWRIGHT_SMOOTH_ROUTES` how many of the latter, from
-//! seed `STEPWRIGHT_ROUTES_FROM` on.
+//! `STEPWRIGHT_ROUTES` sets the number of routes, and `STEPWRIGHT_SMOOTH_ROUTES` the number of those with
+//! limited jerk, from seed `STEPWRIGHT_ROUTES_FROM` on.
 
 use std::f64::consts::{PI, TAU};
 
@@ -19,7 +19,7 @@ struct Made<const N: usize> {
     steps: [Axis; N],
     dice: Dice,
     cancelled: bool,
-    /// The steps until the next order, and whether that ends a hold.
+    /// The number of steps until the next order, and whether that ends a hold.
     next: Option<(u32, bool)>,
     /// An axis that stands.
     still: Option<usize>,
@@ -68,7 +68,7 @@ impl<const N: usize> Made<N> {
         self.dice.roll()
     }
 
-    /// What is final by now.
+    /// Takes the steps that are final now.
     fn play(&mut self) {
         self.end = self.route.end();
         loop {
@@ -77,14 +77,14 @@ impl<const N: usize> Made<N> {
                     self.steps[step.axis].push((step.time - self.begin.0, step.forward));
                     self.order(1);
                 }
-                // What is held is resumed, and goes on.
+                // A route that is held is resumed.
                 None if self.next.is_some_and(|next| next.1) => self.order(u32::MAX),
                 None => return,
             }
         }
     }
 
-    /// After some steps, an order.
+    /// Gives an order after some steps.
     fn order(&mut self, steps: u32) {
         let Some((left, held)) = &mut self.next else { return };
         *left = left.saturating_sub(steps);
@@ -117,7 +117,7 @@ impl<const N: usize> Made<N> {
         self.play();
     }
 
-    /// One of the kinds of pieces.
+    /// Adds a piece of a random kind.
     fn piece(&mut self) {
         let feed = 5.0 + 200.0 * self.roll();
         let kind = self.roll();
@@ -137,7 +137,7 @@ impl<const N: usize> Made<N> {
             let length = 10.0 * self.roll() - 5.0;
             self.line(std::array::from_fn(|n| if n == axis { length } else { 0.0 }), feed);
         } else if kind < 0.6 {
-            // Chords of a curve in two axes, of lengths that differ, or whose places are rounded.
+            // Chords of a curve in two axes, of unequal lengths, or with rounded places.
             let (radius, mut angle) = (0.5 + 20.0 * self.roll(), TAU * self.roll());
             let (chord, uneven) = (0.05 + self.roll(), self.roll());
             let grid = if self.roll() < 0.5 { 1e-3 * 20f64.powf(self.roll()) } else { 1e-9 };
@@ -172,7 +172,7 @@ impl<const N: usize> Made<N> {
             self.route.close();
             self.play();
             if self.next.is_some() {
-                // It is over.
+                // Here the route is over.
                 self.route.cancel(self.route.time());
             }
         }
@@ -212,7 +212,7 @@ impl<const N: usize> Made<N> {
             let AxisPace { step, accel, jump, speed, jerk } = self.axes[n];
             let at: i64 = steps.iter().map(|(_, forward)| if *forward { 1 } else { -1 }).sum();
             let off = ((at + self.begin.1[n]) as f64 - end[n] / step).abs();
-            // Where it turned within a quarter of a step it may have been cancelled.
+            // A cancelled route may end at a turn within a quarter of a step.
             let most = if self.cancelled { 0.750_01 } else { 0.500_01 };
             assert!(off <= most, "{seed}: axis {n} ends at {at}, off by {off}");
             let speeds = judge::speeds(steps, step, time);
@@ -245,7 +245,7 @@ fn try_one<const N: usize>(seed: u64, smooth: bool) {
     made.judge(seed);
 }
 
-/// As many as this variable says, or these.
+/// Tries the number of routes in this variable, or else `count`.
 fn try_all(variable: &str, count: u64, smooth: bool) {
     let number = |name: &str, else_: u64| {
         std::env::var(name).map_or(else_, |text| text.parse().expect("a number"))
@@ -270,7 +270,7 @@ fn random_routes_keep_the_law_of_jerk() {
     try_all("STEPWRIGHT_SMOOTH_ROUTES", 200, true);
 }
 
-/// An arc takes two axes; lines, corners and chords one, or many.
+/// An arc takes two axes; lines, corners and chords take one or many.
 #[test]
 fn a_route_has_any_number_of_axes() {
     for seed in 0..500 {

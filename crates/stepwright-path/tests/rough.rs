@@ -1,5 +1,5 @@
-//! Circles in chords as programs write them: with places of three digits after the point, and with short
-//! chords between longer ones. They take as long as without, and keep the laws.
+//! Circles in chords as programs write them: with places of three digits after the point, and with short chords
+//! between longer ones. They take as long as exact ones, and keep the laws.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use stepwright_path::{AxisPace, Route};
 
 const JERKS: [f64; 3] = [f64::INFINITY, 50_000.0, 10_000.0];
 
-/// A circle through 0, in chords of these lengths by turns, of places that are multiples of `grid`.
+/// A circle through 0, in chords of these lengths in turn, with places rounded to multiples of `grid`.
 fn circle(radius: f64, feed: f64, chords: &[f64], grid: f64) -> Job {
     let round = |place: f64| if grid > 0.0 { (place / grid).round() * grid } else { place };
     let (mut angle, mut job) = (0.0, Vec::new());
@@ -24,8 +24,8 @@ fn circle(radius: f64, feed: f64, chords: &[f64], grid: f64) -> Job {
     job
 }
 
-/// By what two chords alone turn by, those of 0.1 mm took 1.9 times as long with a jerk of 10,000 mm/s³, and
-/// those of 0.05 mm 3.4 times.
+/// If only the two chords at a joint counted, chords of 0.1 mm would take 1.9 times as long with a jerk of
+/// 10,000 mm/s³, and chords of 0.05 mm 3.4 times.
 #[test]
 fn rounded_places_take_no_longer() {
     for (radius, feed, chord, grid, most) in [
@@ -46,8 +46,8 @@ fn rounded_places_take_no_longer() {
     }
 }
 
-/// What is left over where a curve is divided. Alone each short chord was passed as a bend that is so much
-/// tighter: up to 2.4 times as long.
+/// Short chords like those left where a curve is divided. By itself, each would be passed as a bend tighter by
+/// as much, in up to 2.4 times the time.
 #[test]
 fn short_chords_between_longer_ones_take_no_longer() {
     for (radius, feed, most) in
@@ -64,8 +64,8 @@ fn short_chords_between_longer_ones_take_no_longer() {
     }
 }
 
-/// Junction deviation bounds corners in place of the jump, also of places of two digits, and curves as they are
-/// bound without.
+/// Junction deviation limits corners in place of the jump, also with places of two digits. It limits curves as
+/// without it.
 #[test]
 fn so_do_they_by_junction_deviation() {
     for jerk in JERKS {
@@ -79,8 +79,8 @@ fn so_do_they_by_junction_deviation() {
     }
 }
 
-/// Passes of 40 mm over a bump, with a slow Z: 1.45 times as long as with exact places, and with limited jerk
-/// 1.9 times, by two chords alone.
+/// Passes of 40 mm over a bump, with a slow Z. If only two chords counted, they would take 1.45 times as long
+/// as with exact places, and 1.9 times with limited jerk.
 #[test]
 fn passes_over_a_surface_take_little_longer() {
     let time = |grid: f64, jerk: f64| {

@@ -1,10 +1,10 @@
-//! Routes, judged by their steps alone.
+//! Routes, judged only by their steps.
 
 use crate::jobs::{self, AXIS, Job};
 use crate::judge::{Axis, jump_needed};
 use stepwright_path::Route;
 
-/// The steps of each axis, and when the last cell ends.
+/// Adds the steps that are final now to those of each axis.
 fn played<const N: usize>(route: &mut Route<N>, axes: &mut [Axis; N]) {
     for step in route.by_ref() {
         axes[step.axis].push((step.time, step.forward));
@@ -29,7 +29,7 @@ fn steps(job: &Job) -> ([Axis; 2], f64) {
     (axes, route.time())
 }
 
-/// The time of a job, which its steps have too, within the law of speed.
+/// The time of a job. Its steps have the same time, and keep the law of speed.
 fn judged(name: &str, job: &Job) -> f64 {
     let planned = jobs::time(job, Route::new([AXIS; 2]).unwrap());
     let (axes, time) = steps(job);
@@ -42,8 +42,8 @@ fn judged(name: &str, job: &Job) -> f64 {
     time
 }
 
-/// Circle, lines and raster have known times under a jump of 5 mm/s and 1000 mm/s² along the
-/// path, by a planner of another kind; the limits here are those of each axis.
+/// Circle, lines and raster have known times under a jump of 5 mm/s and 1000 mm/s² along the path, from a
+/// planner of another kind. The limits here are those of each axis.
 #[test]
 fn the_jobs_take_their_times() {
     for (name, job, most) in [
@@ -62,8 +62,8 @@ fn the_jobs_take_their_times() {
     assert!((a / b - 1.0).abs() < 0.002, "{a} {b}");
 }
 
-/// A square of 50 mm with corners of 10 mm, where lines and arcs meet smoothly: 60 mm/s from the
-/// first ramp to the last, and no jump.
+/// A square of 50 mm with round corners of 10 mm, where lines and arcs meet smoothly: 60 mm/s from the first
+/// ramp to the last, and no jump.
 #[test]
 fn smooth_joints_are_passed_at_speed() {
     let quarter = std::f64::consts::FRAC_PI_2;
@@ -77,7 +77,7 @@ fn smooth_joints_are_passed_at_speed() {
         route.line_to([x, y], 60.0).unwrap();
         route.arc([0, 1], centre, quarter, [0.0; 2], 60.0).unwrap();
     }
-    // It brakes on a line: an arc leaves it less to brake by.
+    // It brakes on a line: an arc leaves less acceleration for braking.
     route.line_to([10.0, 0.0], 60.0).unwrap();
     route.close();
     let mut axes = [const { Vec::new() }; 2];
@@ -91,7 +91,7 @@ fn smooth_joints_are_passed_at_speed() {
     }
 }
 
-/// Junction deviation is faster at corners, and says nothing of the jump.
+/// Junction deviation is faster at corners, and does not limit the jump.
 #[test]
 fn junction_deviation_exceeds_the_axes() {
     let by_deviation = |job: &Job| {
@@ -115,7 +115,7 @@ fn junction_deviation_exceeds_the_axes() {
     assert!(time < judged("raster", &raster), "{time}");
 }
 
-/// A million chords of 0.05 mm: no more is kept than the cells ahead.
+/// A million chords of 0.05 mm: only the cells ahead are kept.
 #[test]
 fn memory_is_bounded() {
     let mut route = Route::new([AXIS; 2]).unwrap();
@@ -129,6 +129,6 @@ fn memory_is_bounded() {
         }
         most = most.max(ahead);
     }
-    // 40 mm to brake from 283 mm/s along the path, planned for every other half.
+    // Braking from 283 mm/s along the path takes 40 mm, and every other half is planned.
     assert!(most < 4_000, "{most}");
 }

@@ -1,4 +1,4 @@
-//! Routes with limited jerk, judged by their steps alone.
+//! Routes with limited jerk, judged only by their steps.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ fn played<const N: usize>(route: &mut Route<N>, axes: &mut [Axis; N]) {
     }
 }
 
-/// The time of a job, which its steps have too, within the law of speed and that of jerk.
+/// The time of a job. Its steps have the same time, and keep the law of speed and the law of jerk.
 pub fn judged(name: &str, job: &Job, jerk: f64) -> f64 {
     let planned = jobs::time(job, smooth(jerk));
     let (mut route, mut axes) = (smooth(jerk), [const { Vec::new() }; 2]);
@@ -46,16 +46,16 @@ pub fn judged(name: &str, job: &Job, jerk: f64) -> f64 {
     time
 }
 
-/// The staircase has one S-curve a leg: from 5 mm/s over 10 mm and back, at 1000 mm/s² and 10,000
-/// mm/s³, takes 12.05 s by arithmetic without acceleration at its corners, and 10.28 with 316 mm/s²,
-/// √(2·S·J). With none at the joints of its chords it takes 29 s.
+/// The staircase has one S-curve per leg: from 5 mm/s over 10 mm and back, at 1000 mm/s² and 10,000 mm/s³. By
+/// arithmetic it takes 12.05 s without acceleration at its corners, and 10.28 s with 316 mm/s², √(2·S·J).
+/// Without acceleration at the joints of its chords it takes 29 s.
 #[test]
 fn an_acceleration_is_carried_over_joints() {
     let time = judged("staircase", &jobs::staircase(), 10_000.0);
     assert!(time <= 10.5, "{time}");
 }
 
-/// Corners are come to and left with an acceleration.
+/// Corners are reached and left with an acceleration.
 #[test]
 fn corners_keep_the_law_of_jerk() {
     for (name, job, most) in
@@ -84,7 +84,8 @@ fn curves_keep_the_law_of_jerk() {
     }
 }
 
-/// Pairs of chords that one planner passed at 337 and 2,292 mm/s: no length is another kind.
+/// Chords that another planner passed at 337 and at 2,292 mm/s. A small change of the length must not change
+/// the speed much.
 #[test]
 fn chords_of_nearly_one_length_take_nearly_one_time() {
     for (jerk, most) in [(10_000.0, 4.70), (50_000.0, 4.61)] {
@@ -93,7 +94,7 @@ fn chords_of_nearly_one_length_take_nearly_one_time() {
     }
 }
 
-/// From rest to rest a line is an S-curve, by arithmetic: to 100 mm/s in 0.2 s over 10 mm.
+/// From rest to rest a line is an S-curve. By arithmetic: to 100 mm/s in 0.2 s over 10 mm.
 #[test]
 fn a_line_by_hand() {
     let mut route = smooth(10_000.0);
@@ -101,11 +102,12 @@ fn a_line_by_hand() {
     route.close();
     let mut axes = [const { Vec::new() }; 2];
     played(&mut route, &mut axes);
-    // At 0.99 of the jerk: to 1000 mm/s² in 0.101 s, which makes 101 mm/s; so 100 in 2·√(100/9900).
+    // At 0.99 of the jerk it takes 0.101 s to 1000 mm/s², and leads to 101 mm/s. So 100 mm/s takes
+    // 2·√(100/9900).
     let ramp = 2.0 * (100.0f64 / 9_900.0).sqrt();
     let time = 2.0 * ramp + (100.0 - 100.0 * ramp) / 100.0;
     assert!((route.time() - time).abs() < 1e-9, "{} {time}", route.time());
-    // Half of the ramp's time: J·t³/6.
+    // In half of the ramp's time: J·t³/6.
     let place = 9_900.0 * (ramp / 2.0).powi(3) / 6.0;
     let count = axes[0].iter().filter(|step| step.0 <= ramp / 2.0).count();
     assert_eq!(count, (place / AXIS.step).round() as usize);
@@ -123,7 +125,7 @@ fn a_hold_brakes_by_its_jerk_and_goes_on() {
     let rest = 1.0 + 2.0 * (50.0f64 / 9_900.0).sqrt();
     assert!(route.is_held() && (route.time() - rest).abs() < 1e-9, "{} {rest}", route.time());
     route.resume(3.0);
-    // While it rises: from a speed and an acceleration.
+    // A hold while it speeds up: from a speed and an acceleration.
     route.hold(3.05);
     route.resume(4.0);
     route.scale(4.06, 0.5).unwrap();
@@ -134,8 +136,8 @@ fn a_hold_brakes_by_its_jerk_and_goes_on() {
     assert_eq!(broken, None);
 }
 
-/// At nearly the speed at which it can turn, of 120 mm/s. By what is left of each axis wherever it is
-/// aligned it stood 6.7 mm later.
+/// At nearly the highest speed at which it can turn, 120 mm/s. With what turning leaves to each axis where it
+/// is aligned, the stop would be 6.7 mm later.
 #[test]
 fn a_hold_in_a_curve_brakes_as_on_a_circle() {
     let mut route = smooth(10_000.0);
@@ -157,8 +159,8 @@ fn what_makes_no_sense_is_refused() {
     }
 }
 
-/// The law is looked at in moments of √(jump / jerk): a jump of 10⁻⁹ mm/s took 4 s to plan three lines,
-/// one of 10⁻¹² four minutes.
+/// The law is sampled at fractions of √(jump / jerk). Without a least jump, planning three lines would take 4 s
+/// with a jump of 10⁻⁹ mm/s, and four minutes with 10⁻¹².
 #[test]
 fn a_jump_that_is_next_to_none_is_planned_as_a_small_one() {
     let play = |jump: f64| {
@@ -177,8 +179,8 @@ fn a_jump_that_is_next_to_none_is_planned_as_a_small_one() {
     assert!(least == small, "{} {}", least.1, small.1);
 }
 
-/// X passes two corners of a jump each in 5.5 ms. An axis that stands still and whose jerk is hidden sooner
-/// made the law of jerk count as forgotten for X too.
+/// X passes two corners of a jump each in 5.5 ms. Z stands, and its jerk is hidden sooner. Its settled state
+/// must not make the law of jerk of X count as settled.
 #[test]
 fn a_quick_axis_that_stands_settles_no_other() {
     let axis = AxisPace { step: 0.0025, jerk: 10_000.0, ..AXIS };
@@ -202,8 +204,8 @@ fn a_quick_axis_that_stands_settles_no_other() {
     assert!((times[0] / times[1] - 1.0).abs() < 0.01, "{times:?}");
 }
 
-/// So far from the beginning a level part may take no time and yet lead on by the last digit: it was passed
-/// again and again.
+/// So far from the beginning, by rounding, a part at constant speed may take no time and still lead on by the
+/// last digit. It must not be passed again and again.
 #[test]
 fn a_far_route_ends() {
     let mut route = smooth(10_000.0);
@@ -223,7 +225,7 @@ fn a_far_route_ends() {
     assert!(passed < 20_000 && route.is_over());
 }
 
-/// What is left by rounding where a curve meets itself is no piece, and no corner.
+/// A rest that rounding leaves where a curve meets itself is no piece, and makes no corner.
 #[test]
 fn what_is_next_to_nothing_is_no_piece() {
     for jerk in [f64::INFINITY, 10_000.0] {
@@ -258,7 +260,7 @@ fn what_is_next_to_nothing_is_no_piece() {
         for sweep in [1e-300, 1e-18, 1e-13, 1e-10] {
             assert_eq!(line(sweep), line(0.0), "{jerk}, {sweep}");
         }
-        // But many of them are a piece.
+        // Many of them together are a piece.
         let mut route = smooth(jerk);
         for n in 1..=1_000 {
             route.line_to([1e-8 * f64::from(n), 0.0], 50.0).unwrap();

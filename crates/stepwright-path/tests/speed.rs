@@ -1,9 +1,8 @@
-//! How fast a route is planned, as a ratio that is the same on a slow machine and a fast one:
-//! time per piece over the time of a chain of roots and divisions, each of which waits for the one
-//! before.
+//! The speed of planning a route, as a ratio that is the same on slow and fast machines: the time per piece
+//! over the time of a chain of roots and divisions, each of which waits for the one before.
 //!
-//! The stored ratios are what was measured when they were written, in processor time. Twice as long
-//! fails: on a busy machine half as long again was seen.
+//! The stored ratios were measured in processor time. Twice the stored ratio fails; on a busy machine 1.5 times
+//! was seen.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -11,23 +10,23 @@ use std::time::Instant;
 use crate::jobs::{self, AXIS, Job, time};
 use stepwright_path::{AxisPace, Route};
 
-/// Links of the chain in a unit of time.
+/// The links of the chain in a unit of time.
 const LINKS: u32 = 1_000;
 
-/// Runs of each, of which the shortest counts.
+/// The runs of each measurement, of which the shortest counts.
 const RUNS: usize = 7;
 
-/// Seconds of processor time of this thread, or by the clock where Linux does not tell them: another
-/// program may have the processor most of the time.
+/// The processor time of this thread in s, or the clock's time where Linux does not report it: another program
+/// may have the processor most of the time.
 fn now(begun: Instant) -> f64 {
-    // It is told as of the last time that the thread gave way.
+    // Linux reports it as of the last time that the thread gave way.
     std::thread::yield_now();
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let nanos = text.split(' ').next().and_then(|text| text.parse::<f64>().ok());
     nanos.map_or_else(|| begun.elapsed().as_secs_f64(), |nanos| nanos / 1e9)
 }
 
-/// Seconds, at least.
+/// The shortest time of several runs, in s.
 fn shortest(mut work: impl FnMut()) -> f64 {
     let begun = Instant::now();
     let run = |_| {
@@ -38,7 +37,7 @@ fn shortest(mut work: impl FnMut()) -> f64 {
     (0..RUNS).map(run).fold(f64::INFINITY, f64::min)
 }
 
-/// Seconds of a thousand links.
+/// The time of a thousand links, in s.
 fn unit() -> f64 {
     let chain = || {
         let mut x = black_box(2.0f64);
@@ -50,7 +49,7 @@ fn unit() -> f64 {
     shortest(chain) / 100.0
 }
 
-/// Chords of this length of a gentle curve.
+/// A gentle curve in chords of this length.
 fn wave(chord: f64) -> Job {
     let place = |n: u32| {
         let x = f64::from(n) * chord;
@@ -59,12 +58,12 @@ fn wave(chord: f64) -> Job {
     (1..=20_000).map(place).collect()
 }
 
-/// A job under a jerk, against the stored ratio.
+/// Plans a job with a jerk, and compares the ratio with the stored one.
 fn planning(name: &str, job: &Job, jerk: f64, stored: f64) {
     let axis = AxisPace { jerk, ..AXIS };
     let plan = || time(job, Route::new([axis; 2]).unwrap());
     let long = plan();
-    // Between two looks at the chain, whose slower one counts.
+    // Between two measurements of the chain, of which the slower one counts.
     let before = unit();
     let whole = shortest(|| _ = black_box(plan()));
     let piece = whole / job.len() as f64;
@@ -87,7 +86,7 @@ fn planning_takes_as_long_as_it_did() {
         planning(&name, &job, f64::INFINITY, without);
         planning(&name, &job, 10_000.0, with);
     }
-    // Places of three digits, which are looked at over more than two chords.
+    // Places of three digits, which are judged over more than two chords.
     let rough = wave(0.05).into_iter();
     let rough = rough.map(|(to, feed)| (to.map(|to| (to * 1e3).round() / 1e3), feed)).collect();
     planning("rough chords of 0.05 mm", &rough, f64::INFINITY, 0.07);

@@ -1,19 +1,19 @@
-//! Beside a planner of another kind: limits along the path, where an axis that turns with all of its
-//! acceleration may speed up with all of it too, as most have it.
+//! Compares routes with a planner of another kind: its limits apply along the path, and an axis that turns with
+//! all of its acceleration may also speed up with all of it, as in most planners.
 //!
 //! ```text
 //!   at a joint    v ≤ S/|Δt|  and  v² ≤ A·h/|Δt|      h: the mean of both pieces
 //!   between       |v'| ≤ A
 //! ```
 //!
-//! What its axes do is beyond their limits, and the judge says by how much. No limits of a route are
-//! these: each axis has its acceleration once. A route whose axes jump by as much is compared.
+//! Its axes exceed their limits, and the judge measures by how much. A route has no such limits: each axis has
+//! its acceleration only once. It is compared with a route whose axes jump by as much.
 
 use crate::jobs::{self, AXIS, Job};
 use crate::judge::{Axis, jump_needed};
 use stepwright_path::{AxisPace, Route};
 
-/// Seconds, and the jump that the steps need with the acceleration of the axes.
+/// The time in s, and the jump that the steps need with the acceleration of the axes.
 struct Judged {
     time: f64,
     jump: f64,
@@ -24,7 +24,7 @@ fn judged(axes: &[Axis; 2], time: f64) -> Judged {
     Judged { time, jump: jump.fold(0.0, f64::max) }
 }
 
-/// A route whose axes may jump by this.
+/// A route whose axes have this jump.
 fn route(job: &Job, jump: f64) -> Judged {
     let mut route = Route::new([AxisPace { jump, ..AXIS }; 2]).unwrap();
     let mut axes = [const { Vec::new() }; 2];
@@ -40,7 +40,7 @@ fn route(job: &Job, jump: f64) -> Judged {
     judged(&axes, route.time())
 }
 
-/// A piece of the other planner: from where, its direction and length, and its speed.
+/// A piece of the other planner: its ends, its direction and length, and its speed.
 struct Piece {
     from: [f64; 2],
     to: [f64; 2],
@@ -49,7 +49,7 @@ struct Piece {
     feed: f64,
 }
 
-/// The other planner, its axes' jump at a joint 5 mm/s.
+/// The other planner, with a jump of 5 mm/s of its axes at a joint.
 fn unshared(job: &Job) -> Judged {
     let (mut pieces, mut from) = (Vec::new(), [0.0; 2]);
     for (to, feed) in job {
@@ -105,7 +105,7 @@ fn unshared(job: &Job) -> Judged {
     judged(&axes, now)
 }
 
-/// The other planner has the times that it has in docs/paths.md, and its axes exceed their limits.
+/// The other planner has its times of docs/paths.md, and its axes exceed their limits.
 #[test]
 fn what_is_not_shared_exceeds_the_axes() {
     for (name, job, time, jump) in [
@@ -123,7 +123,7 @@ fn what_is_not_shared_exceeds_the_axes() {
     }
 }
 
-/// Who lets the axes jump by as much has the organic job in 24.1 s.
+/// With axes that jump by as much, a route makes the organic job in 24.1 s.
 #[test]
 fn axes_that_jump_as_far_are_about_as_fast() {
     let found = route(&jobs::organic(), 9.5);
@@ -131,7 +131,7 @@ fn axes_that_jump_as_far_are_about_as_fast() {
     assert!(found.time <= 24.1 && found.jump <= 9.5, "{} {}", found.time, found.jump);
 }
 
-/// A motor that takes more at once makes no job slower.
+/// A larger jump makes no job slower.
 #[test]
 fn a_larger_jump_costs_no_time() {
     for (name, job) in [

@@ -1,21 +1,21 @@
-//! How soon after its order a hold brakes, and stands, with limited jerk: on random paths of lines, arcs, smooth
-//! joints and chords in two and three unequal axes, at random times; and all along a path of curves and
-//! corners.
+//! The times from the order of a hold until the route brakes and until it stands, with limited jerk: on random
+//! paths of lines, arcs, smooth joints and chords in two and three unequal axes, at random times; and all along
+//! a path of curves and corners.
 //!
-//! `STEPWRIGHT_HOLDS` says on how many random paths; docs/paths.md has the figures of 400.
+//! `STEPWRIGHT_HOLDS` sets the number of random paths. docs/paths.md has the figures of 400.
 
 use stepwright_path::{AxisPace, Route};
 
 use crate::jobs::{AXIS, Dice};
 use crate::optimal::paths::{Kinds, Path};
 
-/// Holds of each path.
+/// The number of holds of each path.
 const HOLDS: u32 = 8;
 
-/// Units by which a held route must be off the same route without its hold.
+/// The distance by which a held route must differ from the same route without its hold, in units.
 const OFF: f64 = 1e-8;
 
-/// A part of constant jerk, as it was passed.
+/// A part of a route with constant jerk, as it was passed.
 struct Part {
     begin: f64,
     end: f64,
@@ -36,7 +36,7 @@ impl Part {
     }
 }
 
-/// What is left of a route.
+/// The remaining parts of a route.
 fn parts<const N: usize>(mut route: Route<N>) -> Vec<Part> {
     let mut parts = Vec::new();
     while let Some(stretch) = route.pass_over() {
@@ -56,7 +56,7 @@ fn parts<const N: usize>(mut route: Route<N>) -> Vec<Part> {
     parts
 }
 
-/// A route, and what of it is passed without a hold.
+/// A route, and the parts that are passed without a hold.
 struct Planned<const N: usize> {
     route: Route<N>,
     parts: Vec<Part>,
@@ -65,19 +65,19 @@ struct Planned<const N: usize> {
 impl<const N: usize> Planned<N> {
     fn new(mut route: Route<N>) -> Planned<N> {
         route.close();
-        // It is planned when its first part is asked for.
+        // The route is planned when its first part is asked for.
         route.pass_over().unwrap();
         let parts = parts(route.clone());
         Planned { route, parts }
     }
 
-    /// When a hold may be ordered.
+    /// The times between which a hold may be ordered.
     fn times(&self) -> [f64; 2] {
         [self.parts[0].begin, self.parts[self.parts.len() - 1].end]
     }
 
-    /// Held at a time: the seconds from then on in which it goes on by its plan and does not brake, and
-    /// those until it stands.
+    /// Holds the route at a time. Returns the time from then on in which it follows its plan and does not
+    /// brake, and the time until it stands, in s.
     fn hold(&self, at: f64) -> [f64; 2] {
         let mut route = self.route.clone();
         route.hold(at);
@@ -95,7 +95,7 @@ impl<const N: usize> Planned<N> {
     }
 }
 
-/// The mean, the 99th percentile and the most of both are within these bounds.
+/// The mean, the 99th percentile and the largest value of both times are within these bounds.
 fn judge(name: &str, holds: &[[f64; 2]], most: [[f64; 3]; 2]) {
     for (n, what) in ["does not brake for", "stands after"].into_iter().enumerate() {
         let mut all: Vec<f64> = holds.iter().map(|hold| hold[n]).collect();
@@ -147,8 +147,8 @@ fn holds_of_random_paths_are_as_soon_as_they_were() {
     }
 }
 
-/// Corners, a wave of chords, arcs, and corners close to each other; while it turns, speeds up, and
-/// before corners.
+/// Corners, a wave of chords, arcs, and corners close to each other. The holds come while the route turns,
+/// speeds up, and before corners.
 #[test]
 fn a_hold_finds_a_stop() {
     for (jerk, most) in [

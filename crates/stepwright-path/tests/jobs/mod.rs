@@ -1,7 +1,5 @@
-//! Jobs that other planners were measured with: mm, mm/s, 80 steps/mm, 1000 mm/s², a jump of
-//! 5 mm/s. docs/paths.md has the table.
-
-// Each test program uses a part of it.
+//! Jobs with which other planners were measured: mm, mm/s, 80 steps/mm, 1000 mm/s², a jump of 5 mm/s.
+//! docs/paths.md has the table.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,7 +8,7 @@ use stepwright_path::{AxisPace, Route};
 pub const AXIS: AxisPace =
     AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
 
-/// Random numbers from a seed, in 0..1.
+/// Random numbers in 0..1 from a seed.
 pub struct Dice(pub u64);
 
 impl Dice {
@@ -23,10 +21,10 @@ impl Dice {
     }
 }
 
-/// Places and the feed to each.
+/// Places, and the feed to each.
 pub type Job = Vec<([f64; 2], f64)>;
 
-/// A circle of 20 mm in chords of 0.5 mm, four times, from its centre at 50 mm/s.
+/// A circle of 20 mm in chords of 0.5 mm, four times, reached from its centre at 50 mm/s.
 pub fn circle(feed: f64) -> Job {
     let place = |n: u32| {
         let angle = TAU * f64::from(n) / 251.0;
@@ -36,8 +34,8 @@ pub fn circle(feed: f64) -> Job {
     [([20.0, 0.0], 50.0)].into_iter().chain(chords).collect()
 }
 
-/// 400 lines between random places of a square of 100 mm, at 100 mm/s: of the first hundred
-/// seeds the one whose lines have the length of the published job, 21,240 mm.
+/// 400 lines between random places of a square of 100 mm, at 100 mm/s. Of the first hundred seeds, the one
+/// whose lines are nearest to the length of the published job, 21,240 mm.
 pub fn lines() -> Job {
     let job = |seed| {
         let mut dice = Dice(seed);
@@ -47,7 +45,7 @@ pub fn lines() -> Job {
     (0..100).map(job).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap()
 }
 
-/// 60 passes of 60 mm, 0.4 mm from one to the next, at 100 mm/s.
+/// 60 passes of 60 mm, 0.4 mm apart, at 100 mm/s.
 pub fn raster() -> Job {
     let passes = (0..60u32).flat_map(|n| {
         let (x, y) = (if n.is_multiple_of(2) { 60.0 } else { 0.0 }, 0.4 * f64::from(n));
@@ -56,7 +54,7 @@ pub fn raster() -> Job {
     passes.collect()
 }
 
-/// 40 legs of 10 mm in chords of 0.2 mm, X and Y by turns, at 100 mm/s.
+/// 40 legs of 10 mm in chords of 0.2 mm, X and Y in turn, at 100 mm/s.
 pub fn staircase() -> Job {
     let (mut at, mut job) = ([0.0f64; 2], Vec::new());
     for leg in 0..40 {
@@ -69,7 +67,7 @@ pub fn staircase() -> Job {
     job
 }
 
-/// 20 half circles of 4 mm, left and right by turns, in chords of 0.1 mm.
+/// 20 half circles of 4 mm, left and right in turn, in chords of 0.1 mm.
 pub fn arcs(feed: f64) -> Job {
     let count = (PI * 4.0 / 0.1).round();
     let half = |k: u32| {
@@ -83,8 +81,8 @@ pub fn arcs(feed: f64) -> Job {
     (0..20).flat_map(half).collect()
 }
 
-/// A closed curve of 1003.5 mm in 3,548 chords, at 50 mm/s, in place of the published job, whose
-/// file is lost: fitted to its seven published figures (docs/paths.md).
+/// A closed curve of 1003.5 mm in 3,548 chords, at 50 mm/s. It replaces the published job, whose file is lost,
+/// and is fitted to its seven published figures (docs/paths.md).
 pub fn organic() -> Job {
     let place = |n: u32| {
         let t = TAU * f64::from(n) / 3_548.0;
@@ -116,7 +114,7 @@ pub fn length(job: &Job) -> f64 {
     job.iter().map(way).sum()
 }
 
-/// Seconds that a job takes.
+/// The time of a job, in s.
 pub fn time(job: &Job, route: Route<2>) -> f64 {
     let (mut route, mut time) = (route, 0.0);
     for (to, feed) in job {

@@ -1,7 +1,7 @@
-//! Whether an axis stays within S/2 of a speed u with |u'| ≤ A and |u''| ≤ J, by its steps.
+//! Judges by its steps whether an axis stays within S/2 of a speed u with |u'| ≤ A and |u''| ≤ J.
 //!
-//! The set of all (u, u') that such a speed can have by now is convex. It is kept as a polygon,
-//! from one mean speed to the next:
+//! The set of all (u, u') that such a speed can have now is convex. It is kept as a polygon, and updated from
+//! one mean speed to the next:
 //!
 //! ```text
 //!   later   (u, a) → (u + a·T, a)              and the lens that |u''| ≤ J reaches in T
@@ -10,18 +10,18 @@
 //!           |a| ≤ A
 //! ```
 //!
-//! If nothing is left of it there is no such speed. The lens is taken as the hexagon around it,
-//! and corners too many are cut off outwards, so the set is never too small: a motion that is
-//! refused breaks the law for certain. One that breaks it by little may pass.
+//! If the set is empty, there is no such speed. The lens is replaced by the hexagon around it, and surplus
+//! corners are removed outwards. The set is therefore never too small: a motion that is refused certainly
+//! breaks the law. A motion that breaks it by little may pass.
 
 use super::{Axis, Mean, means};
 
 type Corner = [f64; 2];
 
-/// Corners of the polygon, at most.
+/// The most corners of the polygon.
 const MOST: usize = 48;
 
-/// What is left of a convex polygon where `over` is at most 0.
+/// The part of a convex polygon where `over` is at most 0.
 fn clip(polygon: &[Corner], over: impl Fn(&Corner) -> f64) -> Vec<Corner> {
     let mut left = Vec::with_capacity(polygon.len() + 1);
     for (n, corner) in polygon.iter().enumerate() {
@@ -66,7 +66,8 @@ fn hull(mut corners: Vec<Corner>) -> Vec<Corner> {
     hull
 }
 
-/// Fewer corners around the same set: the edge that costs least goes, and both beside it meet.
+/// Fewer corners around the same set: the edge whose removal adds the smallest area is removed, and the edges
+/// on both sides are extended until they meet.
 fn simpler(mut polygon: Vec<Corner>) -> Vec<Corner> {
     while polygon.len() > MOST {
         let count = polygon.len();
@@ -76,7 +77,7 @@ fn simpler(mut polygon: Vec<Corner>) -> Vec<Corner> {
             let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - d[0], c[1] - d[1]]);
             let area = p[0] * q[1] - p[1] * q[0];
             let t = ((d[0] - a[0]) * q[1] - (d[1] - a[1]) * q[0]) / area;
-            // Both lead to it, or they don't meet on this side.
+            // Both edges lead to this corner; otherwise they do not meet on this side.
             let corner = [a[0] + p[0] * t, a[1] + p[1] * t];
             (t >= 1.0 && corner[0].is_finite()).then(|| (cross(b, corner, c).abs(), corner))
         };
@@ -90,14 +91,14 @@ fn simpler(mut polygon: Vec<Corner>) -> Vec<Corner> {
 
 /// The set after a time.
 fn later(set: &[Corner], time: f64, jerk: f64) -> Vec<Corner> {
-    // The ends of the lens, and where the tangents at its ends and in its middle meet.
+    // The ends of the lens, and the points where the tangents at its ends and in its middle meet.
     let (u, a) = (jerk * time * time / 2.0, jerk * time);
     let lens = [[u, a], [u, a / 2.0], [0.0, -a / 2.0], [-u, -a], [-u, -a / 2.0], [0.0, a / 2.0]];
     let moved = set.iter().map(|[u, a]| [u + a * time, *a]);
     hull(moved.flat_map(|[u, a]| lens.map(|[x, y]| [u + x, a + y])).collect())
 }
 
-/// What is left of it where the speed is within `near` of v.
+/// The part of the set in which u is within `near` of v and |u'| ≤ `accel`.
 fn seen(set: &[Corner], v: f64, near: f64, accel: f64) -> Vec<Corner> {
     let set = clip(set, |[u, _]| u - v - near);
     let set = clip(&set, |[u, _]| v - u - near);
@@ -105,7 +106,7 @@ fn seen(set: &[Corner], v: f64, near: f64, accel: f64) -> Vec<Corner> {
     simpler(clip(&set, |[_, a]| -a - accel))
 }
 
-/// When the law is broken, if it is: by the steps of an axis from rest at 0 to rest at `end`, with
+/// The time at which the law is broken, if it is, by the steps of an axis from rest at 0 to rest at `end`, with
 /// a jump, an acceleration and a jerk.
 pub fn jerk_broken(steps: &Axis, size: f64, limits: [f64; 3], end: f64) -> Option<f64> {
     let [jump, accel, jerk] = limits;

@@ -1,33 +1,34 @@
-//! Judges of a motion by its steps alone. They share nothing with what plans it.
+//! Judges of a motion that use only its steps. They share no code with the planner.
 //!
-//! **The law of speed.** For every axis and every two times |v(t) − v(t')| ≤ S + A·|t − t'|. The
-//! mean speed between two steps in the same direction is known exactly, and so is its time: the
-//! middle of both. Between a step and the same step back it is 0. With these, S is at least
+//! **The law of speed.** For each axis and any two times |v(t) − v(t')| ≤ S + A·|t − t'|. The mean speed
+//! between two steps in the same direction is known exactly, and so is its time, the middle between both.
+//! Between a step and the same step back it is 0. With these speeds, S is at least
 //!
 //! ```text
 //!   max over t' ≤ t of |v(t) − v(t')| − A·(t − t')
 //! ```
 //!
-//! which one pass finds: all that is kept are the largest v' + A·t' and the least v' − A·t'.
+//! One pass finds this: it keeps only the largest v' + A·t' and the smallest v' − A·t'.
 //!
-//! In a long interval the mean says little about its ends. Within an interval an axis stays within one step,
-//! and a quarter where a turn was not worth a step. So its mean speed over a time h after the first step, and
-//! over h before the second, is 0 but for 1.25 steps / h; with h = √(step/A) that is least.
+//! In a long interval the mean says little about the speed at its ends. Within an interval an axis stays within
+//! one step, and within another quarter where a turn was not worth a step. Its mean speed over a time h after
+//! the first step, and over h before the second, is therefore 0, with an error of at most 1.25 steps / h; with
+//! h = √(step/A) that error is smallest.
 
 pub mod jerk;
 
 /// A mean speed of an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Mean {
-    /// The middle of its time, and how long that is; 0 at rest.
+    /// The middle of its time, and the length of that time; 0 at rest.
     pub time: f64,
     pub wide: f64,
-    /// The speed in units/s, but for `off`.
+    /// The speed in units/s, with an error of at most `off`.
     pub speed: f64,
     pub off: f64,
 }
 
-/// The steps of an axis that it may go without a step.
+/// The distance that an axis may move without a step, in steps.
 const WITHIN: f64 = 1.25;
 
 /// The mean speeds of an axis by its steps, from rest at 0 to rest at `end`.
@@ -58,10 +59,10 @@ pub fn means(steps: &Axis, size: f64, accel: f64, end: f64) -> Vec<Mean> {
     means
 }
 
-/// One axis: seconds and direction of its steps.
+/// The steps of one axis: their times in s, and their directions.
 pub type Axis = Vec<(f64, bool)>;
 
-/// Mean speeds at their times, from rest at 0 to rest at `end`, in units/s.
+/// The mean speeds with their times, from rest at 0 to rest at `end`, in units/s.
 pub fn speeds(steps: &Axis, size: f64, end: f64) -> Vec<(f64, f64)> {
     let mut speeds = vec![(0.0, 0.0)];
     for pair in steps.windows(2) {
@@ -74,7 +75,7 @@ pub fn speeds(steps: &Axis, size: f64, end: f64) -> Vec<(f64, f64)> {
     speeds
 }
 
-/// The jump that the steps of an axis need, and when.
+/// The jump that the steps of an axis need, and its time.
 pub fn jump_needed(steps: &Axis, size: f64, accel: f64, end: f64) -> (f64, f64) {
     let (mut high, mut low) = (f64::NEG_INFINITY, f64::INFINITY);
     let mut needed = (0.0, 0.0);

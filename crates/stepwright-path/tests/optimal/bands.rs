@@ -1,7 +1,7 @@
-//! A symmetric matrix with bands beside the diagonal, and a gradient: a step of Newton's method.
+//! A symmetric banded matrix and a gradient: a step of Newton's method.
 
 pub struct Bands {
-    /// Row by row from the diagonal on.
+    /// Row by row, from the diagonal on.
     rows: Vec<f64>,
     wide: usize,
     pub slope: Vec<f64>,
@@ -12,17 +12,17 @@ impl Bands {
         Bands { rows: vec![0.0; count * wide], wide, slope: vec![0.0; count] }
     }
 
-    /// Adds to the entry of two variables, the first of which comes first.
+    /// Adds to the entry of two variables, of which `row` comes first.
     pub fn add(&mut self, row: usize, column: usize, by: f64) {
         self.rows[row * self.wide + column - row] += by;
     }
 
-    /// The x of H·x = −gradient, with a part of the diagonal on top of it; 0 where nothing depends on
-    /// a variable.
+    /// The x of H·x = −gradient, with a part of the diagonal added to it. It is 0 for a variable on which
+    /// nothing depends.
     pub fn step(&mut self, damp: f64) -> Vec<f64> {
         let (count, wide) = (self.slope.len(), self.wide);
         let mut x: Vec<f64> = self.slope.iter().map(|slope| -slope).collect();
-        // What is left of the diagonal by rounding.
+        // The part of the diagonal that rounding may leave.
         let least: Vec<f64> = (0..count).map(|row| 1e-13 * self.rows[row * wide]).collect();
         for row in 0..count {
             self.rows[row * wide] *= 1.0 + damp;

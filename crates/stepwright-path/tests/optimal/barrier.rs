@@ -1,5 +1,5 @@
-//! The fastest speed with limited jerk, by an interior point. Beside the limits of each cell, along
-//! the path:
+//! The fastest speed with limited jerk, by an interior-point method. In addition to the limits of each cell,
+//! along the path:
 //!
 //! ```text
 //!   |w''| ≤ 2·jerk/√w            its third derivative in time, but at corners
@@ -7,7 +7,7 @@
 //!                                one corner to the next
 //! ```
 //!
-//! and of each axis the law of jerk itself, with its speed t·v and a speed u at each node as another
+//! and for each axis the law of jerk itself, with its speed t·v, and a speed u at each node as another
 //! variable:
 //!
 //! ```text
@@ -15,38 +15,38 @@
 //!   |u'| ≤ accel, |u''| ≤ jerk   in time: turning, and a jump of the acceleration at a corner, too
 //! ```
 //!
-//! u may begin and end with any acceleration. Without that law there are no corners, the jerk of turning
-//! is not limited, and |Δκ|·w ≤ √(8·jump·jerk) where the curvature changes at once: a ramp of the
-//! acceleration beside a step of Δ is up to Δ²/8·jerk off in speed.
+//! u may begin and end with any acceleration. Without that law there are no corners, the jerk of turning is not
+//! limited, and |Δκ|·w ≤ √(8·jump·jerk) where the curvature changes at once: a ramp of the acceleration
+//! deviates from a step of Δ by up to Δ²/8·jerk in speed.
 //!
-//! Newton's method on the time less a logarithm of each
-//! distance to a limit. The curvature of the limits that are not convex is left out, so each step is a
-//! descent, and each speed keeps the limits. What is found is a local optimum. Compare Consolini et
-//! al., arXiv 2105.15095.
+//! Newton's method minimises the time less a logarithm of each distance to a limit. The curvature of limits
+//! that are not convex is left out, so each step is a descent, and each speed keeps the limits. The result is a
+//! local optimum. Compare Consolini et al., arXiv 2105.15095.
 
 use stepwright_path::AxisPace;
 
 use super::bands::Bands;
 use super::{Cell, Grid};
 
-/// Of the time, by which it may be above the optimum.
+/// The part of the time by which the result may be above the optimum.
 const GAP: f64 = 5e-4;
 
-/// The part of a weight that the next one is, and steps of each at most: a path took 1,000. With larger
-/// strides, and 200, some stopped before their optimum, and came out up to 2.8 % slower.
+/// The factor from one weight to the next, and the most steps with each; one path took 1,000. With smaller
+/// factors, and with 200 steps, some paths stopped before their optimum, up to 2.8 % slower.
 const NEXT: f64 = 0.5;
 const STEPS: usize = 2_000;
 
-/// Of the part of the logarithms: a descent that is none. With a larger one it stops at slower speeds.
+/// A descent of less than this part of the logarithms' share counts as none. With a larger part, the search
+/// stops at slower speeds.
 const NEAR: f64 = 1e-5;
 
-/// Of the diagonal of Newton's matrix, at least.
+/// The smallest addition to the diagonal of Newton's matrix, as a part of the diagonal.
 const DAMP: f64 = 1e-10;
 
-/// Variables of a node at most: w, and u of each axis.
+/// The most variables of a node: w, and u of each axis.
 const MOST: usize = 4;
 
-/// By how much a distance changes with the variables of three nodes.
+/// The derivatives of a distance by the variables of three nodes.
 type Slopes = [[f64; MOST]; 3];
 
 struct Problem<'a, const N: usize> {
@@ -54,10 +54,10 @@ struct Problem<'a, const N: usize> {
     axes: &'a [AxisPace; N],
     /// Whether each axis has the law of jerk.
     lawful: bool,
-    /// w at each node at most, and the jerk along each cell.
+    /// The largest w at each node, and the jerk along each cell.
     caps: Vec<f64>,
     jerk: Vec<f64>,
-    /// Nodes that are corners, and the acceleration along each cell that there may be of them.
+    /// The nodes that are corners, and the acceleration along each cell that corners allow.
     corners: Vec<bool>,
     kinks: Vec<f64>,
 }
@@ -70,7 +70,7 @@ struct Speed<const N: usize> {
 }
 
 impl<const N: usize> Speed<N> {
-    /// By a part of a step, which has `each` variables of a node.
+    /// The speed after a part of a step, which has `each` variables per node.
     fn moved(&self, step: &[f64], part: f64, each: usize) -> Speed<N> {
         let mut next = self.clone();
         for (n, step) in step.chunks(each).enumerate() {
@@ -82,14 +82,14 @@ impl<const N: usize> Speed<N> {
         next
     }
 
-    /// The speed at a node, and by how much it changes with w.
+    /// The speed at a node, and its derivative by w.
     fn at(&self, n: usize) -> [f64; 2] {
         let v = self.w[n].sqrt();
         [v, if v > 0.0 { 0.5 / v } else { 0.0 }]
     }
 }
 
-/// The time over a cell and u' in it, and how they change with w and u of both nodes.
+/// The time over a cell and u' in it, and their derivatives by w and u of both nodes.
 struct Rate {
     time: f64,
     rate: f64,
@@ -98,7 +98,7 @@ struct Rate {
 }
 
 impl Rate {
-    /// By the speed of each node, how that changes with w, and u.
+    /// From the speed of each node, its derivative by w, and u.
     fn new(length: f64, nodes: [([f64; 2], f64); 2]) -> Rate {
         let [([v, dv], u), ([v1, dv1], u1)] = nodes;
         let time = 2.0 * length / (v + v1);
@@ -118,12 +118,12 @@ fn minus(slopes: &Slopes) -> Slopes {
 }
 
 impl<const N: usize> Problem<'_, N> {
-    /// Variables of each node.
+    /// The number of variables of each node.
     fn each(&self) -> usize {
         if self.lawful { N + 1 } else { 1 }
     }
 
-    /// Each distance to a limit, with the first node that it depends on and its slopes.
+    /// Calls `each` with each distance to a limit, the first node on which it depends, and its derivatives.
     fn limits(&self, speed: &Speed<N>, mut each: impl FnMut(usize, &Slopes, f64)) {
         self.limits_along(&speed.w, |n, parts, left| each(n, &along(parts), left));
         if self.lawful {
@@ -219,7 +219,7 @@ impl<const N: usize> Problem<'_, N> {
         }
     }
 
-    /// The time less the logarithms; infinite beyond a limit.
+    /// The time less the logarithms; infinite if a limit is exceeded.
     fn value(&self, speed: &Speed<N>, weight: f64) -> f64 {
         let mut sum = 0.0;
         let mut beyond = speed.w.iter().any(|w| w.is_nan() || *w < 0.0);
@@ -235,7 +235,7 @@ impl<const N: usize> Problem<'_, N> {
     fn newton(&self, speed: &Speed<N>, weight: f64) -> Bands {
         let (w, count, each) = (&speed.w, speed.w.len(), self.each());
         let mut newton = Bands::new(count * each, 3 * each);
-        // It is at rest at both ends.
+        // The path is at rest at both ends.
         let free = |n: usize, k: usize| k > 0 || (n > 0 && n + 1 < count);
         for (n, cell) in self.grid.cells.iter().enumerate() {
             let part = if n == 0 || n + 2 == count { 3.0 } else { 2.0 } * cell.length;
@@ -276,7 +276,7 @@ impl<const N: usize> Problem<'_, N> {
     }
 }
 
-/// The time of the fastest speed; with the law of each axis, or without it and evenly over corners.
+/// The time of the fastest speed: with the law of each axis, or without it and smoothly over corners.
 pub fn fastest<const N: usize>(grid: &Grid<N>, axes: &[AxisPace; N], lawful: bool) -> f64 {
     let cells = &grid.cells;
     let last = cells.len();
@@ -332,7 +332,7 @@ pub fn fastest<const N: usize>(grid: &Grid<N>, axes: &[AxisPace; N], lawful: boo
     problem.limits(&speed, |_, _, _| limits += 1);
     let limits = f64::from(limits);
     let mut weight = grid.time(&speed.w, true) / limits;
-    // Of the diagonal, on top of it: more where a step ends at a limit.
+    // The addition to the diagonal, as a part of it: more where a step ends at a limit.
     let mut damp = DAMP;
     loop {
         for _ in 0..STEPS {

@@ -1,7 +1,7 @@
-//! Offline optima of paths, on a fine grid along them. They share nothing with what plans a route.
+//! Offline optima of paths, on a fine grid along them. They share no code with the planner of a route.
 //!
-//! Of each cell between two nodes the direction t and the curvature κ of each axis are known at both
-//! ends. With w = v² at the nodes and the acceleration a = Δw/2h along a cell:
+//! For each cell between two nodes, the direction t and the curvature κ of each axis are known at both ends.
+//! With w = v² at the nodes and the acceleration a = Δw/2h along a cell:
 //!
 //! ```text
 //!   |t·a + κ·w| ≤ accel                 each axis, at both ends of each cell
@@ -10,10 +10,8 @@
 //!   |κ|·w ≤ accel                       where that is asked for
 //! ```
 //!
-//! The last one is what a planner keeps that can hold a speed anywhere; an axis that brakes at the same
-//! time may turn faster than that. Chords of a curve turn evenly from the middle of one to the middle of the next.
-
-// Each test program uses a part of it.
+//! A planner that can hold its speed anywhere keeps the last limit; an axis that brakes at the same time may
+//! turn faster. Chords of a curve turn evenly from the middle of one to the middle of the next.
 
 pub mod bands;
 pub mod barrier;
@@ -24,21 +22,21 @@ use std::f64::consts::FRAC_PI_2;
 
 use stepwright_path::AxisPace;
 
-/// One end of a cell: the direction of each axis, and how that changes in a unit.
+/// One end of a cell: the direction of each axis, and its change per unit.
 #[derive(Clone, Copy, Debug)]
 pub struct End<const N: usize> {
     pub t: [f64; N],
     pub k: [f64; N],
 }
 
-/// From one node to the next.
+/// The path from one node to the next.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell<const N: usize> {
     pub length: f64,
     pub ends: [End<N>; 2],
 }
 
-/// A path: cells, and the w at each node at most.
+/// A path: its cells, and the largest w at each node.
 pub struct Grid<const N: usize> {
     pub cells: Vec<Cell<N>>,
     pub caps: Vec<f64>,
@@ -51,7 +49,7 @@ pub enum Shape<const N: usize> {
     Arc { radius: f64, from: f64, sweep: f64 },
 }
 
-/// A piece of a path; `chord` says that it goes on the curve that the one before is of.
+/// A piece of a path. `chord` tells whether it continues the curve of the piece before.
 #[derive(Clone, Copy, Debug)]
 pub struct Piece<const N: usize> {
     pub shape: Shape<N>,
@@ -84,7 +82,7 @@ impl<const N: usize> Shape<N> {
     }
 }
 
-/// The longest and the shortest cell, and a cell beside its distance from a joint.
+/// The longest and the shortest cell, and the length of a cell as a part of its distance from a joint.
 const LONGEST: f64 = 0.2;
 const SHORTEST: f64 = 0.004;
 const GRADE: f64 = 0.06;
@@ -96,17 +94,18 @@ fn cuts(length: f64) -> Vec<f64> {
         s += (GRADE * s).clamp(SHORTEST, LONGEST);
         half.push(s);
     }
-    // So that the last one is in the middle.
+    // Scaled, so that the last one is in the middle.
     let part = half.last().map_or(1.0, |last| length / 2.0 / last);
     let back = half.iter().rev().skip(1).map(|s| length - s * part);
     half.iter().map(|s| s * part).chain(back).chain([length]).collect()
 }
 
 impl<const N: usize> Grid<N> {
-    /// `level`: no faster than it could turn at a constant speed.
+    /// `level` limits the speed to that at which each axis could turn at a constant speed.
     pub fn new(path: &[Piece<N>], axes: &[AxisPace; N], level: bool) -> Grid<N> {
         let (mut cells, mut caps): (Vec<Cell<N>>, Vec<f64>) = (vec![], vec![0.0]);
-        // Between a piece and the one before: how it turns, and over what way before and behind.
+        // Between a piece and the piece before: the turn, and the lengths before and behind over which it
+        // turns.
         let turn = |n: usize| {
             let (before, after) = (n.checked_sub(1).map(|n| path[n])?, path.get(n)?);
             let lengths = [before.shape.length(), after.shape.length()];
@@ -152,7 +151,7 @@ impl<const N: usize> Grid<N> {
                             cap = cap.min(pace.accel / k);
                         }
                     }
-                    // Of a cell: at both of its nodes.
+                    // The limit of a cell applies at both of its nodes.
                     if let Some(last) = caps.last_mut() {
                         *last = cap.min(*last);
                     }
@@ -174,7 +173,7 @@ impl<const N: usize> Grid<N> {
         Grid { cells, caps }
     }
 
-    /// The time of a speed. From and to rest the jerk is constant if it is `smooth`.
+    /// The time of a speed. If `smooth`, the jerk from and to rest is constant.
     pub fn time(&self, w: &[f64], smooth: bool) -> f64 {
         let cell = |(n, cell): (usize, &Cell<N>)| {
             let sum = w[n].sqrt() + w[n + 1].sqrt();

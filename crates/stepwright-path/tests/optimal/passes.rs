@@ -5,15 +5,16 @@
 //!   on     from rest, as much acceleration as each cell allows
 //! ```
 //!
-//! With the acceleration constant over each cell, no speed that keeps the limits at both ends of each
-//! cell is faster anywhere. An arc may use what turning leaves on the side where it helps: a planner
-//! that does not take that is slower than this.
+//! With constant acceleration over each cell, no speed that keeps the limits at both ends of each cell is
+//! faster anywhere. An arc may use what turning leaves on the side where turning helps. A planner that does not
+//! use that is slower.
 
 use stepwright_path::AxisPace;
 
 use super::{Cell, Grid};
 
-/// The accelerations over a cell from a w to at most another; empty if the first is above the second.
+/// The range of the acceleration over a cell from a w to at most another w; empty if the first is above the
+/// second.
 fn room<const N: usize>(cell: &Cell<N>, axes: &[AxisPace; N], w: f64, next: f64) -> (f64, f64) {
     let way = 2.0 * cell.length;
     let (mut least, mut most) = (-w / way, (next - w) / way);

@@ -1,5 +1,5 @@
-//! Random paths of lines, arcs, smooth joints and chords of curves, of two and three unequal axes; or of
-//! lines with corners alone.
+//! Random paths of lines, arcs, smooth joints and chords of curves, of two and three unequal axes; or only of
+//! lines with corners.
 
 use std::f64::consts::TAU;
 
@@ -8,14 +8,14 @@ use stepwright_path::{AxisPace, Route};
 use super::{Piece, Shape};
 use crate::jobs::Dice;
 
-/// What a path is of.
+/// The pieces of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kinds {
     All,
     Lines,
 }
 
-/// A path, and the axes that go it.
+/// A path, and its axes.
 pub struct Path<const N: usize> {
     pub axes: [AxisPace; N],
     pub pieces: Vec<Piece<N>>,
@@ -31,7 +31,7 @@ impl<const N: usize> Path<N> {
                 speed: 100.0 + 150.0 * dice.roll(),
                 accel,
                 jump: 2.0 + 6.0 * dice.roll(),
-                // All of the acceleration within 20 to 150 ms.
+                // The axis reaches its acceleration in 20 to 150 ms.
                 jerk: accel / (0.02 + 0.13 * dice.roll()),
             }
         });
@@ -86,13 +86,13 @@ impl<const N: usize> Path<N> {
         }
     }
 
-    /// The same path with limited jerk, or without.
+    /// The axes with limited jerk, or without.
     pub fn axes(&self, smooth: bool) -> [AxisPace; N] {
         let jerk = |axis: AxisPace| if smooth { axis.jerk } else { f64::INFINITY };
         self.axes.map(|axis| AxisPace { jerk: jerk(axis), ..axis })
     }
 
-    /// Seconds that its steps take, from the start to the end.
+    /// The time of its steps, from the start to the end, in s.
     pub fn executed(&self, smooth: bool) -> f64 {
         let mut route = Route::new(self.axes(smooth)).unwrap();
         self.add_to(&mut route);
@@ -101,7 +101,7 @@ impl<const N: usize> Path<N> {
         route.time()
     }
 
-    /// All pieces, at once.
+    /// Adds all pieces at once.
     pub fn add_to(&self, route: &mut Route<N>) {
         for piece in &self.pieces {
             let place = route.end();

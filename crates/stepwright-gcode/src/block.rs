@@ -88,9 +88,9 @@ pub enum Parameter {
 /// same direction from its centre, is a full circle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Move {
-    /// Where it starts.
+    /// The position at its start.
     pub from: Point,
-    /// Where it ends.
+    /// The position at its end.
     pub to: Point,
     /// The path and its speed.
     pub kind: MoveKind,

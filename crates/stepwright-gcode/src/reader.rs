@@ -103,7 +103,7 @@ impl Reader {
         }
     }
 
-    /// The modes that hold for the next block.
+    /// The modes in force for the next block.
     pub fn modal(&self) -> Modal {
         self.state.modal
     }

@@ -29,7 +29,7 @@ const MOST: usize = 64;
 /// The fewest chords that an arc replaces. Fewer stay chords.
 const FEW: usize = 4;
 
-/// The greatest bulge: a sweep of 87°.
+/// The largest bulge: a sweep of 87°.
 const BULGE: f64 = 0.4;
 
 /// The smallest bulge. A flatter arc is as good as a line.
@@ -69,7 +69,7 @@ pub struct ArcFit<T, const N: usize> {
     tags: VecDeque<T>,
     /// The line or arc from the first place to the last.
     found: Found,
-    /// The pieces that the route has: the end of each along the route, and its tag.
+    /// The chords and moves that the route has: the end of each along the route, and its tag.
     settled: VecDeque<(f64, T)>,
 }
 
@@ -207,13 +207,13 @@ impl<T, const N: usize> ArcFit<T, N> {
         Ok(())
     }
 
-    /// Notes that the route has the piece with this tag.
+    /// Notes that the route has the line or the move with this tag, at its end.
     pub(crate) fn pass_on(&mut self, route: &Route<N>, tag: T) {
         self.settled.push_back((route.length(), tag));
     }
 
-    /// The next piece that the route has, in the order in which pieces were added: its end along the route, and
-    /// its tag.
+    /// The next chord or move that the route has, in the order in which they were added: its end along the
+    /// route, and its tag.
     pub fn settled(&mut self) -> Option<(f64, T)> {
         self.settled.pop_front()
     }

@@ -1,8 +1,8 @@
 //! Finds what a course exceeds, and what to try next.
 //!
 //! ```text
-//!   v          ╱▔▔▔ top          The acceleration that turning leaves becomes less as it is faster. One rise
-//!            ╱                   has the least of its way, two have each their own:
+//!   v          ╱▔▔▔ top          At a higher speed turning leaves less acceleration. One rise has the least
+//!            ╱                   acceleration of its way, each of two rises has its own:
 //!          ╱ ╱
 //!        B ╱       one:  v₁/a₁ + a₁/J,   two:  vₙ/aₙ + aₙ/J + (v₁ − vₙ)/a₁ + a₁/J
 //!       ╱╱

@@ -41,7 +41,7 @@ pub(crate) struct Joint<const N: usize> {
     pub bend: Bend<N>,
     /// Whether it turns by 20° or more, or is passed at rest: no curve leads over it.
     pub corner: bool,
-    /// The w of twice the ordered speed, if more of the curve may allow a higher speed; otherwise 0.
+    /// The w of twice the ordered speed, if more of the curve is to be considered; otherwise 0.
     pub top: f64,
 }
 

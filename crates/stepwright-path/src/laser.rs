@@ -31,7 +31,7 @@ use crate::decimal;
 pub struct LaserMove {
     mode: SpindleMode,
     s: f64,
-    /// mm/s.
+    /// The ordered speed, in mm/s.
     feed: f64,
 }
 

@@ -32,7 +32,7 @@ pub fn legs(steps: impl IntoIterator<Item = Pace>, error: Ticks, least: Ticks) -
             Pace::Wait { ticks } => waited += u64::from(ticks),
             Pace::Step { ticks, forward } => {
                 let delay = std::mem::take(&mut waited) + u64::from(ticks);
-                // The long part of a delay becomes waits of its own.
+                // A long delay is divided into waits of WAIT ticks and the rest.
                 waits.push((delay / WAIT) as u32);
                 delays.push((delay % WAIT) as Ticks);
                 ways.push(forward);

@@ -47,7 +47,7 @@ impl<const N: usize> Route<N> {
         let begin = self.loose.back().map_or(Joint::REST, |last| {
             let ends = [&last.shape.direction(last.shape.end), &shape.direction(shape.begin)];
             let lengths = [last.shape.length(), shape.length()];
-            // An override may double it.
+            // An override may double the speed.
             let top = last.feed.min(feed) * SCALES.end();
             Joint::new(ends, lengths, top, &self.axes, self.deviation)
         });

@@ -131,7 +131,7 @@ pub struct AxisStream<S, const N: usize> {
     hz: f64,
     lead: Ticks,
     look: u64,
-    /// Ticks from the start to the last step or wait.
+    /// The ticks from the start to the last step or wait.
     gone: u64,
 }
 

@@ -69,7 +69,7 @@ fn chain<const N: usize>(dice: &mut Dice) -> Chords<N> {
     let (mut at, mut heading, mut chords) = ([0.0; N], TAU * dice.roll(), Vec::new());
     for _ in 0..6 {
         let feed = 10.0 + 140.0 * dice.roll();
-        // X and Y, or X and the last axis.
+        // In X and Y, or in X and the last axis.
         let plane = [0, if dice.roll() < 0.7 { 1 } else { N - 1 }];
         let (chord, kind) = (0.02 * 50f64.powf(dice.roll()), dice.roll());
         let bend = match kind {

@@ -227,7 +227,7 @@ fn changes() -> impl Strategy<Value = Vec<(f64, Act)>> {
     prop::collection::vec((0.0f64..0.4, act), 0..8)
 }
 
-/// The axes of a line and its length.
+/// The steps of the axes of a line.
 fn axes(line: &Line<3>, pace: Pace) -> [Steps; 3] {
     let rate = Rate::from_hz(HZ as u32).unwrap();
     Steps::line(line, pace, rate, LEAD).unwrap()

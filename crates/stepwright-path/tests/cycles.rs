@@ -13,7 +13,7 @@ use stepwright_path::{Arc, Line, LivePath, Pace, Steps, legs};
 use stepwright_sim::{CycleBoard, Edge, Pin, Stand};
 
 const HZ: u32 = 16_000_000;
-/// µs.
+/// The smallest delay, in µs.
 const SMALLEST: u32 = 300;
 /// The ticks of a pulse: an edge may wait for the end of another motor's pulse.
 const PULSE: u64 = 32;

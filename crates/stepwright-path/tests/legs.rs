@@ -16,7 +16,7 @@ const HZ: u32 = 16_000_000;
 const ERROR: u32 = 32;
 /// The ticks of a pulse: an edge may wait for the end of another motor's pulse.
 const PULSE: u64 = 32;
-/// µs.
+/// The smallest delay, in µs.
 const SMALLEST: u32 = 50;
 
 fn rate() -> Rate {

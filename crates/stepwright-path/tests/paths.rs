@@ -297,7 +297,7 @@ fn refused<const N: usize>(
     for (steps, fastest) in axes.into_iter().zip(fastest) {
         let times: Vec<f64> = played(steps, Rate::MHZ).iter().map(|step| step.0).collect();
         let closest = times.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-        // Not even by a tick's rounding.
+        // No interval is too short, not even by the rounding of a tick.
         assert!(closest * 1e6 >= (1e6 / fastest).floor() - 1e-3, "{closest} of {fastest}");
     }
     most

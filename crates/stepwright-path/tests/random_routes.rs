@@ -132,7 +132,7 @@ impl<const N: usize> Made<N> {
                 self.line(way.map(|way| -way), feed);
             }
         } else if kind < 0.45 {
-            // Along one axis, so that others stand.
+            // Along one axis, while the others stand.
             let axis = (self.roll() * N as f64) as usize;
             let length = 10.0 * self.roll() - 5.0;
             self.line(std::array::from_fn(|n| if n == axis { length } else { 0.0 }), feed);

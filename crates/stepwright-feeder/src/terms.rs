@@ -27,11 +27,11 @@ pub struct FeedTerms {
     pub axes: u8,
     /// The brake of each axis.
     pub brakes: [BrakeLaw; AXES],
-    /// The inputs that stop the run: see [`Kind::Start`].
+    /// The inputs that stop the run: see [`Start`](stepwright_stream::frame::Kind::Start).
     pub inputs: u8,
     /// The inputs among these that stop the run when they open.
     pub high: u8,
-    /// Whether the board's laser takes part: see [`StreamFeeder::power`].
+    /// Whether the board's laser takes part: see [`power`](crate::StreamFeeder::power).
     pub laser: bool,
     /// Each axis is this many ticks behind the one before, so that equal axes do not step at once.
     pub stagger: u32,

@@ -147,7 +147,7 @@ impl Failure {
     }
 }
 
-/// Whether failures are said for programs.
+/// Whether failures are printed as JSON.
 static JSON: AtomicBool = AtomicBool::new(false);
 
 /// Prints failures as JSON from now on: the command line has `--format json`.
@@ -155,7 +155,7 @@ pub fn say_json() {
     JSON.store(true, Ordering::Relaxed);
 }
 
-/// Whether failures are said for programs.
+/// Whether failures are printed as JSON.
 pub fn is_json() -> bool {
     JSON.load(Ordering::Relaxed)
 }

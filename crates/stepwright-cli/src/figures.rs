@@ -38,7 +38,7 @@ pub struct Args {
     points: bool,
 }
 
-/// One of them, or all.
+/// One figure or table, or all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Which {
     One(ArticleFigure),

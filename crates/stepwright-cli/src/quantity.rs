@@ -74,7 +74,7 @@ impl GeometryArgs {
 
 /// The words of a command line, prepared for clap: a number and its unit after a space become one
 /// word, and `-120rpm` and `-.5mm` get a minus (U+2212) in place of the hyphen, which clap would
-/// take for the begin of an option.
+/// take for the start of an option.
 pub fn words(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
     let mut words: Vec<OsString> = Vec::new();
     for word in typed {

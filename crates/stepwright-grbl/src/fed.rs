@@ -81,7 +81,7 @@ impl<M: GrblMachine> Grbl<M> {
 pub struct FedRun {
     number: u64,
     feeder: StreamFeeder,
-    /// The session's time at the begin of the run, and at present.
+    /// The session's time at the start of the run, and at present.
     base: f64,
     now: f64,
     /// The run's seconds that are planned.
@@ -98,7 +98,7 @@ impl FedRun {
         Some(FedRun { number, feeder, base: now, now, planned: 0.0, changes: false })
     }
 
-    /// Takes the bytes from the board, `micros` after the begin of the run. Returns the bytes to
+    /// Takes the bytes from the board, `micros` after the start of the run. Returns the bytes to
     /// send.
     pub fn turn<M: GrblMachine>(
         &mut self,

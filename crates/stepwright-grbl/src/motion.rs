@@ -46,7 +46,7 @@ struct Block {
     laser: LaserMove,
 }
 
-/// A move as it was read.
+/// A move from the reader.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Travel {
     pub part: Move,
@@ -140,7 +140,7 @@ pub(crate) struct Due {
 }
 
 impl Motion {
-    /// Whether there is no route.
+    /// Whether no route is in progress.
     pub fn is_over(&self) -> bool {
         self.track.is_none()
     }

@@ -85,7 +85,7 @@ const LEAST: f64 = 0.001;
 pub enum SettingFault {
     /// 2: the value is not a number, or outside the setting's range.
     Number,
-    /// 3: there is no such setting.
+    /// 3: the setting does not exist.
     Unknown,
     /// 4: the value is negative.
     Negative,

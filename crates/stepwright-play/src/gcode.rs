@@ -53,7 +53,7 @@ pub struct BegunJob<'a, 'b, R: Recorder> {
     pub board: &'a mut GcodeBoard<'b, R>,
     /// Ticks of the board in a second.
     pub rate: Rate,
-    /// Ticks from the board's begin to that of the path.
+    /// Ticks from the board's start to that of the path.
     pub lead: Ticks,
     /// The tick at which the board began.
     pub from: u64,
@@ -166,7 +166,7 @@ impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
         [0, 1, 2].map(|axis| cycle.position(axis).unwrap_or(0))
     }
 
-    /// The time since the begin of the path, in ticks.
+    /// The time since the start of the path, in ticks.
     pub fn passed(&self) -> u64 {
         self.board.now().saturating_sub(self.path)
     }

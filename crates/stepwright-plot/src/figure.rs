@@ -80,7 +80,7 @@ pub struct Curve {
 /// A shaded range of the x axis.
 #[derive(Clone, Debug)]
 pub struct Band {
-    /// Its begin.
+    /// Its start.
     pub from: f64,
     /// Its end.
     pub to: f64,

@@ -68,7 +68,7 @@ mod tests {
         Line::parse_from(format!("calc {line}").split_whitespace()).args.sheet()
     }
 
-    /// A fact as it is shown.
+    /// A fact as text.
     fn shown(sheet: &Sheet, key: &str) -> String {
         let fact = sheet.facts.iter().find(|fact| fact.key == key);
         match fact.map(|fact| &fact.value) {

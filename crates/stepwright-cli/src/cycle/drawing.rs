@@ -71,9 +71,9 @@ struct Leg {
     kind: &'static str,
     at: usize,
     begin: f64,
-    /// The begin of the next leg.
+    /// The start of the next leg.
     end: f64,
-    /// The law of a path, and the time of its begin.
+    /// The law of a path, and the time of its start.
     law: Option<(Law, f64)>,
 }
 

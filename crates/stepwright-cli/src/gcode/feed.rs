@@ -183,7 +183,7 @@ struct Job {
     lit: Vec<PowerChange>,
 }
 
-/// Power changes are read up to this far into a rest, in s: the laser goes off at its begin.
+/// Power changes are read up to this far into a rest, in s: the laser goes off at its start.
 const INTO: f64 = 1e-3;
 
 impl Planned for Job {

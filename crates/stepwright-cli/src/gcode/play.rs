@@ -31,7 +31,7 @@ pub struct Wanted<'a> {
 /// The result of a run.
 pub struct Played {
     pub rate: Rate,
-    /// Ticks from the start to the begin of the path, and from there to its end.
+    /// Ticks from the start of the run to that of the path, and from there to its end.
     pub lead: Ticks,
     pub ticks: u64,
     /// The positions in steps.

@@ -26,7 +26,7 @@ pub struct Fed {
     baud: u32,
     /// The board's positions at the machine's zero.
     zero: [i64; 3],
-    /// The current run, and the link's time at its begin.
+    /// The current run, and the link's time at its start.
     run: Option<(FedRun, Duration)>,
     /// Seconds of the session, and the link's time at the last read.
     now: f64,

@@ -67,7 +67,7 @@ impl MachineArgs {
     }
 }
 
-/// The machine file among a user's settings.
+/// The path of the machine file in the user's settings folder.
 fn of_user() -> Option<PathBuf> {
     let folder = match env::var_os(if cfg!(windows) { "APPDATA" } else { "XDG_CONFIG_HOME" }) {
         Some(folder) if !folder.is_empty() => PathBuf::from(folder),
@@ -294,7 +294,7 @@ fn defaults(
     // An option that only a virtual board has selects one.
     let own = ["virtual", "fast", "vcd", "mcap", "plot", "switch", "drive"];
     let virtual_board = own.into_iter().any(is_typed);
-    // If a part of the ramp is typed, no other part of it is taken from the file.
+    // If `ramp` or `accel` is typed, no part of the ramp is taken from the file.
     let ramp_typed = ["ramp", "accel"].into_iter().any(is_typed);
     let wanted = |name: &str, about: About| match about {
         // A detached motor has no lease, because nobody would renew it.

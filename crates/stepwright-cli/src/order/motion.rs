@@ -46,7 +46,7 @@ pub struct RampArgs {
     geometry: GeometryArgs,
 }
 
-/// An order, as it was typed and as it is sent.
+/// An order, as typed and as sent.
 #[derive(Clone)]
 pub struct Motion {
     axis: AxisId,

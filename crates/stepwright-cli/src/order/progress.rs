@@ -83,7 +83,7 @@ impl Line {
     }
 }
 
-/// The first text that fits, else the begin of the last one.
+/// The first text that fits, else the start of the last one.
 fn fitting(wordings: &[&str], width: usize) -> String {
     let fits = |text: &&&str| text.chars().count() <= width;
     match (wordings.iter().find(fits), wordings.last()) {

@@ -63,7 +63,7 @@ const LEAVES: Duration = Duration::from_secs(1);
 /// The longest time that another program may take to notice that its motor was stopped.
 const CONFIRM: Duration = Duration::from_secs(5);
 
-/// The longest time that a program has the port if it lets nobody in and only asks a question.
+/// The longest time that a program that lets nobody in holds the port to ask a single question.
 const TURN: Duration = Duration::from_millis(500);
 
 /// The hint if it is not known whether the motor is at rest.

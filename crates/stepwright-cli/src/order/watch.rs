@@ -47,7 +47,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
             Err(LinkError::Killed | LinkError::Ended) => {
                 return Err(Failure::interrupted("not watched to its end; nothing was stopped"));
             }
-            // The stepwright that it was asked through has ended.
+            // The stepwright through which the board was reached has ended.
             Err(LinkError::Gone(_)) => session = meet(&args)?,
             Err(trouble) => return Err(target::lost(&session.link().name(), &trouble)),
         }

@@ -248,7 +248,7 @@ mod tests {
         draw(&Course::play(&play).unwrap(), &wiring, args.window)
     }
 
-    /// Every drive has its pins below the speed, on the same time, and the call is in sight.
+    /// Every drive shows its pins below the speed, on the same time axis, including the call.
     #[test]
     fn pins_and_speed_are_on_one_time() {
         for (drive, lanes) in [

@@ -16,7 +16,7 @@ pub struct PlayPart<'a> {
     pub at: Range<usize>,
     /// Ticks since the board was switched on.
     pub begin: u64,
-    /// For a line or an arc, the path, and the ticks from the begin of the part to that of the
+    /// For a line or an arc, the path, and the ticks from the start of the part to that of the
     /// path.
     pub path: Option<(&'a LivePath, Ticks)>,
 }

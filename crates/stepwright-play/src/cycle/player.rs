@@ -42,7 +42,7 @@ pub struct CyclePlayer<'p, T: PlayTape> {
     onlooker: Option<&'p mut dyn Onlooker>,
     /// The positions that the onlooker was told last.
     seen: [i64; MOST],
-    /// The present path, and the time of its begin.
+    /// The present path, and the time of its start.
     path: Option<(LivePath, u64)>,
     /// The present path of several pieces.
     joined: Option<JoinedPath>,

@@ -226,7 +226,7 @@ fn pins_are_looked_up() {
     refused(MEGA, &four, "a board has to know its pin: step");
 }
 
-/// To the nearest step, from wherever the motors stand then.
+/// Paths end at the nearest step, and begin at the motors' positions.
 #[test]
 fn paths_play_from_where_the_motors_stand() {
     let line =
@@ -268,7 +268,7 @@ fn a_path_that_a_board_can_not_keep_is_refused() {
     refused(MEGA, &quick, "too fast for A, whose smallest delay is 5000 µs");
 }
 
-/// A path of several pieces is kept by a board as one: the example fits a Mega.
+/// A board keeps a path of several pieces as one. The example fits a Mega.
 #[test]
 fn a_path_of_several_pieces_plays_on_a_board() {
     let joined = include_str!("../../../../stepwright-cli/src/serve/paths/joined.toml");

@@ -118,7 +118,7 @@ pub struct Move {
     pub motor: u8,
     /// Its place in the file.
     pub at: Range<usize>,
-    /// What is set to the position at its end.
+    /// Its effect on positions and bounds.
     pub calibration: Calibration,
     does: Does,
 }

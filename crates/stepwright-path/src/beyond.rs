@@ -37,7 +37,7 @@ struct Side {
     /// The smallest ratio of the allowed acceleration to that of the course, the cell, and the acceleration of
     /// the course there. `None` if the course exceeds none.
     worst: Option<(f64, usize, f64)>,
-    /// The node nearest to this side's end of the course beyond which less than [`FIRST`] of the acceleration
+    /// Seen from the slow end of this side, the first node beyond which less than [`FIRST`] of the acceleration
     /// of the course is allowed; the speed there, and that acceleration.
     split: Option<(usize, f64, f64)>,
 }

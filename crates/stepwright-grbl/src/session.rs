@@ -259,7 +259,7 @@ impl<M: GrblMachine> Grbl<M> {
             [] => self.ok(),
             [b'$', order @ ..] => self.order(order),
             _ if matches!(self.state, State::Alarm { .. } | State::Jog) => self.error(9),
-            // Orders that switch off are always carried out.
+            // Orders that switch off are carried out even after an error.
             b"M5" | b"M05" | b"M9" | b"M09" => self.gcode(text),
             _ if self.lock.is_closed() => self.refuse(9),
             _ => self.gcode(text),

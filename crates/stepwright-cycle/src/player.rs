@@ -139,6 +139,8 @@ pub(crate) struct ProgramRunner<'a> {
     counted: i64,
     /// Steps handed out since then.
     planned: i64,
+    /// Whether it has turned after a step since then.
+    turned: bool,
 }
 
 impl<'a> ProgramRunner<'a> {
@@ -182,6 +184,7 @@ impl<'a> ProgramRunner<'a> {
             base: 0,
             counted: 0,
             planned: 0,
+            turned: false,
         }
     }
 
@@ -261,16 +264,16 @@ impl<'a> ProgramRunner<'a> {
     /// Makes the present position the base of further ones; the engine has counted `steps`.
     pub(crate) fn settle(&mut self, steps: i64) {
         self.base = self.position(steps);
-        if self.calibration == Calibration::BoundsMax && steps != self.counted {
+        if self.calibration == Calibration::BoundsMax && self.has_moved(steps) {
             self.motor.max = Some(self.base);
         }
-        (self.counted, self.planned) = (steps, 0);
+        (self.counted, self.planned, self.turned) = (steps, 0, false);
     }
 
     /// The position in the user's unit after this many steps.
     pub(crate) fn position(&self, steps: i64) -> i64 {
         let made = steps.wrapping_sub(self.counted);
-        if self.calibration == Calibration::StartMin && made != 0 {
+        if self.calibration == Calibration::StartMin && (made != 0 || self.turned) {
             return self.motor.min.unwrap_or(0);
         }
         let distance = self.motor.distance;
@@ -287,12 +290,13 @@ impl<'a> ProgramRunner<'a> {
 
     /// Whether it has made steps since the last call of `settle`.
     pub(crate) fn has_moved(&self, steps: i64) -> bool {
-        steps != self.counted
+        steps != self.counted || self.turned
     }
 
     /// Sets the present position.
     pub(crate) fn set_position(&mut self, steps: i64, position: i64) {
         (self.base, self.counted, self.planned) = (position, steps, 0);
+        self.turned = false;
     }
 
     /// How many of `count` steps of the present leg may be made before a soft end is in the way.
@@ -374,11 +378,11 @@ impl<'a> ProgramRunner<'a> {
     /// Reads the program until there is something to do. `None` if a delay is too small for its
     /// strategy.
     fn read(&mut self) -> Option<Stage> {
-        let smallest = self.motor.smallest_delay.max(1);
         loop {
             match self.reader.next() {
                 Next::Steps { count: 0, .. } | Next::Wait { count: 0, .. } => {}
                 Next::Steps { count, delay, forward } => {
+                    let smallest = self.motor.smallest_delay.max(1);
                     (self.left, self.free, self.forward) = (count, 0, forward);
                     self.delay = if delay == 0 { smallest } else { delay };
                     if self.delay < smallest {
@@ -416,7 +420,8 @@ impl<'a> ProgramRunner<'a> {
                 // A motor that waits stands: nothing is left to brake.
                 Next::Wait { .. } if self.is_braking() => return Some(Stage::Over),
                 Next::Wait { count, delay } => {
-                    self.pending = product(count, if delay == 0 { smallest } else { delay });
+                    let delay = if delay == 0 { self.motor.smallest_delay.max(1) } else { delay };
+                    self.pending = product(count, delay);
                     self.rolling.set(false);
                     return Some(Stage::Wait);
                 }
@@ -444,10 +449,9 @@ impl<'a> ProgramRunner<'a> {
             return None;
         }
         self.facing = self.forward;
-        if self.calibration != Calibration::None {
-            // Calibrates the steps made so far, because the steps back may cancel them.
-            self.settle(self.counted.wrapping_add(self.planned));
-        }
+        // The steps back may cancel those before.
+        // (32 bits are enough: no leg has more steps.)
+        self.turned |= self.planned as u32 != 0;
         // At the start nothing waits, and the engine turns at once.
         let half = if self.fresh { 0 } else { (ticks / 2).min(FAR) as Ticks };
         self.gone = self.hold.max(half);

@@ -89,7 +89,7 @@ impl FramePacker {
         Ok(self.append(bytes.as_bytes(), start))
     }
 
-    /// Adds a change of a laser's [power](crate::power), `wait` units after the last one. Returns the frame before, if
+    /// Adds a change of the [`power`] of a laser, `wait` units after the last one. Returns the frame before, if
     /// it had no room for the change.
     pub fn add_power(&mut self, wait: u16, power: u8, start: u64) -> Option<DataBytes> {
         self.append(&power::bytes(wait, power), start)

@@ -3,7 +3,7 @@
 use stepwright_feeder::{FeedState, FeedTerms};
 use stepwright_sim::{Description, Edge, Queues, Recorder, StreamBoard};
 
-use crate::common::{HZ, Job, Line, MILLIS, Target, run, s_curve, steps_of, terms};
+use crate::common::{HZ, Job, Line, MILLIS, run, s_curve, steps_of, terms};
 
 /// Edges, and the laser's powers with their times.
 #[derive(Default)]
@@ -21,18 +21,9 @@ impl Recorder for Watch {
     }
 }
 
-impl Target for StreamBoard<'_, Watch> {
-    fn run_until(&mut self, cycle: u64) {
-        StreamBoard::run_until(self, cycle);
-    }
-    fn receive(&mut self, byte: u8) {
-        StreamBoard::receive(self, &[byte]);
-    }
-    fn said(&mut self) -> Vec<u8> {
-        self.take_answers()
-    }
-    fn edges(&mut self) -> &[Edge] {
-        &self.recorder().edges
+impl AsRef<[Edge]> for Watch {
+    fn as_ref(&self) -> &[Edge] {
+        &self.edges
     }
 }
 

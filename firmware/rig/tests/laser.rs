@@ -1,35 +1,14 @@
 //! The laser of a simulated Mega, by the level of its pin alone: D46, in pulses of 7.8 kHz.
 
 use crate::common;
-use crate::feed::{self, HZ, Job, Line, MILLIS, Step, Target, run, s_curve, steps_of, terms};
+use crate::feed::{self, HZ, Job, Line, MILLIS, Step, run, s_curve, steps_of, terms};
+use crate::stream::Awake;
 use stepwright::drive::BoardPin;
 use stepwright_feeder::FeedState;
-use stepwright_rig::{Board, Chip};
-use stepwright_sim::Edge;
+use stepwright_rig::Board;
 
 /// Cycles of a pulse and its pause.
 const PERIOD: u64 = 256 * 8;
-
-/// A Mega with the program in it, whose time begins when it has woken.
-struct Awake {
-    chip: Chip,
-    begun: u64,
-}
-
-impl Target for Awake {
-    fn run_until(&mut self, cycle: u64) {
-        self.chip.run_until(self.begun + cycle);
-    }
-    fn receive(&mut self, byte: u8) {
-        self.chip.send(&[byte]);
-    }
-    fn said(&mut self) -> Vec<u8> {
-        self.chip.take_said()
-    }
-    fn edges(&mut self) -> &[Edge] {
-        self.chip.edges()
-    }
-}
 
 /// Of a period that begins at this cycle, the part in which the pin is high.
 fn duty(changes: &[(u64, u8, bool)], from: u64) -> f64 {
@@ -56,10 +35,9 @@ fn its_pulses_have_the_power_at_its_time() {
     if common::board() != Board::Mega {
         return;
     }
-    let mut chip = common::program("stream");
+    let mut board = Awake::new();
     let pin = Board::Mega.pin(BoardPin::D(46)).unwrap();
-    chip.watch_pins(&[pin]);
-    let mut board = Awake { begun: chip.now(), chip };
+    board.chip.watch_pins(&[pin]);
     let x = s_curve(30_000, 20_000.0, 40_000.0, 400_000.0);
     let axes: [Vec<Step>; 3] = [x.clone(), x.iter().step_by(2).copied().collect(), x];
     let powers = [(0.3, 255), (0.6, 0), (0.7, 26), (0.9, 128), (1.3, 230), (1.6, 0)];

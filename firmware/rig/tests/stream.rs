@@ -21,13 +21,13 @@ use stepwright_rig::{Board, Chip};
 use stepwright_sim::{Edge, Queues};
 
 /// A chip with the program in it, whose time begins when it has woken.
-struct Awake {
-    chip: Chip,
+pub struct Awake {
+    pub chip: Chip,
     begun: u64,
 }
 
 impl Awake {
-    fn new() -> Awake {
+    pub fn new() -> Awake {
         let mut chip = common::program("stream");
         chip.clear_longest_off();
         let begun = chip.now();

@@ -18,6 +18,8 @@ pub struct EdgePaths<'a> {
     pub vcd: Option<&'a Path>,
     /// An MCAP file.
     pub mcap: Option<&'a Path>,
+    /// Whether a dump has the power of a laser.
+    pub laser: bool,
 }
 
 /// A pin of an axis, and its level before the first edge, if it is known.
@@ -40,27 +42,10 @@ fn create(path: &Path) -> Result<Out, Failure> {
 impl EdgeFiles {
     /// Creates the files for these pins of a board whose timer runs at `rate`.
     pub fn begin(paths: EdgePaths, rate: Rate, pins: &[StartLevel]) -> Result<EdgeFiles, Failure> {
-        EdgeFiles::begin_with(paths, rate, pins, VcdWriter::levels)
-    }
-
-    /// Like [`begin`](EdgeFiles::begin), with a laser's power in the VCD file.
-    pub fn with_laser(
-        paths: EdgePaths,
-        rate: Rate,
-        pins: &[StartLevel],
-    ) -> Result<EdgeFiles, Failure> {
-        EdgeFiles::begin_with(paths, rate, pins, VcdWriter::with_laser)
-    }
-
-    fn begin_with(
-        paths: EdgePaths,
-        rate: Rate,
-        pins: &[StartLevel],
-        vcd: impl FnOnce(Out, Rate, &[StartLevel]) -> VcdWriter<Out>,
-    ) -> Result<EdgeFiles, Failure> {
         let mut files = EdgeFiles::default();
         if let Some(path) = paths.vcd {
-            let writer = vcd(create(path)?, rate, pins);
+            let begin = if paths.laser { VcdWriter::with_laser } else { VcdWriter::levels };
+            let writer = begin(create(path)?, rate, pins);
             files.vcd = Some((path.to_owned(), writer));
         }
         if let Some(path) = paths.mcap {

@@ -133,10 +133,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let width = args.width();
     let heading = Heading { title: "The virtual board".to_owned(), ..Heading::default() };
     let plot = args.plot.as_ref().map(|file| (file, heading));
-    let paths = EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() };
     let streams = args.program == "stream";
-    let begin = if streams { Recording::with_laser } else { Recording::begin };
-    let recording = begin(&description, paths, plot)?;
+    let (vcd, mcap) = (args.vcd.as_deref(), args.mcap.as_deref());
+    let recording = Recording::begin(&description, EdgePaths { vcd, mcap, laser: streams }, plot)?;
     interrupt::listen(While::Waiting)?;
     let bench = match streams {
         true => Bench::stream(description, recording),

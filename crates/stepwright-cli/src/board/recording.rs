@@ -1,9 +1,8 @@
 //! The recordings of a virtual board: its edges as files, and the motion of its motors as a plot.
 
-use stepwright::Rate;
 use stepwright_sim::{AXES, Description, Edge, Pin, Recorder, Shaft};
 
-use super::edge_files::{EdgeFiles, EdgePaths, StartLevel};
+use super::edge_files::{EdgeFiles, EdgePaths};
 use super::edges::EdgeStore;
 use crate::failure::Failure;
 use crate::plot;
@@ -41,26 +40,8 @@ impl Recording {
         paths: EdgePaths,
         plot: Option<(&PlotFile, Heading)>,
     ) -> Result<Recording, Failure> {
-        Recording::begin_with(description, paths, plot, EdgeFiles::begin)
-    }
-
-    /// Like [`begin`](Recording::begin), for a board with a laser.
-    pub fn with_laser(
-        description: &Description,
-        paths: EdgePaths,
-        plot: Option<(&PlotFile, Heading)>,
-    ) -> Result<Recording, Failure> {
-        Recording::begin_with(description, paths, plot, EdgeFiles::with_laser)
-    }
-
-    fn begin_with(
-        description: &Description,
-        paths: EdgePaths,
-        plot: Option<(&PlotFile, Heading)>,
-        begin: impl FnOnce(EdgePaths, Rate, &[StartLevel]) -> Result<EdgeFiles, Failure>,
-    ) -> Result<Recording, Failure> {
         let rate = description.board.rate;
-        let files = begin(paths, rate, &description.pins().collect::<Vec<_>>())?;
+        let files = EdgeFiles::begin(paths, rate, &description.pins().collect::<Vec<_>>())?;
         let plot = match plot {
             Some((file, heading)) => {
                 file.check()?;

@@ -137,10 +137,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let inverted = plan.motors.iter().enumerate().map(|(n, m)| u8::from(m.inverted) << n).sum();
     let wanted = Wanted {
         inverted,
-        edges: EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() },
+        edges: EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref(), laser: false },
         motions: args.plot.is_some(),
         events: args.format == Format::Csv || args.xy.is_some(),
-        laser: false,
     };
     let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
     interrupt::listen(While::Waiting)?;

@@ -19,8 +19,6 @@ pub struct Wanted<'a> {
     pub edges: EdgePaths<'a>,
     pub motions: bool,
     pub events: bool,
-    /// Whether the power of a laser is recorded too.
-    pub laser: bool,
 }
 
 /// The recordings so far.
@@ -50,12 +48,11 @@ impl Taken {
     /// Begins the requested recordings of this many motors.
     pub fn begin(rate: Rate, motors: u8, wanted: &Wanted) -> Result<Taken, Failure> {
         let pins = (0..motors).flat_map(|axis| PINS.map(|(pin, level)| (axis, pin, level)));
-        let begin = if wanted.laser { EdgeFiles::with_laser } else { EdgeFiles::begin };
-        let files = begin(wanted.edges, rate, &pins.collect::<Vec<_>>())?;
+        let files = EdgeFiles::begin(wanted.edges, rate, &pins.collect::<Vec<_>>())?;
         let traces = wanted.motions.then(|| Traces::new(rate.hz()));
         let (inverted, events) = (wanted.inverted, wanted.events.then(Vec::new));
         let shafts = vec![Shaft::default(); motors.into()];
-        let held = wanted.laser.then(Vec::new);
+        let held = wanted.edges.laser.then(Vec::new);
         Ok(Taken { rate, files, traces, shafts, inverted, events, held })
     }
 

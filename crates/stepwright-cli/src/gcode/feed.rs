@@ -132,15 +132,7 @@ pub fn feed(
     let terms = FeedTerms { axes: moving, laser, ..terms(brakes, hz, stagger, baud) };
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
     let job = GcodeJob::on(job, axes, &plan.terms).map_err(|why| wrong(&why))?;
-    let mut run = JobRun {
-        feeder: StreamFeeder::new(terms, 0),
-        job: Lead::new(Job { job, lit: Vec::new() }),
-        obeyed: Obeyed::default(),
-        lit: 0.0,
-        before: None,
-        steps: [0; 3],
-        known: 0.0,
-    };
+    let mut run = JobRun::new(terms, job);
     let link = session.link();
     let begun = link.now();
     let mut buffer = [0; 256];
@@ -234,6 +226,19 @@ struct JobRun {
 }
 
 impl JobRun {
+    /// A run that begins now, at 0 µs.
+    fn new(terms: FeedTerms, job: GcodeJob<std::vec::IntoIter<u8>>) -> JobRun {
+        JobRun {
+            feeder: StreamFeeder::new(terms, 0),
+            job: Lead::new(Job { job, lit: Vec::new() }),
+            obeyed: Obeyed::default(),
+            lit: 0.0,
+            before: None,
+            steps: [0; 3],
+            known: 0.0,
+        }
+    }
+
     /// Obeys a wish, and returns the bytes to send. Times are µs since the start.
     fn turn(&mut self, wish: Wish, now: u64) -> Vec<u8> {
         let obeyed = self.obeyed;
@@ -346,15 +351,7 @@ mod tests {
             let job = GcodeJob::on(text, [axis; 3], &terms).ok().unwrap();
             let brakes = [BrakeLaw::of(80_000_000, 16_000_000).unwrap(); 3];
             let fed = FeedTerms { axes: 1, laser: true, ..FeedTerms::avr(brakes) };
-            let mut run = JobRun {
-                feeder: StreamFeeder::new(fed, 0),
-                job: Lead::new(Job { job, lit: Vec::new() }),
-                obeyed: Obeyed::default(),
-                lit: 0.0,
-                before: None,
-                steps: [0; 3],
-                known: 0.0,
-            };
+            let mut run = JobRun::new(fed, job);
             let mut queues = Queues::default();
             let mut board: StreamBoard<Watch> =
                 StreamBoard::new(&mut queues, Description::uno(), Watch::default());

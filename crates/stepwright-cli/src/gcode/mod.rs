@@ -186,7 +186,11 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let wanted = Wanted {
         csv: args.format == SheetFormat::Csv,
         fast: args.fast,
-        edges: EdgePaths { vcd: args.vcd.as_deref(), mcap: args.mcap.as_deref() },
+        edges: EdgePaths {
+            vcd: args.vcd.as_deref(),
+            mcap: args.mcap.as_deref(),
+            laser: laser.is_some(),
+        },
         way: args.xy.is_some(),
     };
     let played = play::play(job, axes, &plan, &wanted)?;

@@ -64,13 +64,8 @@ pub fn play(
     plan: &JobPlan,
     wanted: &Wanted,
 ) -> Result<Played, Failure> {
-    let recorded = taken::Wanted {
-        inverted: 0,
-        edges: wanted.edges,
-        motions: false,
-        events: wanted.csv,
-        laser: plan.laser.is_some(),
-    };
+    let recorded =
+        taken::Wanted { inverted: 0, edges: wanted.edges, motions: false, events: wanted.csv };
     let taken = |rate| Taken::begin(rate, 3, &recorded);
     begin(job, axes, plan, taken, |begun| follow(begun, axes, plan, wanted))
 }

@@ -197,7 +197,7 @@ impl PortArgs {
 impl VirtualArgs {
     /// The files for the edges of its pins.
     pub fn edges(&self) -> EdgePaths<'_> {
-        EdgePaths { vcd: self.vcd.as_deref(), mcap: self.mcap.as_deref() }
+        EdgePaths { vcd: self.vcd.as_deref(), mcap: self.mcap.as_deref(), laser: false }
     }
 
     /// A new virtual board with these switches.

@@ -9,7 +9,7 @@ pub mod wire;
 use std::collections::VecDeque;
 
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
-use stepwright_sim::{Description, Edge, Queues, StreamBoard};
+use stepwright_sim::{Description, Edge, Queues, Recorder, StreamBoard};
 use stepwright_stream::brake::BrakeLaw;
 
 pub const HZ: f64 = 16e6;
@@ -208,7 +208,7 @@ pub trait Target {
     fn edges(&mut self) -> &[Edge];
 }
 
-impl Target for StreamBoard<'_, Vec<Edge>> {
+impl<R: Recorder + AsRef<[Edge]>> Target for StreamBoard<'_, R> {
     fn run_until(&mut self, cycle: u64) {
         StreamBoard::run_until(self, cycle);
     }
@@ -219,7 +219,8 @@ impl Target for StreamBoard<'_, Vec<Edge>> {
         self.take_answers()
     }
     fn edges(&mut self) -> &[Edge] {
-        self.recorder()
+        let recorder: &R = self.recorder();
+        recorder.as_ref()
     }
 }
 

@@ -9,8 +9,10 @@ use stepwright::{Control, Playing, Report, Timing};
 use stepwright_device::main_loop::{Received, SerialPort, round};
 use stepwright_device::{StreamDevice, StreamIo};
 use stepwright_protocol::flash_text;
+use stepwright_stream::credit::{Answered, CreditReader};
 use stepwright_stream::frame::{FILL, FrameBytes, Kind};
 use stepwright_stream::player::StreamPlayer;
+use stepwright_stream::record::NOTHING;
 
 /// An engine that notes a kill.
 struct Killed(bool);
@@ -67,7 +69,7 @@ impl SerialPort for Wire {
     }
 }
 
-/// Whether a kill was obeyed, and the answers below 0x80, where these bytes come at once, or one each round.
+/// Whether a kill was obeyed, and the answers in text, where these bytes come at once, or one each round.
 fn heard(bytes: &[u8], at_once: bool) -> (bool, String) {
     let mut queues = [const { Queue::<8>::new() }; 3];
     let feeds = queues.each_mut().map(|queue| queue.split().0);
@@ -81,8 +83,14 @@ fn heard(bytes: &[u8], at_once: bool) -> (bool, String) {
         }
     }
     (0..200).for_each(|_| round(&mut device, &mut wire));
-    let text = wire.said.iter().filter(|byte| **byte < 0x80 && **byte >= 0x0D);
-    let text = text.map(|byte| char::from(*byte)).collect();
+    let (mut reader, mut text) = (CreditReader::new(), String::new());
+    for byte in wire.said {
+        reader.hear(byte, |told| {
+            if let Answered::Text(byte) = told {
+                text.push(char::from(byte));
+            }
+        });
+    }
     (device.player().engine().0, text)
 }
 
@@ -102,16 +110,40 @@ fn a_kill_is_obeyed_whatever_follows() {
     }
 }
 
-/// A line that comes before the last one was answered is lost, and no half of it is obeyed.
+/// A line that comes before the last one was answered is lost, and no end of it is obeyed, wherever in it that
+/// one is.
 #[test]
-fn no_half_of_a_line_is_obeyed() {
-    let (_, said) = heard(b"F\rV1", true);
-    assert_eq!(said, "R\r");
+fn no_end_of_a_lost_line_is_obeyed() {
     let ping = FrameBytes::new(Kind::Ping, 0, &[]);
-    // The credit is on its way while F waits; X of the line behind it is lost, and so K is not obeyed.
-    let (killed, _) = heard(&[ping.as_bytes(), b"F\rXK\r"].concat(), false);
-    assert!(!killed);
-    // Behind a lost line all is as ever.
-    let (killed, _) = heard(&[ping.as_bytes(), b"F\rXX\r"].concat(), false);
-    assert!(!killed);
+    let mut waited = 0;
+    for count in 1..30 {
+        // The credit is on its way while F waits for its answer.
+        let bytes = [ping.as_bytes(), b"F\r", &vec![b'X'; count][..], b"K\r"].concat();
+        let (killed, said) = heard(&bytes, false);
+        assert!(!killed && said.starts_with("R\r"), "{count}: {said:?}");
+        waited += usize::from(said.contains('E'));
+    }
+    // Short ones are lost without an answer.
+    assert!((1..29).contains(&waited), "{waited}");
+}
+
+/// What ends a frame that would have four 0xFF is no data of a cut without any.
+#[test]
+fn a_bare_cut_may_end_as_a_frame_of_data() {
+    for payload in [&[0][..], &[0, NOTHING]] {
+        let mut queues = [const { Queue::<8>::new() }; 3];
+        let feeds = queues.each_mut().map(|queue| queue.split().0);
+        let player = StreamPlayer::<_, 8, 896>::new(Killed(false), feeds, [WIRING; 3], 72);
+        let mut device = StreamDevice::new(player, Still, flash_text!("test"), 16_000_000);
+        let mut wire = Wire::default();
+        let free = device.player().credit().free;
+        // The gate of the data is far ahead.
+        let frames = [(Kind::Setup, &[0; 18][..]), (Kind::Data, &[100; 20]), (Kind::Cut, payload)];
+        for (number, (kind, payload)) in (0..).zip(frames) {
+            wire.to.extend(FrameBytes::new(kind, number, payload).as_bytes());
+            (0..100).for_each(|_| round(&mut device, &mut wire));
+        }
+        let credit = device.player().credit();
+        assert_eq!((credit.next, credit.free, credit.opened), (3, free, 0), "{payload:?}");
+    }
 }

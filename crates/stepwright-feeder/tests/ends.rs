@@ -124,7 +124,11 @@ fn a_computer_that_was_away_has_not_lost_its_board() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);
     let job = Job::new([steady(0.05, 8_000, 4_000.0), vec![], vec![]]);
-    let ended = host(&mut board, job, terms([4_000.0; 3]), |_, _, millis| {
+    let ended = host(&mut board, job, terms([4_000.0; 3]), |board, feeder, millis| {
+        if millis == 6_000 {
+            // It writes before it reads what has come meanwhile.
+            board.receive(&feeder.bytes(millis * 1_000));
+        }
         !(1_000..6_000).contains(&millis)
     });
     assert_eq!(ended.0, FeedState::Off);

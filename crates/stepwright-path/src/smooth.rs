@@ -444,20 +444,4 @@ mod tests {
         let time = route.length() / 30.0;
         assert!(route.is_over() && route.time() < time + 0.12, "{} {time}", route.time());
     }
-
-    /// At 1 mm a minute the law has many samples, but planning takes far less time than the motion.
-    #[test]
-    fn a_slow_turn_settles() {
-        let axis =
-            AxisPace { step: 0.0125, speed: 300.0, accel: 1_000.0, jump: 0.01, jerk: 10_000.0 };
-        let mut route = Route::new([axis; 2]).unwrap();
-        route.arc([0, 1], [20.0, 0.0], std::f64::consts::TAU, [0.0; 2], 1.0 / 60.0).unwrap();
-        route.close();
-        let time = std::time::Instant::now();
-        while route.pass_over().is_some() {}
-        let planned = time.elapsed().as_secs_f64();
-        let motion = route.length() * 60.0;
-        assert!((route.time() / motion - 1.0).abs() < 1e-4, "{} {motion}", route.time());
-        assert!(planned < motion / 500.0, "{planned} s for {motion} s");
-    }
 }

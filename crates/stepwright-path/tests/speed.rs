@@ -97,3 +97,22 @@ fn planning_takes_as_long_as_it_did() {
         planning("organic", &jobs::organic(), jerk, organic);
     }
 }
+
+/// The law of jerk is sampled every few ms. A turn that lasts for hours settles, and is not sampled all the way.
+#[test]
+fn a_slow_turn_is_planned_as_a_fast_one() {
+    let axis = AxisPace { jump: 0.01, jerk: 10_000.0, ..AXIS };
+    let planned = |feed: f64| {
+        shortest(|| {
+            let mut route = Route::new([axis; 2]).unwrap();
+            route.arc([0, 1], [20.0, 0.0], std::f64::consts::TAU, [0.0; 2], feed).unwrap();
+            route.close();
+            while route.pass_over().is_some() {}
+            let lasts = route.length() / feed;
+            assert!((route.time() - lasts).abs() < 0.1 + 1e-4 * lasts, "{} {lasts}", route.time());
+        })
+    };
+    let [slow, fast] = [1.0 / 60.0, 10.0].map(planned);
+    println!("1 mm/min takes {:.1} times as long to plan as 10 mm/s", slow / fast);
+    assert!(slow < 2.0 * fast, "{slow} {fast}");
+}

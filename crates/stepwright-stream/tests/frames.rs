@@ -2,8 +2,9 @@
 
 use proptest::prelude::*;
 use stepwright_stream::credit::{Answered, Credit, CreditReader};
-use stepwright_stream::frame::{FILL, FrameBytes, Kind, LONGEST};
+use stepwright_stream::frame::{FILL, FrameBytes, Kind, LONGEST, MOST};
 use stepwright_stream::link::{Came, FrameLink};
+use stepwright_stream::send::{FrameSender, LinkTimes};
 
 /// What a link makes of bytes, and what its FIFO has then.
 fn heard(link: &mut FrameLink<256>, bytes: &[u8]) -> Vec<Came> {
@@ -149,4 +150,24 @@ proptest! {
         prop_assert_eq!(found, vec![credit]);
         prop_assert!(said.iter().all(|byte| *byte < 0x80));
     }
+}
+
+/// A board that answers and takes nothing: that it is sent again is no progress.
+#[test]
+fn a_sender_that_is_not_heard_is_stuck() {
+    let mut sender = FrameSender::new(LinkTimes::of_baud(115_200));
+    let mut out = [0; MOST];
+    assert!(sender.offer(Kind::Setup, &[0; 18], 0));
+    for millis in 0..4_000 {
+        let now = millis * 1_000;
+        while sender.next(now, &mut out) != 0 {}
+        if millis % 20 == 0 {
+            sender.hear(Credit { next: 0, opened: 0, free: 100, flags: 0 }, now);
+        }
+    }
+    assert!(
+        sender.again() > 50 && sender.stuck(4_000_000) > 3_900_000,
+        "{}",
+        sender.stuck(4_000_000)
+    );
 }

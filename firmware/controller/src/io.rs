@@ -32,6 +32,14 @@ pub trait Panel {
     /// Sets the level of the pin that enables the drivers.
     fn set_enable(&mut self, high: bool);
 
+    /// Whether the board has an output for a laser, in the program of streamed runs.
+    const LASER: bool = false;
+
+    /// Sets the power of the laser: 0, off, to 255. Called when it changes; it is off at first.
+    fn set_power(&mut self, power: u8) {
+        let _ = power;
+    }
+
     /// Why the board has begun. Asked once.
     fn reset(&mut self) -> Reset;
 

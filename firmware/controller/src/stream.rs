@@ -69,6 +69,12 @@ impl<P: Panel> StreamIo for PanelIo<P> {
     fn enable(&mut self) {
         self.panel.set_enable(false); // on while it is low
     }
+
+    const LASER: bool = P::LASER;
+
+    fn set_power(&mut self, power: u8) {
+        self.panel.set_power(power);
+    }
 }
 
 /// The player of streams on an engine of steps: fills that, and hears frames and lines for good.

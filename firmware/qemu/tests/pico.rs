@@ -11,8 +11,9 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use feed::instants::{Befalls, Guarded, Random, ask, befall, instant, motion};
 use feed::judge::judge;
+use feed::pulses::Pulses;
 use feed::wire::{Heard, Wire};
-use feed::{Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of};
+use feed::{HZ, Job, Line, MILLIS, Step, Target, Told, position_of, run, s_curve, steps_of};
 use stepwright_feeder::{FeedState, FeedTerms};
 use stepwright_rp2040::board::{EMERGENCY, FAULT, STREAM, STREAM_BOARD, SWITCHES};
 use stepwright_sim::{Description, Edge, Pin};
@@ -31,6 +32,8 @@ struct Pico {
     now: u64,
     said: Vec<u8>,
     edges: Vec<Edge>,
+    /// Changes of the laser's pin.
+    pulses: Vec<(u64, bool)>,
 }
 
 impl Pico {
@@ -45,7 +48,8 @@ impl Pico {
         // DIR is low until it is told something.
         let low = |axis| Edge { time: 0, axis, pin: Pin::Direction, level: false };
         let edges = (0..3).map(low).collect();
-        let mut pico = Pico { child, to, from, now: 0, said: Vec::new(), edges };
+        let mut pico =
+            Pico { child, to, from, now: 0, said: Vec::new(), edges, pulses: Vec::new() };
         pico.run_until(0);
         pico
     }
@@ -74,7 +78,8 @@ impl Target for Pico {
         writeln!(self.to, "u {}", self.now).unwrap();
         let mut line = String::new();
         self.from.read_line(&mut line).unwrap();
-        let (said, edges) = line.trim_end().split_once('|').expect("an answer");
+        let mut parts = line.trim_end().split('|');
+        let [said, edges, pulses] = [(); 3].map(|()| parts.next().expect("three parts"));
         let bytes =
             (0..said.len() / 2).map(|n| u8::from_str_radix(&said[2 * n..][..2], 16).unwrap());
         self.said.extend(bytes);
@@ -84,6 +89,10 @@ impl Target for Pico {
             let (time, axis, pin) = (word().parse().unwrap(), word().parse().unwrap(), word());
             let pin = if pin == "s" { Pin::Step } else { Pin::Direction };
             Edge { time, axis, pin, level: word() == "1" }
+        }));
+        self.pulses.extend(pulses.split(',').filter(|change| !change.is_empty()).map(|change| {
+            let (time, level) = change.split_once(' ').expect("two words");
+            (time.parse().unwrap(), level == "1")
         }));
     }
     fn receive(&mut self, byte: u8) {
@@ -204,6 +213,33 @@ fn a_long_stall_brakes() {
     for (n, axis) in (0..3u8).enumerate() {
         judge(&steps_of(&edges, axis), &job[n], decels[n]).unwrap();
     }
+}
+
+/// While three axes move. And dark at power-up, and behind a host's silence.
+#[test]
+#[ignore = "by `cargo xtask test --only pico`"]
+fn its_laser_has_the_power_at_its_time() {
+    let x = s_curve(20_000, 20_000.0, 60_000.0, 600_000.0);
+    let axes: [Vec<Step>; 3] = [x.clone(), x.iter().step_by(2).copied().collect(), x];
+    let powers = [(0.2, 255), (0.4, 0), (0.5, 26), (0.7, 128), (0.9, 230), (1.1, 0)];
+    let terms = terms(STREAM, [60_000.0; 3]);
+    let mut pico = Pico::new();
+    assert_eq!(pico.pulses, []);
+    let job = Job::new(axes.clone()).with_laser(&powers);
+    let told = run(&mut pico, job, terms, Line::default());
+    assert_eq!(told.state, FeedState::Over);
+    let begin = steps_of(pico.edges(), 0)[0].0 as f64 - axes[0][0].0 * HZ;
+    let pulses = Pulses { changes: pico.pulses.clone(), period: 2_056 }; // 63 · 255 / 125 MHz
+    pulses.check(begin, &powers, |power| f64::from(power) / 255.0);
+
+    let (mut pico, begun) = (Pico::new(), 500 * MILLIS);
+    let line = Line { sleeps: vec![(begun, 2_000 * MILLIS)], ..Line::default() };
+    let told = run(&mut pico, Job::new(axes).with_laser(&[(0.1, 255)]), terms, line);
+    assert_eq!(told.state, FeedState::Off);
+    let [(on, true), (off, false)] = pico.pulses[..] else { panic!("{:?}", pico.pulses) };
+    let last = steps_of(pico.edges(), 0).last().unwrap().0;
+    // Braking from 20,000 steps/s takes 333 ms.
+    assert!(on < begun + AWAKE && off + 100 * MILLIS < last, "{on} {off} {last}");
 }
 
 fn number(name: &str, otherwise: u64) -> u64 {

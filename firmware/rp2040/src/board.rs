@@ -47,6 +47,8 @@ pub const SWITCHES: [u32; 3] = [11, 12, 13];
 pub const FAULT: u32 = 14;
 /// The emergency stop, to ground.
 pub const EMERGENCY: u32 = 15;
+/// The laser of streamed runs.
+pub const LASER: u32 = 16;
 /// The serial line: what is sent, and what is received.
 pub const LINE: [u32; 2] = [0, 1];
 

@@ -3,6 +3,8 @@
 use stepwright_controller::Register;
 use stepwright_device::Reset;
 
+use crate::board::LASER;
+
 /// A register.
 const fn register(address: usize) -> Register {
     // SAFETY: every address below is of one, in the datasheet's tables.
@@ -24,6 +26,8 @@ const TIMER: usize = 0x4005_4000;
 const VOLTAGE: usize = 0x4006_4000;
 const PINS: usize = 0x4001_4000;
 const PADS: usize = 0x4001_C000;
+/// Slice 0, whose output A is GPIO 16.
+const PWM: usize = 0x4005_0000;
 
 /// Pins, pads, PIO 0, PLL, timer, UART 0.
 const USED: u32 = 1 << 5 | 1 << 8 | 1 << 10 | 1 << 12 | 1 << 21 | 1 << 22;
@@ -87,6 +91,28 @@ pub unsafe fn start_usb() {
     until(register(RESETS + 8), 1 << 24);
 }
 
+/// Starts pulses of 7.8 kHz on [`LASER`], without a pulse at first. Until then the pad's pull-down, which is
+/// on after each reset, keeps the pin low.
+///
+/// # Safety
+/// Called once, behind [`start`].
+pub unsafe fn start_laser() {
+    const SLICE: u32 = 1 << 14;
+    register(RESETS + CLEAR).write(SLICE);
+    until(register(RESETS + 8), SLICE);
+    // 125 MHz / 63 / 255.
+    register(PWM + 4).write(63 << 4);
+    register(PWM + 0x10).write(254);
+    set_duty(0);
+    register(PWM).write(1);
+    give(LASER, Function::Pulses, false);
+}
+
+/// Sets how much of each pulse's period [`LASER`] is high, in 255ths, from the next period on.
+pub fn set_duty(duty: u8) {
+    register(PWM + 0xC).write(duty.into());
+}
+
 /// Takes the second PIO and the DMA out of their resets.
 ///
 /// # Safety
@@ -144,6 +170,8 @@ pub fn micros_low() -> u32 {
 pub enum Function {
     /// The serial line.
     Uart = 2,
+    /// The pulses of a laser.
+    Pulses = 4,
     /// The program.
     Program = 5,
     /// The first PIO.

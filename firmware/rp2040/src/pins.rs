@@ -66,6 +66,12 @@ impl Panel for BoardPins {
         chip::set_level(ENABLE, high);
     }
 
+    const LASER: bool = true;
+
+    fn set_power(&mut self, power: u8) {
+        chip::set_duty(power);
+    }
+
     fn reset(&mut self) -> Reset {
         chip::reset()
     }

@@ -3,7 +3,7 @@
 // Without a port a test has its time in its hand. It says lines: `b HEX`, a byte for the UART; `i PIN LEVEL`,
 // the level of an input; `u N`, go
 // on until N sixteenths of a µs since the beginning, which is answered by a line: bytes that were said, in
-// hexadecimal, `|`, and edges since, `TIME AXIS PIN LEVEL` with commas between them.
+// hexadecimal, `|`, edges since, `TIME AXIS PIN LEVEL` with commas between them, `|`, and the laser's, `TIME LEVEL`.
 //
 // With a port it is a board at a TCP port, in its own time, which goes slower than ours, and which it keeps in
 // the file CLOCK, in ns and 8 bytes. A line that is closed is the end: it says what it did.
@@ -11,6 +11,7 @@
 const fs = require('fs');
 const net = require('net');
 const path = require('path');
+const { GPIOPinState } = require('rp2040js');
 const { Machine } = require('./machine.cjs');
 
 const UNIT = 125 / 16;
@@ -23,6 +24,12 @@ let said = [];
 m.chip.uart[0].onByte = (byte) => said.push(byte);
 // Switches, emergency stop and fault outputs are pulled up.
 for (const pin of [11, 12, 13, 14, 15]) m.chip.gpio[pin].setInputValue(true);
+let pulses = [];
+m.chip.gpio[16].addListener((state, before) => {
+  if (state === GPIOPinState.High || before === GPIOPinState.High) {
+    pulses.push(`${Math.round(m.time / UNIT)} ${state === GPIOPinState.High ? 1 : 0}`);
+  }
+});
 m.run(2_000_000);
 
 const seen = [[0, 0], [0, 0], [0, 0]];
@@ -55,8 +62,8 @@ function lockStep() {
       else {
         const end = Number(value) * UNIT;
         if (end > m.time) m.run(end - m.time);
-        fs.writeSync(1, `${Buffer.from(said).toString('hex')}|${edges()}\n`);
-        said = [];
+        fs.writeSync(1, `${Buffer.from(said).toString('hex')}|${edges()}|${pulses.join(',')}\n`);
+        [said, pulses] = [[], []];
       }
     }
   }

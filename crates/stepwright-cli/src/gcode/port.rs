@@ -67,8 +67,9 @@ impl Met {
         if plan.laser.is_none() || self.laser {
             return Ok(());
         }
-        Err(Failure::usage(format!("{}: this board has no output for a laser", self.name))
-            .hint("a Mega with the program `stream` has one; or run the job without --laser"))
+        Err(Failure::usage(format!("{}: this board has no output for a laser", self.name)).hint(
+            "a Mega and a Pico with the program `stream` have one; or run the job without --laser",
+        ))
     }
 }
 

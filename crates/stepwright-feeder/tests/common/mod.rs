@@ -4,6 +4,7 @@
 pub mod guards;
 pub mod instants;
 pub mod judge;
+pub mod pulses;
 pub mod wire;
 
 use std::collections::VecDeque;

@@ -34,6 +34,7 @@ fn main() -> ! {
     // SAFETY: first, and each of them once.
     let (player, panel, mut line) = unsafe {
         chip::start();
+        chip::start_laser();
         let line = Lines { uart: uart::Uart::start(), usb: Usb::start() };
         (Divided(PioPlayer::new()), BoardPins::new(STREAM_RATE), line)
     };

@@ -1,4 +1,4 @@
-//! Moves a motor to 25 mm on the port that is named, or on a virtual board.
+//! Moves a motor to 25 mm, on the port that is the argument, or on a virtual board.
 
 use stepwright_host::{Board, Error, MotionLimits};
 

@@ -1,4 +1,5 @@
-//! Moves a motor to 25 mm on the board behind a socket, by tokio: `cargo run --example socket --features tokio HOST:PORT`.
+//! Moves a motor to 25 mm on the board behind a socket, with tokio:
+//! `cargo run --example socket --features tokio HOST:PORT`.
 
 use stepwright_host::{AsyncBoard, Error, MotionLimits};
 

@@ -1,4 +1,4 @@
-//! A board, and its axes, by tokio: over whatever reads and writes bytes.
+//! A board and its axes for tokio, over any stream that reads and writes bytes.
 
 use std::future::poll_fn;
 use std::io::ErrorKind;
@@ -19,9 +19,9 @@ use crate::motion::{Action, Sight};
 use crate::outcome::{Error, MotionLimits, Outcome};
 use crate::pipe::Pipe;
 
-/// A board whose calls are futures. One that is dropped before its end leaves the motors as they
-/// are; the next call gets in step with the board first. They are `Send` where the stream is: a task
-/// of theirs may be spawned on any runtime of tokio.
+/// A board whose calls are futures. A future that is dropped before its end leaves the motors as they are; the
+/// next call first gets in step with the board. The futures are `Send` if the stream is, so a task that holds
+/// them may be spawned on any runtime of tokio.
 ///
 /// ```no_run
 /// # async fn example() -> Result<(), stepwright_host::Error> {
@@ -40,21 +40,21 @@ pub struct AsyncBoard<S> {
 }
 
 impl AsyncBoard<TcpStream> {
-    /// The board at the other end of a plain socket, as `ser2net` gives of a serial port.
+    /// Connects to a board over a plain socket, as `ser2net` provides for a serial port.
     ///
     /// # Errors
     /// [`Error::Open`]; [`Error::Lost`] if no board answers within 4 s.
     pub async fn connect(address: impl ToSocketAddrs) -> Result<AsyncBoard<TcpStream>, Error> {
         let open = |error| Error::Open(OpenError::Io(error));
         let stream = TcpStream::connect(address).await.map_err(open)?;
-        // A line is a few bytes, and its answer is waited for.
+        // Without a delay: a line is a few bytes, and the next one waits for its answer.
         stream.set_nodelay(true).map_err(open)?;
         AsyncBoard::on(stream).await
     }
 }
 
 impl<S: AsyncRead + AsyncWrite + Unpin> AsyncBoard<S> {
-    /// The board at the other end of a stream: a socket, a serial port of `tokio-serial`.
+    /// Meets the board at the other end of a stream, such as a socket or a serial port of `tokio-serial`.
     ///
     /// # Errors
     /// [`Error::Lost`] if no board answers within 4 s.
@@ -84,15 +84,15 @@ impl<S: AsyncRead + AsyncWrite + Unpin> AsyncBoard<S> {
         self.part(async |talk| stop_all(talk).await).await
     }
 
-    /// Stops every axis at once: the position of one that moves becomes unknown.
+    /// Stops every axis at once: the position of an axis that moves becomes unknown.
     ///
     /// # Errors
-    /// [`Error::Lost`] if the board does not confirm it: switch its power off.
+    /// [`Error::Lost`] if the board does not confirm the kill: switch its power off.
     pub async fn kill(&mut self) -> Result<(), Error> {
         self.part(async |talk| kill_all(talk).await).await
     }
 
-    /// Carries a part of the conversation to its end, for what has no word here.
+    /// Runs a part of the conversation to its end, for what this type has no method for.
     pub async fn part<T>(&mut self, part: impl AsyncFnOnce(&mut Conversation) -> T) -> T {
         let AsyncBoard { stream, pipe, talk, opened } = self;
         let mut part = pin!(part(talk));
@@ -128,7 +128,7 @@ pub struct AsyncAxis<'b, S> {
     id: AxisId,
 }
 
-/// Calls of an axis, as futures.
+/// The calls of an axis, as futures.
 macro_rules! awaited {
     ($($(#[$doc:meta])* $name:ident($($arg:ident: $type:ty),*) -> $out:ty;)*) => {
         $($(#[$doc])*

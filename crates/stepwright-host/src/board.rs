@@ -1,4 +1,4 @@
-//! A board, and its axes, by a thread that waits.
+//! A board and its axes, for a thread that blocks.
 
 use std::time::Duration;
 
@@ -13,16 +13,16 @@ use crate::motion::{Action, Sight};
 use crate::outcome::{Error, MotionLimits, Outcome};
 use crate::session::Session;
 
-/// A board that was met. When it is dropped its motors go on; [`stop`](Board::stop) brakes them. It
-/// stays in the thread that has opened it (it is not `Send`).
+/// A connected board. When it is dropped its motors go on; [`stop`](Board::stop) brakes them. It stays in the
+/// thread that opened it (it is not `Send`).
 pub struct Board {
     session: Session,
 }
 
 impl Board {
-    /// The board on a serial port, at 115,200 baud. Other programs of this user may ask it, and
-    /// change its travels, while this one waits for them. `tcp://HOST:PORT` is a plain socket, as
-    /// `ser2net` gives of a serial port.
+    /// Opens the board on a serial port, at 115,200 baud. While this program waits for the board, other
+    /// programs of this user may ask it and change its travels. `tcp://HOST:PORT` is a plain socket, as
+    /// `ser2net` provides for a serial port.
     ///
     /// # Errors
     /// [`Error::Open`]; [`Error::Lost`] if no board answers within 4 s.
@@ -47,7 +47,7 @@ impl Board {
         Board::of(session)
     }
 
-    /// The board at the other end of a plain socket, `HOST:PORT`.
+    /// Connects to a board over a plain socket, `HOST:PORT`.
     ///
     /// # Errors
     /// [`Error::Open`]; [`Error::Lost`] if no board answers within 4 s.
@@ -56,11 +56,11 @@ impl Board {
         Board::on(Box::new(link))
     }
 
-    /// The board on a port that another program of this user holds, through that program. It
-    /// answers questions, changes travels and stops; orders and settings it refuses.
+    /// Joins the board on a port that another program of this user holds, through that program. Questions,
+    /// changes of travels and stops are answered; orders and settings are refused.
     ///
     /// # Errors
-    /// [`Error::Open`] if nobody who holds the port lets others in; [`Error::Lost`].
+    /// [`Error::Open`] if no program that holds the port lets others in; [`Error::Lost`].
     #[cfg(all(unix, feature = "serial"))]
     pub fn join(path: impl AsRef<std::path::Path>) -> Result<Board, Error> {
         use crate::link::guest::{GuestLink, PATIENCE};
@@ -69,18 +69,18 @@ impl Board {
         Board::on(Box::new(link.ok_or_else(nobody)?))
     }
 
-    /// A virtual Uno in this process: the engine of the chip with simulated pins. Its time passes
-    /// as ours does, or, if it is `fast`, as fast as it can be simulated.
+    /// A virtual Uno in this process: the engine of the chip with simulated pins. Its time passes in real time,
+    /// or, if it is `fast`, as fast as it can be simulated.
     ///
     /// # Errors
-    /// None that a whole process has seen.
+    /// None is known.
     #[cfg(feature = "virtual")]
     pub fn virtual_uno(fast: bool) -> Result<Board, Error> {
         use crate::link::simulated::{VirtualLink, VirtualUno};
         Board::on(Box::new(VirtualLink::new(VirtualUno::new(), fast)))
     }
 
-    /// The board at the other end of a line.
+    /// Meets the board at the other end of a line.
     ///
     /// # Errors
     /// [`Error::Lost`] if no board answers within 4 s.
@@ -88,7 +88,7 @@ impl Board {
         Board::of(Session::new(link))
     }
 
-    /// Nothing moves by us yet.
+    /// Meets the board. This program has started no motion yet.
     fn of(mut session: Session) -> Result<Board, Error> {
         session.meet().map_err(|trouble| Error::Lost { trouble, moving: false })?;
         Ok(Board { session })
@@ -111,16 +111,16 @@ impl Board {
         self.session.wait(async |talk| stop_all(talk).await)?
     }
 
-    /// Stops every axis at once: the position of one that moves becomes unknown.
+    /// Stops every axis at once: the position of an axis that moves becomes unknown.
     ///
     /// # Errors
-    /// [`Error::Lost`] if the board does not confirm it: switch its power off.
+    /// [`Error::Lost`] if the board does not confirm the kill: switch its power off.
     pub fn kill(&mut self) -> Result<(), Error> {
         self.session.set_guard(None);
         self.session.wait(async |talk| kill_all(talk).await)?
     }
 
-    /// The conversation, for what has no word here: settings, questions.
+    /// The session, for what this type has no method for: settings, questions.
     pub fn session(&mut self) -> &mut Session {
         &mut self.session
     }
@@ -132,7 +132,7 @@ pub struct Axis<'b> {
     id: AxisId,
 }
 
-/// Calls of an axis, waited for.
+/// The calls of an axis, each of which blocks until it is done.
 macro_rules! waited {
     ($($(#[$doc:meta])* $name:ident($($arg:ident: $type:ty),*) -> $out:ty;)*) => {
         $($(#[$doc])*
@@ -152,7 +152,7 @@ macro_rules! waited {
 impl Axis<'_> {
     axis_calls!(waited);
 
-    /// The guard has ended the waiting, or the line is gone: what was to be killed is killed.
+    /// Ends a call that the guard has ended or whose line is gone. Kills if the guard asked for that.
     fn ended(&mut self, trouble: LinkError) -> Error {
         match trouble {
             LinkError::Killed => match self.session.kill() {

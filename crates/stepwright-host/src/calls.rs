@@ -1,5 +1,4 @@
-//! What a program asks of a board and its axes: the calls of every face, as futures that wait for the
-//! board alone.
+//! The calls of a board and its axes, for all faces, as futures that wait for the board alone.
 
 use std::time::Duration;
 
@@ -14,25 +13,25 @@ use crate::homing::{HomeOrder, SwitchSide};
 use crate::motion::{Action, Adrift, Ended, POLL, RestPlace, Sight};
 use crate::outcome::{Error, MotionLimits, Outcome};
 
-/// Has a face make a method of each call of an axis.
+/// Passes the calls of an axis to a face's macro, which makes a method of each.
 macro_rules! axis_calls {
     ($face:ident) => {
         $face! {
-            /// Where it is, in steps; `None` if that is not known.
+            /// The position of the axis, in steps; `None` if it is unknown.
             ///
             /// # Errors
             /// [`Error::Lost`]
             position() -> Option<i64>;
-            /// Calls the place where it stands 0.
+            /// Makes the present position 0.
             ///
             /// # Errors
-            /// [`Error::Refused`] while it moves; [`Error::Lost`].
+            /// [`Error::Refused`] while the axis moves; [`Error::Lost`].
             set_zero() -> ();
             /// Moves to a position in steps, and waits.
             ///
             /// # Errors
             /// [`Error::Refused`], [`Error::TooFar`], [`Error::Uncertain`], [`Error::Range`],
-            /// [`Error::Moving`]: nothing moves by it. [`Error::Lost`].
+            /// [`Error::Moving`]: the call has moved nothing. [`Error::Lost`].
             move_to(position: i64, motion: &MotionLimits) -> Outcome;
             /// Moves by a number of steps, and waits.
             ///
@@ -44,35 +43,35 @@ macro_rules! axis_calls {
             /// # Errors
             /// Those of `move_to`.
             travel(steps: i64, motion: &MotionLimits) -> ();
-            /// Runs for a time, brakes, and waits until it rests: [`Outcome::Reached`] says where.
+            /// Runs for a time, brakes, and waits until the axis rests: [`Outcome::Reached`] says where.
             ///
             /// # Errors
             /// Those of `move_to`.
             run(way: Direction, motion: &MotionLimits, time: Duration) -> Outcome;
-            /// Waits until it rests. `see` is told of every look, 20 a second, and says what is
-            /// wished for. `target` is where it is expected; a new target that the travel was given
-            /// on its way, here or by another program, counts instead.
+            /// Waits until the axis rests. `see` is called for every look, 20 times a second, and returns the
+            /// action to take. `target` is the expected position; a new target that this or another program
+            /// gave the travel on its way counts instead.
             ///
             /// # Errors
             /// [`Error::Lost`]
             wait(target: i64, see: impl FnMut(&Sight) -> Action) -> Outcome;
-            /// Sends the travel in progress elsewhere: this many steps from where it began.
+            /// Retargets the travel in progress: this many steps from where it began.
             ///
             /// # Errors
-            /// [`Error::Refused`] at rest, or where the board refuses it; [`Error::Lost`].
+            /// [`Error::Refused`] at rest, or if the board refuses the line; [`Error::Lost`].
             retarget(steps: i32) -> ();
             /// Gives the travel in progress another top speed.
             ///
             /// # Errors
             /// Those of `retarget`.
             set_top_speed(top: Speed) -> ();
-            /// Brakes along the ramp, and waits until it rests. The position stays known.
+            /// Brakes along the ramp, and waits until the axis rests. The position stays known.
             ///
             /// # Errors
             /// [`Error::Lost`]
             stop() -> Outcome;
-            /// Finds 0 by its limit switch, which the settings of the board name: to it, away from
-            /// it by `back_off` steps, slowly to it again, and away. Where it stands then.
+            /// Finds 0 by the limit switch of the axis, which the board's settings name: to the switch, away by
+            /// `back_off` steps, slowly to the switch again, and away. Returns the position at the end.
             ///
             /// # Errors
             /// [`Error::NoSwitch`], [`Error::NotHomed`], and those of `move_to`.
@@ -87,7 +86,7 @@ macro_rules! axis_calls {
 }
 pub(crate) use axis_calls;
 
-/// The axis of this number, if the board has it: 1 is X.
+/// The axis of this number, 1 for X, if the board has it.
 pub(crate) fn axis(talk: &Conversation, number: u8) -> Result<AxisId, Error> {
     let axes = talk.info().map_or(1, |info| info.axes);
     AxisId::numbered(number).filter(|_| number <= axes).ok_or(Error::NoAxis { axes })
@@ -102,7 +101,7 @@ pub(crate) async fn stop_all(talk: &mut Conversation) -> Result<(), Error> {
     Ok(())
 }
 
-/// Stops every axis at once.
+/// Kills every axis.
 pub(crate) async fn kill_all(talk: &mut Conversation) -> Result<(), Error> {
     match talk.kill().await? {
         true => Ok(()),
@@ -161,7 +160,7 @@ impl AxisCalls<'_> {
         let over = matches!(watched, Ok(Sight { braking: true, .. }));
         let outcome = self.conclude(watched, None).await?;
         Ok(match outcome {
-            // A switch may have come before the end of the ramp.
+            // A limit switch may have stopped the axis before the end of the ramp.
             Outcome::Stopped { at, reason: None | Some(Stop::Soft) } if over => {
                 Outcome::Reached { at }
             }
@@ -211,7 +210,7 @@ impl AxisCalls<'_> {
         Ok(self.talk.home(&order, |_, _| Action::GoOn).await?)
     }
 
-    /// Where it stands.
+    /// The position of the axis at rest.
     async fn stand(&mut self) -> Result<i64, Error> {
         if self.talk.is_busy(Selection::One(self.id)).await? {
             return Err(Error::Moving);
@@ -226,7 +225,7 @@ impl AxisCalls<'_> {
         Ok(self.talk.begin(self.id, &order, &lines, Some(from)).await?)
     }
 
-    /// Says a line that changes the travel in progress. At rest the board would keep it.
+    /// Says a line that changes the travel in progress. At rest the board would keep the change for later.
     async fn change(&mut self, line: Command) -> Result<(), Error> {
         let one = Selection::One(self.id);
         if !self.talk.is_busy(one).await? {
@@ -245,7 +244,7 @@ impl AxisCalls<'_> {
         Ok(Error::Refused { line, reason: self.talk.why().await? })
     }
 
-    /// What became of it, whatever happened.
+    /// The outcome of a watched motion. Kills first if the watching ended with that.
     pub async fn conclude(
         &mut self,
         watched: Result<Sight, LinkError>,

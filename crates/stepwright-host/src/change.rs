@@ -1,11 +1,10 @@
-//! What was changed of a travel on its way: by us, or by another program through the one that holds
-//! the port.
+//! Changes of a travel on its way, by this program or by another one through the program that holds the port.
 
 use std::fmt;
 
 use stepwright_protocol::{AxisId, Command, MAX_AXES, Selection};
 
-/// Where travels began, and where they are to end: what `@` counts from.
+/// Where travels began, which `@` counts from, and their new targets.
 #[derive(Default)]
 pub struct Travels([Option<Going>; MAX_AXES as usize]);
 
@@ -16,7 +15,7 @@ struct Going {
 }
 
 impl Travels {
-    /// An axis begins a travel here.
+    /// Notes that an axis begins a travel at this position.
     pub fn begins(&mut self, axis: AxisId, from: Option<i64>) {
         if let Some(slot) = self.0.get_mut(axis.index()) {
             *slot = from.map(|from| Going { from, target: None });
@@ -28,7 +27,7 @@ impl Travels {
         Some(self.going(axis)?.from)
     }
 
-    /// Where it was sent on its way.
+    /// The new target of a travel, if it was retargeted.
     pub fn target(&self, axis: AxisId) -> Option<i64> {
         self.going(axis)?.target
     }
@@ -37,7 +36,7 @@ impl Travels {
         *self.0.get(axis.index())?
     }
 
-    /// Takes a line that was accepted for these axes; what it has changed.
+    /// Notes a line that the board accepted for these axes. Returns the change.
     pub fn change(&mut self, axes: Selection, command: Command) -> Change {
         let mut target = None;
         for axis in AxisId::first(MAX_AXES).filter(|axis| axes.contains(*axis)) {
@@ -52,14 +51,14 @@ impl Travels {
     }
 }
 
-/// A line that has changed motions; shows as words.
+/// A line that has changed motions. Displays as words.
 #[derive(Clone, Copy, Debug)]
 pub struct Change {
-    /// Whose.
+    /// The changed axes.
     pub axes: Selection,
     /// The line.
     pub command: Command,
-    /// The position that it sends one to, if that is known.
+    /// The new target position, if it is known.
     pub target: Option<i64>,
 }
 

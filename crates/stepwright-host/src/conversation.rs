@@ -1,21 +1,20 @@
-//! The conversation with a board: a line, its answer, and what to do when the
-//! answer does not come.
+//! The conversation with a board: a line, its answer, and what to do when no answer comes.
 //!
 //! ```text
 //!   order ──► Conversation ──► Master ──► Pipe ──► … the board
 //!                     ◄── Reply ◄──      ◄── bytes, in their time
 //! ```
 //!
-//! A line that got no answer was lost, or its answer was; nobody knows which.
-//! So [`Conversation`] gets in step with the board again, and then
-//! - says once more what is harmless twice: questions, A, Z, K, I;
-//! - leaves it to the caller to look, after a line of an order.
+//! If no answer comes, either the line or its answer was lost, and nobody can tell which. [`Conversation`] then
+//! gets in step with the board again, and
+//! - repeats lines that are harmless twice: questions, A, Z, K, I;
+//! - leaves it to the caller to check the axes after a line of an order.
 //!
-//! With a board that can `sum` every line has a checksum, and so has its answer: a digit
-//! that noise has changed is noticed at either end.
+//! With a board that can `sum`, every line and every answer has a checksum: either end notices a digit that
+//! noise has changed.
 //!
-//! Every method is a future that waits for the [`Pipe`] alone and may be dropped at any time:
-//! whatever is said next gets in step first.
+//! Every method is a future that waits for the [`Pipe`] alone, and may be dropped at any time: the next line
+//! first gets in step.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -30,24 +29,23 @@ use crate::change::{Change, Travels};
 use crate::guests::Guests;
 use crate::pipe::Pipe;
 
-/// A slave answers within milliseconds.
+/// How long an answer is waited for. A controller answers within milliseconds.
 pub(crate) const PATIENCE: Duration = Duration::from_millis(500);
 
-/// How long a board may take from the opening of its port: one that is reset
-/// by it passes its boot loader first.
+/// How long a board may take from the opening of its port. A board that the opening resets first runs its boot
+/// loader.
 const BOOT: Duration = Duration::from_millis(4000);
 
 /// How often a line is said before the board counts as silent.
 const TRIES: usize = 4;
 
-/// The same of `?`: of the answers that noise spoils most are to it, for they are the
-/// longest.
+/// The same for `?`: noise spoils its answer most often, as that is the longest.
 const INFO_TRIES: usize = 8;
 
-/// How many times [`PATIENCE`] a program may be silent before what it owes counts as lost.
+/// How many times [`PATIENCE`] a program may be silent before its missing answers count as lost.
 const SILENCES: usize = 8;
 
-/// How soon a guest is heard while nothing is said.
+/// The time between two looks for a guest's line while the line is idle.
 const SLICE: Duration = Duration::from_millis(20);
 
 /// Why a conversation can't go on.
@@ -57,9 +55,9 @@ pub enum LinkError {
     Gone(io::Error),
     /// The board has stopped answering.
     Silent,
-    /// The caller wants to kill, and not to wait for this answer.
+    /// The caller wants to kill instead of waiting for this answer.
     Killed,
-    /// The caller has ended the waiting, where nothing is to be braked.
+    /// The caller has ended the waiting, and nothing needs braking.
     Ended,
     /// The board runs another program than the controller: its answer to `?`.
     Program(String),
@@ -68,7 +66,7 @@ pub enum LinkError {
 impl fmt::Display for LinkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            // What a port says when it goes is of no use to a reader.
+            // A port's own message for this case does not help a user.
             LinkError::Gone(error) if error.kind() == ErrorKind::UnexpectedEof => {
                 f.write_str("the line was closed at its other end")
             }
@@ -83,14 +81,14 @@ impl fmt::Display for LinkError {
 
 impl std::error::Error for LinkError {}
 
-/// What became of the lines of an order.
+/// The result of saying the lines of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Played {
-    /// All were answered Y.
+    /// All lines were answered Y.
     Accepted,
-    /// This one was answered E; nothing moves.
+    /// This line was answered E; nothing moves.
     Refused(Command),
-    /// This one got no answer.
+    /// This line got no answer.
     Unanswered(Command),
 }
 
@@ -98,32 +96,32 @@ pub enum Played {
 pub struct Conversation {
     pub(crate) pipe: Pipe,
     master: Master,
-    /// What the board said of itself; `None` if it knows only the Nano slave's lines.
+    /// The board's last answer to `?`; `None` if it knows only the lines of the Nano slave.
     info: Option<Info>,
-    /// What a program with other features said of itself instead.
+    /// The answer to `?` of a program with other features.
     pub(crate) program: Option<String>,
-    /// Why such a program has refused its last line: a word, and numbers.
+    /// The reason why such a program refused its last line: a word and numbers.
     reason: Option<String>,
-    /// Whether our lines have checksums.
+    /// Whether lines have checksums.
     sums: bool,
-    /// F's that were said and whose R or B was not heard.
+    /// The number of F lines whose R or B has not come.
     owed: usize,
-    /// A line was said, or a part of it, and its answer was not waited for to the end.
+    /// A line was said, at least in part, and its answer was not waited for to the end.
     pub(crate) unheard: bool,
-    /// Which axis F and Z speak of; `None` if we can't be sure.
+    /// The selection that F and Z apply to; `None` if it is not certain.
     selected: Option<Selection>,
-    /// Other programs that ask the board through us.
+    /// Other programs that ask the board through this one.
     pub(crate) guests: Option<Box<dyn Guests>>,
-    /// What others have changed through us, since it was last asked.
+    /// Changes that guests have made since the last question for them.
     pub(crate) changes: VecDeque<Change>,
-    /// Whether they have changed anything.
+    /// Whether guests have changed anything.
     pub(crate) changed: bool,
-    /// The travels that were begun here.
+    /// The travels that this program began.
     pub(crate) travels: Travels,
 }
 
 impl Conversation {
-    /// A conversation that has yet to begin, on this line.
+    /// A conversation on this line that has not begun yet.
     pub fn new(pipe: Pipe) -> Conversation {
         Conversation {
             pipe,
@@ -142,42 +140,43 @@ impl Conversation {
         }
     }
 
-    /// Lets other programs ask the board through this conversation, while it waits.
+    /// Lets other programs ask the board through this conversation while it waits.
     pub fn serve(&mut self, guests: Box<dyn Guests>) {
         self.guests = Some(guests);
     }
 
-    /// A line by which another program has changed a motion through us, once. The last 64 are kept.
+    /// The next line by which another program has changed a motion through this one; returned once. The last 64
+    /// are kept.
     pub fn next_change(&mut self) -> Option<Change> {
         self.changes.pop_front()
     }
 
-    /// Whether another program has changed a motion through us.
+    /// Whether another program has changed a motion through this one.
     pub fn was_changed(&self) -> bool {
         self.changed
     }
 
-    /// An axis begins a travel at this position.
+    /// Notes that an axis begins a travel at this position.
     pub fn begins(&mut self, axis: AxisId, from: Option<i64>) {
         self.travels.begins(axis, from);
     }
 
-    /// A line that we have said, and that was taken, has changed the travels of these axes.
+    /// Notes that the board has taken a line of ours which changes the travels of these axes.
     pub(crate) fn has_changed(&mut self, axes: Selection, line: Command) {
         self.travels.change(axes, line);
     }
 
-    /// Where the travel of an axis was sent on its way, by us or by another program through us.
+    /// The new target of an axis' travel, from this program or from another one through it.
     pub fn new_target(&self, axis: AxisId) -> Option<i64> {
         self.travels.target(axis)
     }
 
-    /// What the board said of itself last; `None` if it knows only the Nano slave's lines.
+    /// The board's last answer to `?`; `None` if it knows only the lines of the Nano slave.
     pub fn info(&self) -> Option<&Info> {
         self.info.as_ref()
     }
 
-    /// Whether our lines have checksums, and so have their answers.
+    /// Whether lines and answers have checksums.
     pub fn has_sums(&self) -> bool {
         self.sums
     }
@@ -190,18 +189,17 @@ impl Conversation {
     /// Gets in step with the board, and asks what it is.
     ///
     /// # Errors
-    /// [`LinkError::Silent`] after 4 s: no board of ours, or another baud rate;
-    /// [`LinkError::Program`].
+    /// [`LinkError::Silent`] after 4 s: no Stepwright board, or another baud rate; [`LinkError::Program`].
     pub async fn meet(&mut self) -> Result<(), LinkError> {
         self.greet().await?;
         self.program.clone().map_or(Ok(()), |about| Err(LinkError::Program(about)))
     }
 
-    /// The same, whichever program the board runs.
+    /// Gets in step with a board, whichever program it runs.
     pub(crate) async fn greet(&mut self) -> Result<(), LinkError> {
         let end = self.now() + BOOT;
-        // A question first: getting in step by force counts as a refused line,
-        // and would hide from the user which one was refused before.
+        // F first: getting in step by force counts as a refused line, and would overwrite the reason of the
+        // refusal before, which a user may ask for.
         let asked = self.once(Command::Status).await?;
         if !matches!(asked, Some(Reply::Ready | Reply::Busy)) {
             while !self.step().await? {
@@ -210,7 +208,7 @@ impl Conversation {
                 }
             }
         }
-        // A slave that knows no `?` may answer E, or nothing.
+        // A controller that does not know `?` may answer E, or nothing.
         for _ in 0..INFO_TRIES {
             match self.once(Command::Info).await? {
                 Some(Reply::Info(info)) => {
@@ -232,13 +230,13 @@ impl Conversation {
         Ok(())
     }
 
-    /// Puts bytes on the line that are no line of ours.
+    /// Writes bytes that are no line of the protocol.
     pub async fn put(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         self.pipe.write(bytes.iter().copied());
         Ok(())
     }
 
-    /// Says a line once. `None` if no answer came.
+    /// Says a line once. `None` if no answer comes.
     pub async fn once(&mut self, command: Command) -> Result<Option<Reply>, LinkError> {
         self.in_step().await?;
         self.master.give_up();
@@ -256,8 +254,8 @@ impl Conversation {
         Ok(answer)
     }
 
-    /// A line is about to be said: where a future was dropped before the answer to the last one,
-    /// that is waited for first, or it would be taken for this one's.
+    /// Prepares for a new line. If a future was dropped before the answer to the last line, that answer is
+    /// waited for first: otherwise it would be taken for the answer to the new line.
     pub(crate) async fn in_step(&mut self) -> Result<(), LinkError> {
         if self.unheard {
             self.catch_up().await?;
@@ -268,8 +266,7 @@ impl Conversation {
         Ok(())
     }
 
-    /// Waits for the answer to what was said last. That of another program to `?` ends the
-    /// waiting, too.
+    /// Waits for the answer to the last line. The answer of another program to `?` also ends the waiting.
     async fn answer(&mut self) -> Result<Option<Reply>, LinkError> {
         let (end, mut line) = (self.now() + PATIENCE, Vec::new());
         while let Some(byte) = self.pipe.byte_until(end).await? {
@@ -298,8 +295,8 @@ impl Conversation {
         Ok(None)
     }
 
-    /// Says a line that need not be one of the protocol, and gives the answer
-    /// as it is; `None` if none came.
+    /// Says a line that need not be one of the protocol, and returns the answer unchanged; `None` if none
+    /// comes.
     pub async fn say(&mut self, line: &[u8]) -> Result<Option<String>, LinkError> {
         self.in_step().await?;
         self.selected = None;
@@ -309,21 +306,21 @@ impl Conversation {
         Ok(answer)
     }
 
-    /// This line has come from the board, without its checksum: true if it answers an F.
+    /// Handles a line from the board, without its checksum. True if it answers an F.
     pub(crate) fn hear(&mut self, bare: &str) -> bool {
         let status = matches!(bare, "R" | "B");
         self.owed = self.owed.saturating_sub(status.into());
         status
     }
 
-    /// Says F behind what ends half a line.
+    /// Says F after bytes that end an incomplete line.
     fn say_step(&mut self) {
         (self.selected, self.unheard) = (None, true);
         self.pipe.write(self.master.resync());
         self.owed += 1;
     }
 
-    /// One attempt to get in step; true if it worked.
+    /// Tries once to get in step; true if that worked.
     async fn step(&mut self) -> Result<bool, LinkError> {
         self.say_step();
         let answer = self.answer().await?;
@@ -331,8 +328,8 @@ impl Conversation {
         Ok(answer.is_some())
     }
 
-    /// Gets in step with a board, however late it answers: once each F that was said has its
-    /// answer, none to an earlier line is to come. Where some do not come they were lost.
+    /// Gets in step with a board, however late it answers: once each F has its answer, no answer to an earlier
+    /// line is still to come. Answers that do not come count as lost.
     async fn catch_up(&mut self) -> Result<(), LinkError> {
         let (mut heard, mut silent) = (false, 0);
         self.say_step();
@@ -360,8 +357,8 @@ impl Conversation {
         if heard { Ok(()) } else { Err(LinkError::Silent) }
     }
 
-    /// How long a board may be silent before what it owes counts as lost: one that has `heard` us
-    /// answers within milliseconds, but for a program.
+    /// How many [`PATIENCE`] a board may be silent before its missing answers count as lost. A board that has
+    /// `heard` us answers within milliseconds, unless it runs another program.
     fn silences(&self, heard: bool) -> usize {
         match (&self.program, heard) {
             (Some(_), _) => SILENCES,
@@ -370,8 +367,8 @@ impl Conversation {
         }
     }
 
-    /// The next line from the board, without its end; `None` if none comes for a while. CR ends a line;
-    /// an LF is skipped, and so is an empty line.
+    /// The next line from the board, without its end; `None` if none comes within [`PATIENCE`]. CR ends a line.
+    /// LF and empty lines are skipped.
     pub(crate) async fn line(&mut self) -> Result<Option<String>, LinkError> {
         let (end, mut line) = (self.now() + PATIENCE, Vec::new());
         while let Some(byte) = self.pipe.byte_until(end).await? {
@@ -386,8 +383,8 @@ impl Conversation {
         Ok(None)
     }
 
-    /// Gets in step with the board again. An order that was being programmed
-    /// can't be started any more after this; nothing that moves is touched.
+    /// Gets in step with the board again. An order that was being programmed can't be started after that;
+    /// moving axes are not affected.
     pub async fn resync(&mut self) -> Result<(), LinkError> {
         if self.program.is_some() {
             return self.catch_up().await;
@@ -400,7 +397,7 @@ impl Conversation {
         Err(LinkError::Silent)
     }
 
-    /// Says a line until it is answered: only for one that is harmless twice.
+    /// Says a line until it is answered. Only for a line that is harmless twice.
     pub async fn ask(&mut self, command: Command) -> Result<Reply, LinkError> {
         for _ in 0..if command == Command::Info { INFO_TRIES } else { TRIES } {
             match self.once(command).await? {
@@ -412,18 +409,18 @@ impl Conversation {
         Err(LinkError::Silent)
     }
 
-    /// Whether this is the answer to a line that noise has changed on its way, as a board
-    /// that checks sums can tell.
+    /// Whether this answer refuses a line that noise changed on its way. Only a board that checks sums can
+    /// tell.
     async fn was_damaged(&mut self, command: Command, reply: Reply) -> Result<bool, LinkError> {
         if !self.sums || reply != Reply::No || command == Command::Info {
             return Ok(false);
         }
-        // (Boxed: to ask why is to ask.)
+        // Boxed, as `why` calls `ask`.
         Ok(Box::pin(self.why()).await? == Some(Refusal::Sum))
     }
 
-    /// Says a line that speaks of the selected axis, F or Z, having selected
-    /// it. A slave that knows only the Nano slave's lines has nothing to select.
+    /// Selects these axes, and says a line that applies to the selection, such as F or Z. A board that knows
+    /// only the lines of the Nano slave has no selection.
     pub async fn ask_of(&mut self, axes: Selection, command: Command) -> Result<Reply, LinkError> {
         for _ in 0..TRIES {
             self.select(axes).await?;
@@ -436,15 +433,15 @@ impl Conversation {
         Err(LinkError::Silent)
     }
 
-    /// Has the following lines speak of these axes.
+    /// Makes the following lines apply to these axes.
     pub async fn select(&mut self, axes: Selection) -> Result<(), LinkError> {
         if self.info.is_none() || self.selected == Some(axes) {
             return Ok(());
         }
-        // The line may be taken, and this future dropped before its answer.
+        // The board may take the line and this future be dropped before the answer.
         self.selected = None;
         for _ in 0..TRIES {
-            // E: the line was damaged, for the axis is one it has.
+            // E: the line was damaged, as the board has this axis.
             if self.ask(Command::Select(axes)).await? == Reply::Yes {
                 self.selected = Some(axes);
                 return Ok(());
@@ -466,13 +463,13 @@ impl Conversation {
         Err(LinkError::Silent)
     }
 
-    /// Where the axis is, in steps; `None` if the board does not know.
+    /// The position of the axis, in steps; `None` if the board does not know it.
     pub async fn position(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
         for _ in 0..TRIES {
             match self.ask(Command::Position(axis)).await? {
                 Reply::Position(steps) => return Ok(Some(steps)),
-                // E: not known, or the line was damaged. The board may say
-                // which: if it is certain of the axis, it says so again.
+                // E: the position is unknown, or the line was damaged. If the board's `?` says that the
+                // position is known, ask again.
                 _ if self.is_uncertain(axis).await? => return Ok(None),
                 _ => {}
             }
@@ -480,8 +477,7 @@ impl Conversation {
         Ok(None)
     }
 
-    /// Where an axis is that rests: said twice alike, for a digit may be lost
-    /// on its way.
+    /// The position of an axis at rest. Two equal answers are required, as noise may lose a digit.
     pub async fn rest_position(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
         let mut last = self.position(axis).await?;
         for _ in 0..TRIES {
@@ -502,7 +498,7 @@ impl Conversation {
         Ok(self.ask_info().await?.is_some_and(|info| info.uncertain & bit != 0))
     }
 
-    /// What the board says of itself now; `None` if it knows only the Nano slave's lines.
+    /// Asks the board what it is now; `None` if it knows only the lines of the Nano slave.
     pub async fn ask_info(&mut self) -> Result<Option<Info>, LinkError> {
         if self.info.is_some() {
             for _ in 0..TRIES {
@@ -530,7 +526,7 @@ impl Conversation {
         Ok(self.ask_info().await?.and_then(|info| info.stops?.of(axis)))
     }
 
-    /// Leaves the line alone for a while, but for what guests want to be said.
+    /// Says nothing for this time, except for the lines of guests.
     pub async fn pause(&mut self, time: Duration) -> Result<(), LinkError> {
         let end = self.now() + time;
         loop {
@@ -544,11 +540,10 @@ impl Conversation {
         }
     }
 
-    /// Says the lines of an order, each after the Y of the one before, and
-    /// none again.
+    /// Says the lines of an order, each after the Y of the line before, and repeats none.
     pub async fn play(&mut self, lines: &[Command]) -> Result<Played, LinkError> {
         for &command in lines {
-            // PO and A move the selection.
+            // PO and A change the selection.
             self.selected = None;
             match self.once(command).await? {
                 Some(Reply::Yes) => {}
@@ -559,10 +554,11 @@ impl Conversation {
         Ok(Played::Accepted)
     }
 
-    /// Kills all axes, whatever was going on. True if the board said Y.
+    /// Kills all axes, in any state of the conversation. True if the board answered Y.
     pub async fn kill(&mut self) -> Result<bool, LinkError> {
         if self.unheard {
-            // At once, behind what ends half a line; and again, for its answer can't be told.
+            // At once, after bytes that end an incomplete line. The loop repeats K, as the answer to this one
+            // can't be told from others.
             self.pipe.write(*b"#\rK\r");
         }
         for _ in 0..TRIES {
@@ -571,7 +567,7 @@ impl Conversation {
                 Ok(_) | Err(LinkError::Silent) => {}
                 Err(trouble) => return Err(trouble),
             }
-            // Half a line may stand in the slave, and swallow every K.
+            // An incomplete line in the board could swallow every K.
             self.step().await?;
         }
         Ok(false)

@@ -1,10 +1,9 @@
-//! When the pulses of an ordered travel come: under a trapezoid, or an S-curve.
+//! The times of the pulses of an ordered travel, under a trapezoid or an S-curve.
 
 use stepwright::profile::{Curve, Path, Phase};
 use stepwright::{Rate, Travel};
 
-/// The timer that durations are computed with: the board's own may differ, by
-/// less than anyone can see.
+/// The timer of the computed durations. The board's own may differ; the difference is too small to see.
 const CLOCK: Rate = Rate::MHZ;
 
 /// A travel that ends, in closed form.
@@ -16,7 +15,7 @@ pub enum Course {
 }
 
 impl Course {
-    /// Of an order; `None` if it is endless, or no timer of ours can hold it.
+    /// The course of an order; `None` if it is endless, or its times do not fit into the timer.
     pub fn of(order: &stepwright::Order) -> Option<Course> {
         let Travel::By(steps) = order.travel else { return None };
         match order.s_curve(CLOCK) {
@@ -27,7 +26,7 @@ impl Course {
         }
     }
 
-    /// How many pulses it has.
+    /// The number of pulses.
     pub fn pulses(&self) -> u32 {
         match self {
             Course::Trapezoid(path) => path.pulses(),
@@ -57,7 +56,7 @@ impl Course {
         self.seconds(self.pulses().saturating_sub(1))
     }
 
-    /// Seconds from the first pulse to where a stop would end it in the same place.
+    /// Seconds from the first pulse to where a stop would make the travel end in the same place.
     pub fn brakes(&self) -> f64 {
         let braking = match self {
             Course::Trapezoid(path) => path.braking_steps(),
@@ -70,7 +69,7 @@ impl Course {
     }
 }
 
-/// After how many pulses a curve that is never even eases its acceleration.
+/// The number of pulses after which a curve without a cruise begins to ease its acceleration.
 fn cut_short(curve: &Curve) -> Option<u32> {
     let mut phases = curve.phases();
     if curve.phases().any(|(phase, _)| phase == Phase::Cruise) {

@@ -1,4 +1,4 @@
-//! Other programs that ask a board through the one that holds its line.
+//! Guests: other programs that ask a board through the one that holds its line.
 
 use std::sync::mpsc::Sender;
 
@@ -8,40 +8,40 @@ use crate::conversation::{Conversation, LinkError};
 
 /// A line of a guest.
 pub struct GuestLine {
-    /// Without its CR.
+    /// The line, without its CR.
     pub line: Vec<u8>,
-    /// What the guest has selected, to be selected before.
+    /// The guest's own selection, which is restored before the line.
     pub selection: Selection,
-    /// Where the answer goes: as it came, or nothing.
+    /// Where the answer goes: unchanged, or `None` if there was none.
     pub answer: Sender<Option<String>>,
 }
 
-/// Who asks, and what is noted for whoever comes after us.
+/// The guests of a line, and the lease note for the next holder of the port.
 pub trait Guests: Send {
-    /// A line that a guest wants said, if one does.
+    /// The next line of a guest, if there is one.
     fn next(&mut self) -> Option<GuestLine>;
 
-    /// A line of ours is about to be said.
+    /// Called before a line of this program is said.
     fn before(&self, command: Command);
 
-    /// A line of ours was answered.
+    /// Called when a line of this program was answered.
     fn after(&self, command: Command, reply: Reply);
 }
 
-/// What a guest asks the program that holds the port: where did the travel of my axis begin?
+/// A guest's question to the program that holds the port: where the travel of the selected axis began.
 const BEGAN: &[u8] = b"@";
 
 /// The most changes that are kept for a holder of the port that does not ask for them.
 const CHANGES: usize = 64;
 
-/// What a line is to a guest.
+/// What a line does, as far as guests are concerned.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Matter {
     /// It asks, selects or clears.
     Asks,
     /// It changes a travel, or ends it.
     Changes,
-    /// It is the holder's alone. An order has several lines, which would mingle with its own.
+    /// It is reserved to the holder. An order has several lines, which would mix with the holder's own.
     Orders,
 }
 
@@ -60,7 +60,7 @@ impl Matter {
     }
 }
 
-/// A line of a guest, its checksum left out.
+/// Parses a line of a guest, without its checksum.
 pub(crate) fn parsed(line: &[u8]) -> Option<Command> {
     Command::parse(line.split(|byte| *byte == b'*').next()?).ok()
 }
@@ -72,15 +72,15 @@ pub(crate) fn is_allowed(line: &[u8]) -> bool {
 }
 
 impl Conversation {
-    /// Where the travel of an axis began, if the program knows that whose guest we are.
+    /// Where the travel of an axis began, if the program that holds the port knows.
     pub async fn began(&mut self, axis: AxisId) -> Result<Option<i64>, LinkError> {
         self.select(Selection::One(axis)).await?;
         let answer = self.say(BEGAN).await?;
         Ok(answer.and_then(|answer| answer.parse().ok()))
     }
 
-    /// Says what another program wants to be said: one line, then it is our turn again. Our
-    /// lease is held by what we say ourselves, not by a crowd that keeps us from saying it.
+    /// Says one line of a guest, if there is one; then it is the holder's turn again. Only the holder's own
+    /// lines are meant to hold its lease, and many guests must not keep the holder from saying them.
     pub(crate) async fn serve_guest(&mut self) -> Result<(), LinkError> {
         let Some(asked) = self.guests.as_mut().and_then(|guests| guests.next()) else {
             return Ok(());
@@ -93,11 +93,11 @@ impl Conversation {
         }
         let command = parsed(&line);
         let change = command.filter(|command| Matter::of(*command) == Matter::Changes);
-        // K is of all axes, and waits for no selection.
+        // K applies to all axes, and needs no selection.
         let axes = if command == Some(Command::Kill) { Selection::All } else { selection };
         if command == Some(Command::Status) || change.is_some_and(|line| line != Command::Kill) {
             match self.select(axes).await {
-                // Whatever is selected, it may be another axis than the guest's.
+                // The selection is uncertain: the line could reach another axis than the guest's.
                 Err(LinkError::Silent) => {
                     let _ = to.send(None);
                     return Ok(());
@@ -115,7 +115,7 @@ impl Conversation {
             self.changes.push_back(self.travels.change(axes, change));
             self.changed = true;
         }
-        // A guest that is gone needs none.
+        // The guest may be gone, and need no answer.
         let _ = to.send(answer);
         Ok(())
     }

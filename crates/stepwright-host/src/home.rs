@@ -1,4 +1,4 @@
-//! Homes an axis: the machine of [`homing`](crate::homing) carried on by a conversation.
+//! Homes an axis: runs the state machine of [`homing`](crate::homing) in a conversation.
 
 use stepwright_protocol::{AxisId, Command, Order, Refusal, Reply, Stop};
 
@@ -8,16 +8,16 @@ use crate::homing::{
 };
 use crate::motion::{Action, NotBegun, POLL, Sight};
 
-/// What is told of a homing on its way.
+/// An event of a homing in progress.
 #[derive(Clone, Copy, Debug)]
 pub enum HomeSight<'a> {
-    /// This leg begins here, by this order.
+    /// This leg begins, with this order, at this position.
     Begins(HomeLeg, &'a Order, Option<i64>),
     /// A look at the axis.
     Sees(&'a Sight),
     /// The leg has ended.
     Ends,
-    /// What a user would like to know.
+    /// A note for the user.
     Note(&'a str),
 }
 
@@ -26,19 +26,19 @@ pub enum HomeSight<'a> {
 pub enum NotHomed {
     /// A leg was not begun.
     NotBegun(NotBegun),
-    /// The order of a leg can't be said.
+    /// An order of a leg can't be sent.
     Unsayable(stepwright::OutOfRange),
-    /// The machine says so. `leg` is where it was.
+    /// The state machine failed, in this leg.
     Failed(HomingFailure, HomeLeg),
-    /// The conversation has ended between two legs: the axis rests.
+    /// The conversation ended between two legs: the axis rests.
     Trouble(LinkError),
-    /// It has ended within a leg: the axis may move.
+    /// The conversation ended within a leg: the axis may move.
     Adrift(LinkError),
 }
 
 impl Conversation {
-    /// Homes an axis; where it stands then. `see` is told of it, and what it wishes for after
-    /// [`HomeSight::Sees`] is done.
+    /// Homes an axis, and returns its position at the end. `see` is called for each event; the action that it
+    /// returns after [`HomeSight::Sees`] is carried out.
     pub async fn home(
         &mut self,
         order: &HomeOrder,
@@ -69,7 +69,7 @@ impl Conversation {
         }
     }
 
-    /// Travels a leg to its end.
+    /// Runs a leg to its end.
     async fn home_leg(
         &mut self,
         axis: AxisId,
@@ -100,7 +100,7 @@ impl Conversation {
         let watched = watched.await;
         see(self, HomeSight::Ends);
         let sight = watched.map_err(NotHomed::Adrift)?;
-        // No leg follows a stop that was wished for, whatever has stopped this one.
+        // No leg follows a requested stop, whatever has stopped this leg.
         let stop = match unwanted {
             true => Some(Stop::Soft),
             false => self.stop_of(axis).await.unwrap_or(None),

@@ -1,16 +1,15 @@
-//! Finding 0 by a limit switch, as a machine: told what has happened, it says what is next.
+//! Homing by a limit switch, as a state machine: it is given events, and returns the next act.
 //!
 //! ```text
 //!   Seek ──► 0, BackOff ──► Approach slowly ──► 0, Leave ──► done
 //!     switch closes: kill     switch closes: kill, 0 is here
 //! ```
 //!
-//! It says no line and waits for nothing: whoever has the conversation does. The kill from the speed of the seek may lose steps, so the place that
-//! counts is that of the slow approach.
+//! The machine says no line and waits for nothing; the caller does. The kill at the speed of the seek may lose
+//! steps, so only the position of the slow approach counts.
 //!
-//! A leg to the switch is a travel that ends where the switch has to have closed. A board that may
-//! refuse it, for a soft limit or a position that is lost, takes an endless one, which is braked in
-//! time.
+//! A leg to the switch is a travel that ends where the switch must have closed. A board that may refuse such a
+//! travel, because of a soft limit or an unknown position, gets an endless run, which is braked in time.
 
 use std::fmt;
 use std::time::Duration;
@@ -21,33 +20,33 @@ use stepwright_protocol::{
 
 use crate::course::Course;
 
-/// The board takes no order towards a switch until it has stopped bouncing: 250 ms at most.
+/// The board refuses orders towards a switch until the switch stops bouncing: 250 ms at most.
 const OPENS: Duration = Duration::from_millis(300);
 
-/// Why an axis is not homed. Nothing was called 0 at the end.
+/// Why an axis is not homed. The position of the last leg was not made 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HomingFailure {
     /// No switch was found within this many steps.
     NotFound {
-        /// Of this axis.
+        /// The axis.
         axis: AxisId,
-        /// As many as were allowed.
+        /// The number of steps that were allowed.
         within: u32,
     },
-    /// The switch is closed, this many steps away from it.
+    /// The switch is still closed, this many steps away from it.
     StillClosed {
-        /// Of this axis.
+        /// The axis.
         axis: AxisId,
-        /// As far as it backed off.
+        /// The number of steps that it backed off.
         steps: u32,
     },
-    /// Something else has stopped the axis.
+    /// Something else stopped the axis.
     Stopped(Stop),
-    /// The axis rests, and nothing has stopped it.
+    /// The axis rests, and nothing stopped it.
     Unstopped,
     /// The axis did not get away from its switch.
     NotAway,
-    /// The board refused to call the place 0.
+    /// The board refused to make the position 0.
     NotZeroed,
     /// This event can't come in this state.
     OutOfTurn(HomingEvent),
@@ -76,12 +75,12 @@ impl fmt::Display for HomingFailure {
 
 impl std::error::Error for HomingFailure {}
 
-/// The switch of an axis, by the settings of its board.
+/// The limit switch of an axis, from the settings of its board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SwitchSide {
-    /// Which axis.
+    /// The axis.
     pub axis: AxisId,
-    /// The way towards its switch.
+    /// The direction towards the switch.
     pub towards: Direction,
     /// Whether a stop has to be acknowledged before the next order.
     pub safe_start: bool,
@@ -95,7 +94,7 @@ impl SwitchSide {
     /// The side of the switch of this axis.
     ///
     /// # Errors
-    /// The board knows of none: the number that `switches` would have with it.
+    /// The board has no switch for the axis: returns the number that the setting `switches` would have with it.
     pub fn of(axis: AxisId, listed: &Listed) -> Result<SwitchSide, u32> {
         let number = |setting| listed.get(setting).map_or(0, |value| value.number());
         let bit = 1u32.checked_shl(axis.index() as u32).unwrap_or(0);
@@ -125,11 +124,11 @@ impl SwitchSide {
 /// How an axis is homed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HomeOrder {
-    /// Its switch.
+    /// The switch of the axis.
     pub side: SwitchSide,
-    /// How the switch is sought and backed off from. Its travel does not count.
+    /// How to seek the switch and back off. The travel is ignored.
     pub fast: Order,
-    /// How the switch is approached, the second time. Its travel does not count.
+    /// How to approach the switch the second time. The travel is ignored.
     pub slow: Order,
     /// How far to back off, in steps.
     pub back_off: u32,
@@ -151,18 +150,18 @@ pub enum HomeLeg {
 }
 
 impl HomeLeg {
-    /// Whether it goes to the switch, and not away from it.
+    /// Whether the leg goes towards the switch.
     pub fn is_towards(self) -> bool {
         matches!(self, HomeLeg::Seek | HomeLeg::Approach)
     }
 }
 
-/// What is to be done next.
+/// The next act of the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HomingAct {
-    /// Begin this travel, and say how it ends.
+    /// Begin this leg, and report how it ends.
     Travel(HomeLeg),
-    /// Say this line, and how it was answered.
+    /// Say this line, and report its answer.
     Say(Command),
     /// Wait a moment.
     Wait,
@@ -170,44 +169,44 @@ pub enum HomingAct {
     Done(i64),
 }
 
-/// What has happened.
+/// An event for the state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HomingEvent {
-    /// The travel has ended here, if that is known.
+    /// The leg has ended at this position, if it is known.
     Rests {
         /// In steps.
         position: Option<i64>,
-        /// What has stopped it before its end: a soft stop also where one was wished for too late.
+        /// What stopped the axis before its end. Also a soft stop that was requested too late.
         stop: Option<Stop>,
-        /// Whether it was braked because [`BegunLeg::brakes`] was over.
+        /// Whether it was braked because the time [`BegunLeg::brakes`] was over.
         braked: bool,
     },
-    /// The travel was refused: the switch is closed.
+    /// The leg was refused: the switch is closed.
     Closed,
-    /// The line was answered: Y, or not.
+    /// The line was answered: true for Y.
     Said(bool),
     /// A moment has passed.
     Waited,
 }
 
-/// Where a homing is.
+/// The state of a homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Going(HomeLeg),
-    /// The stop is being acknowledged, before the place is called 0.
+    /// The stop is being acknowledged, before the position is made 0.
     Clearing(HomeLeg),
-    /// The place is being called 0, before this leg.
+    /// The position is being made 0, before this leg.
     Zeroing(HomeLeg),
     /// The switch bounces.
     Waiting,
 }
 
-/// A leg as it is ordered.
+/// The order of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BegunLeg {
     /// The order.
     pub order: Order,
-    /// It is braked after this time, if it does not end by itself.
+    /// If set, brake the leg after this time, if it has not ended by itself.
     pub brakes: Option<Duration>,
 }
 
@@ -216,9 +215,9 @@ pub struct BegunLeg {
 pub struct SwitchHoming {
     order: HomeOrder,
     state: State,
-    /// Where the leg ends if nothing stops it, where that is known.
+    /// Where the leg ends if nothing stops it, if that is known.
     end: Option<i64>,
-    /// The switch has to be open then.
+    /// By this time the switch has to be open.
     open_by: Option<Duration>,
     note: Option<String>,
 }
@@ -230,7 +229,7 @@ impl SwitchHoming {
         SwitchHoming { order, state, end: None, open_by: None, note: None }
     }
 
-    /// The travel that it is on, or that comes next.
+    /// The present leg, or the next one between two legs.
     pub fn leg(&self) -> HomeLeg {
         match self.state {
             State::Going(leg) | State::Zeroing(leg) | State::Clearing(leg) => leg,
@@ -238,12 +237,12 @@ impl SwitchHoming {
         }
     }
 
-    /// The way back from the switch, in steps, signed.
+    /// The steps back from the switch, signed.
     fn back_off(&self) -> i32 {
         self.order.side.away(i32::try_from(self.order.back_off).unwrap_or(i32::MAX))
     }
 
-    /// The leg that it is on, from where the axis stands, if that is known.
+    /// The order of the present leg, for an axis at position `from`, if that is known.
     pub fn begin(&mut self, from: Option<i64>) -> BegunLeg {
         let HomeOrder { side, fast, slow, within, .. } = self.order;
         let leg = self.leg();
@@ -261,15 +260,15 @@ impl SwitchHoming {
         BegunLeg { order, brakes: None }
     }
 
-    /// Something that a user would like to know, once.
+    /// The latest note for the user; returned once.
     pub fn take_note(&mut self) -> Option<String> {
         self.note.take()
     }
 
-    /// What is next after this, which happened at `now` of any clock.
+    /// The next act after this event, at time `now` of any clock.
     ///
     /// # Errors
-    /// The axis can't be homed: why, and the remedy. Nothing is called 0 then.
+    /// The reason why the axis can't be homed. The position is not made 0 then.
     pub fn next(&mut self, event: HomingEvent, now: Duration) -> Result<HomingAct, HomingFailure> {
         match (self.state, event) {
             (State::Going(leg), HomingEvent::Closed) if leg.is_towards() => self.closed(leg, now),
@@ -298,7 +297,7 @@ impl SwitchHoming {
         HomingAct::Say(Command::Zero(self.order.side.axis))
     }
 
-    /// The switch was closed before the leg to it.
+    /// Handles a leg that was refused because the switch is closed.
     fn closed(&mut self, leg: HomeLeg, now: Duration) -> Result<HomingAct, HomingFailure> {
         if leg == HomeLeg::Seek {
             self.note = Some("the switch is closed already".to_owned());
@@ -313,7 +312,7 @@ impl SwitchHoming {
         Err(HomingFailure::StillClosed { axis, steps })
     }
 
-    /// A leg to the switch has ended.
+    /// Handles the end of a leg to the switch.
     fn at_switch(
         &mut self,
         leg: HomeLeg,
@@ -344,8 +343,8 @@ impl SwitchHoming {
         Ok(self.zero(next))
     }
 
-    /// A leg from the switch has ended. A stop that comes with its last steps leaves the place as
-    /// it is; no leg follows it all the same.
+    /// Handles the end of a leg away from the switch. A stop during its last steps does not change the
+    /// position, but no leg follows it.
     fn away(
         &mut self,
         leg: HomeLeg,
@@ -361,9 +360,9 @@ impl SwitchHoming {
     }
 }
 
-/// When an endless run under the limits of this travel has to be braked to end where it does.
+/// When to brake an endless run under the limits of this travel, so that it ends where the travel does.
 fn until_braked(order: &Order) -> Duration {
-    // The board refuses what no timer can hold.
+    // An order that no timer can hold is refused by the board.
     let brakes = Course::of(&(*order).into()).map_or(0.0, |course| course.brakes());
     Duration::try_from_secs_f64(brakes).unwrap_or(Duration::MAX)
 }
@@ -384,7 +383,7 @@ mod tests {
     const ZERO: HomingAct = HomingAct::Say(Command::Zero(AxisId::FIRST));
     const YES: HomingEvent = HomingEvent::Said(true);
 
-    /// From rest, at 100 steps/s² up and half of it down.
+    /// From rest, with 100 steps/s² up and half of that down.
     fn motion(top: u32) -> Order {
         let ramp = |accel| Ramp::Accel(Accel::from_steps(accel).unwrap());
         Order {
@@ -410,7 +409,7 @@ mod tests {
         HomingEvent::Rests { position: Some(position), stop, braked: false }
     }
 
-    /// Goes on by these events, at these ms; the last act.
+    /// Sends these events at these times in ms, and returns the last act.
     fn after(
         homing: &mut SwitchHoming,
         events: &[(u64, HomingEvent)],
@@ -478,14 +477,14 @@ mod tests {
             let said = after(&mut homing, &events).unwrap_err();
             assert!(said.contains(why), "{said}");
         }
-        // Where it began, and where it ends, is not known.
+        // An axis that began, and ended, at an unknown position.
         let mut homing = homing(false);
         homing.begin(None);
         let said = after(&mut homing, &[(0, ends(None, None, false))]).unwrap_err();
         assert!(said.contains("within 300 steps"), "{said}");
     }
 
-    /// A switch that closes as the axis is braked is found.
+    /// A switch that closes while the axis is braked counts as found.
     #[test]
     fn a_switch_counts_more_than_the_brake() {
         let stop = Some(Stop::Switch);
@@ -493,14 +492,14 @@ mod tests {
         assert_eq!(after(&mut homing(false), &[(0, found)]), Ok(ZERO));
     }
 
-    /// A stop that comes with the last steps is not seen in the position.
+    /// A stop during the last steps does not show in the position.
     #[test]
     fn no_leg_follows_a_stop() {
         let ends = |stop| (0, rests(-50, stop));
         let soft = Some(Stop::Soft);
         let said = after(&mut homing(false), &[(0, HomingEvent::Closed), (0, YES), ends(soft)]);
         assert_eq!(said, Err("stopped by a soft stop (Z)".to_owned()));
-        // None would follow the last leg: 0 is found.
+        // After the last leg there is none to follow: the axis is homed.
         let found = [(0, HomingEvent::Closed), (0, YES), ends(None)];
         let last = [(0, rests(-2, Some(Stop::Switch))), (0, YES), ends(soft)];
         let done = after(&mut homing(false), &[found, last].concat());
@@ -520,8 +519,7 @@ mod tests {
         assert_eq!(homing.begin(Some(-50)), approach);
     }
 
-    /// 300 steps take 2 s to 2·100 steps/s and 4 s from there: the peak is above the top speed,
-    /// or it is not.
+    /// 300 steps take 2 s to 2·100 steps/s and 4 s from there. The tops are below and above this peak.
     #[test]
     fn an_endless_leg_is_braked_to_end_there() {
         let endless = Travel::Endless(Direction::Forward);

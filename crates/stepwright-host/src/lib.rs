@@ -1,5 +1,5 @@
-//! Drive a Stepwright board from a PC: what [`Steppers`](stepwright::Steppers) is on a chip,
-//! [`Board`] is here, with the same words.
+//! Drives a Stepwright board from a PC. [`Board`] has the same words here as [`Steppers`](stepwright::Steppers)
+//! has on a chip.
 //!
 //! ```
 //! use stepwright_host::{Board, MotionLimits};
@@ -11,7 +11,7 @@
 //! # }
 //! ```
 //!
-//! The types of speeds and of the protocol are those of two crates that are here, too:
+//! The types of speeds and of the protocol are in two crates that are re-exported here:
 //!
 //! ```
 //! use std::time::Duration;
@@ -33,16 +33,14 @@
 //!   awaits                  without I/O
 //! ```
 //!
-//! - [`Board`] moves axes and says what became of it: [`Outcome`]. `AsyncBoard` (feature `tokio`)
-//!   has the same calls as futures.
+//! - [`Board`] moves axes and returns an [`Outcome`]. `AsyncBoard` (feature `tokio`) has the same calls as
+//!   futures.
 //! - [`Session`] waits for each line of a [`Conversation`].
-//! - [`programs`] are boards with Austin's laws, the timed driver or motor cycles instead of the
-//!   controller.
-//! - [`Conversation`] knows what to say, and what to do when no answer comes. It does no I/O:
-//!   whoever has bytes and a clock can carry it on by its [`Pipe`].
+//! - [`programs`] has boards with Austin's laws, the timed driver or motor cycles instead of the controller.
+//! - [`Conversation`] says lines, and handles missing answers. It does no I/O: the caller feeds its [`Pipe`].
 //!
-//! A program that holds a port lets others ask the board and change a travel through it
-//! (`serial`, on Unix), as the command `stepwright` does.
+//! A program that holds a port lets others ask the board and change travels through it (feature `serial`, on
+//! Unix), as the command `stepwright` does.
 
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
@@ -67,7 +65,7 @@ mod rows;
 mod session;
 pub mod settings;
 
-// Its example runs.
+// Runs the example of the README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
@@ -79,7 +77,7 @@ pub use conversation::{Conversation, LinkError, Played};
 pub use outcome::{Error, MotionLimits, Outcome};
 pub use pipe::Pipe;
 pub use session::{Activity, Interrupt, Session};
-/// Speeds, accelerations and jerks: what [`MotionLimits`] is made of.
+/// Speeds, accelerations and jerks, as in [`MotionLimits`].
 pub use stepwright;
-/// Directions, settings, reasons: what is said to a board and answered by it.
+/// Directions, settings and reasons: the words of the protocol.
 pub use stepwright_protocol;

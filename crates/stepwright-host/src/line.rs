@@ -1,6 +1,6 @@
-//! A straight line of several axes: the orders that begin and end together.
+//! A straight line of several axes: orders that begin and end together.
 //!
-//! The axis that goes furthest has the whole speeds and ramps, the others their share.
+//! The axis with the most steps has the whole speeds and ramps; the others have their share.
 
 use std::fmt;
 
@@ -13,9 +13,9 @@ use crate::course::Course;
 /// Why a line has no orders.
 #[derive(Debug)]
 pub enum NoLine {
-    /// The whole line can't be shared out.
+    /// The order of the whole line can't be divided.
     Whole(Unfit),
-    /// The serial line can't say the share of this axis.
+    /// The share of this axis can't be sent on the serial line.
     Share(AxisId, OutOfRange),
 }
 
@@ -30,14 +30,14 @@ impl fmt::Display for NoLine {
 
 impl std::error::Error for NoLine {}
 
-/// The axis that goes furthest, and how far; the steps are those of axis 1, 2, …
+/// The axis with the most steps, and its steps. `steps` are those of axis 1, 2, …
 pub fn furthest(steps: &[Distance]) -> Option<(AxisId, Distance)> {
     let each = AxisId::first(steps.len() as u8).zip(steps.iter().copied());
     each.max_by_key(|(axis, way)| (way.get().unsigned_abs(), !axis.number()))
 }
 
-/// The order of each axis that moves, as the serial line can say it, by the order of the axis
-/// that goes furthest; the steps are those of axis 1, 2, …
+/// The order of each axis that moves, as the serial line can send it, from the order of the axis with the most
+/// steps. `steps` are those of axis 1, 2, …
 ///
 /// # Errors
 /// [`NoLine`]
@@ -58,7 +58,7 @@ pub fn shares(
                 return Some((axis, leading));
             }
             let ramp = |ramp| match order.accel(ramp) {
-                // No ramp: its slope doesn't matter, but has to be said.
+                // Without a ramp the slope does not matter, but the line needs one.
                 _ if order.top <= order.start => Some(Ramp::Accel(Accel::clamped(1))),
                 slope => slope.ok().map(Ramp::Accel),
             };
@@ -71,7 +71,7 @@ pub fn shares(
         .collect()
 }
 
-/// Seconds between the first axis' end and the last's.
+/// Seconds between the end of the first axis and that of the last.
 pub fn apart(orders: &[(AxisId, Order)]) -> f64 {
     let ends: Vec<f64> = orders
         .iter()

@@ -1,8 +1,7 @@
-//! The way to a board: a serial port, a socket, a virtual board in this process, or through another
-//! program that holds the port.
+//! The link to a board: a serial port, a socket, a virtual board in this process, or another program that holds
+//! the port.
 //!
-//! All carry bytes and nothing else, so that all that is said to a virtual
-//! board is said on the real line.
+//! All links carry bytes and nothing else: a virtual board gets the same bytes as a board on a real line.
 
 #[cfg(all(unix, feature = "serial"))]
 mod door;
@@ -26,14 +25,14 @@ use std::io;
 use std::thread;
 use std::time::Duration;
 
-/// Why there is no line to a board.
+/// Why a link could not be opened.
 #[derive(Debug)]
 pub enum OpenError {
-    /// Another program that asks before opening has it.
+    /// Another program has the port.
     InUse,
-    /// The waiting for a lease that a dead holder has left was ended.
+    /// The wait for a dead holder's lease was interrupted.
     Ended,
-    /// The system refuses it.
+    /// The system refused to open the port.
     Io(io::Error),
 }
 
@@ -49,43 +48,41 @@ impl fmt::Display for OpenError {
 
 impl std::error::Error for OpenError {}
 
-/// A line to a board, with the clock that waiting is measured by.
+/// A link to a board, with the clock for its timeouts.
 pub trait Link {
-    /// Puts bytes on the line.
+    /// Writes bytes to the line.
     ///
     /// # Errors
-    /// The line is gone, or it takes no byte for a while
-    /// ([`io::ErrorKind::TimedOut`]).
+    /// The line is gone, or it takes no byte for a while ([`io::ErrorKind::TimedOut`]).
     fn write(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// Waits until bytes come, at most `limit`. The number of bytes; 0 if none
-    /// came in that time.
+    /// Waits for bytes, at most `limit`. Returns the number of bytes; 0 if none came in that time.
     ///
     /// # Errors
     /// The line is gone.
     fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize>;
 
-    /// Time since the line was opened: the board's own, where it has one.
+    /// The time since the link was opened; by the board's own clock if it is simulated.
     fn now(&self) -> Duration;
 
-    /// How to call the board in a sentence: `the virtual board`.
+    /// The name of the board in a sentence: `the virtual board`.
     fn name(&self) -> String;
 
-    /// Whether no other program that asks first has the line; from then on it
-    /// is ours.
+    /// Whether no other program that respects the port's lock has the line. If so, this program has it from
+    /// then on.
     fn is_alone(&mut self) -> bool {
         true
     }
 
-    /// Lets time pass without taking any byte from the line.
+    /// Lets time pass without reading from the line.
     fn rest(&mut self, time: Duration) {
         thread::sleep(time);
     }
 
-    /// Ends what was recorded on the way.
+    /// Ends a recording of the line.
     ///
     /// # Errors
-    /// What was recorded can't be written.
+    /// The recording can't be written.
     fn finish(&mut self) -> io::Result<()> {
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Starts a motor, watches it, stops it: the part that must not go wrong.
+//! Starts, watches and stops a motor: the part that must not go wrong.
 //!
 //! ```text
 //!   begin ──► watch ──────────────────────────► at rest: where?
@@ -13,113 +13,112 @@ use stepwright_protocol::{AxisId, Command, Info, Order, Refusal, Reply, Selectio
 
 use crate::conversation::{Conversation, LinkError, Played};
 
-/// Between two looks at a moving motor.
+/// The time between two looks at a moving motor.
 pub const POLL: Duration = Duration::from_millis(50);
 
-/// How often an order is said whose lines were lost or damaged.
+/// How often an order is said if its lines were lost or damaged.
 pub const TRIES: usize = 5;
 
 /// Why a motor was not started.
 #[derive(Debug)]
 pub enum NotBegun {
-    /// The board refused this line, for this reason if it can tell.
+    /// The board refused this line, for this reason if it tells one.
     Refused(Command, Option<Refusal>),
-    /// The line to the board failed. `moving` if the motor may move all the
-    /// same.
+    /// The link to the board failed.
     Trouble {
-        /// What happened.
+        /// The failure.
         trouble: LinkError,
-        /// Whether the order may have been carried out.
+        /// Whether the order may have been carried out: the motor may be moving.
         moving: bool,
     },
-    /// Every attempt was spoiled on its way.
+    /// Noise spoiled every attempt.
     Noise,
 }
 
 impl NotBegun {
-    /// The line failed before anything could move.
+    /// The link failed before anything could move.
     pub fn safe(trouble: LinkError) -> NotBegun {
         NotBegun::Trouble { trouble, moving: false }
     }
 
-    /// The line failed, and the order may have been carried out.
+    /// The link failed, and the order may have been carried out.
     pub fn unsure(trouble: LinkError) -> NotBegun {
         NotBegun::Trouble { trouble, moving: true }
     }
 }
 
-/// An axis that is to begin a travel.
+/// An axis and the travel that it is to begin.
 #[derive(Clone, Copy, Debug)]
 pub struct Start {
-    /// Which.
+    /// The axis.
     pub axis: AxisId,
-    /// Where it stands, in steps, if that is known.
+    /// The position at rest, in steps, if it is known.
     pub from: Option<i64>,
-    /// What it is ordered.
+    /// The order.
     pub order: Order,
 }
 
-/// What a look at the motor shows.
+/// A look at the motor.
 #[derive(Clone, Debug)]
 pub struct Sight {
-    /// Where it is, in steps; `None` if uncertain.
+    /// The position, in steps; `None` if it is uncertain.
     pub position: Option<i64>,
     /// The time of the line's clock.
     pub time: Duration,
-    /// Whether it moves.
+    /// Whether the axis moves.
     pub moving: bool,
-    /// Whether it is being braked.
+    /// Whether the axis is being braked.
     pub braking: bool,
-    /// The line that was wished for last, and what the board has said of it: `Ok` if it was taken.
+    /// The last line that was requested, and the board's answer: `Ok` if it was taken.
     pub said: Option<(Command, Result<(), Option<Refusal>>)>,
 }
 
-/// What is wished for between two looks.
+/// What to do between two looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Nothing: it goes on.
+    /// Nothing: the motion goes on.
     GoOn,
     /// A soft stop.
     Stop,
-    /// A line that changes the motion, harmless twice.
+    /// Say a line that changes the motion and is harmless twice.
     Say(Command),
 }
 
-/// Where an axis ended up, and whether that is known.
+/// The position of an axis at the end, if it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RestPlace {
-    /// At rest, here.
+    /// At rest, at this position.
     At(i64),
-    /// At rest or not, somewhere.
+    /// Unknown, at rest or not.
     Uncertain,
 }
 
-/// What became of a watched axis.
+/// The end of a watched axis.
 #[derive(Debug)]
 pub struct Ended {
-    /// Where.
+    /// The position.
     pub end: RestPlace,
-    /// Whether it was braked before it was done.
+    /// Whether the axis was braked before its travel was done.
     pub braked: bool,
-    /// Why it is not as it should be.
+    /// The reason, if the end is not certain.
     pub adrift: Option<Adrift>,
 }
 
-/// Why it is not known where an axis is.
+/// Why the position of an axis is unknown.
 #[derive(Debug)]
 pub enum Adrift {
-    /// Something has killed the motion.
+    /// The motion was killed elsewhere.
     Uncertain,
-    /// It was killed here, and may have lost steps.
+    /// The motion was killed here, and may have lost steps.
     Killed,
-    /// It was to be killed here, and the board did not confirm that.
+    /// A kill was sent, and the board did not confirm it.
     Unconfirmed,
-    /// The board was lost while the axis moved.
+    /// The link was lost while the axis moved.
     Lost(LinkError),
 }
 
 impl Conversation {
-    /// Starts an axis that stands at `from`, by the lines of this order: as
+    /// Starts an axis that rests at `from`, by the lines of this order, as
     /// [`begin_together`](Conversation::begin_together) does.
     pub async fn begin(
         &mut self,
@@ -131,11 +130,10 @@ impl Conversation {
         self.begin_together(&[Start { axis, from, order: *order }], lines).await
     }
 
-    /// Starts axes that stand still, by the lines of their orders: all of them, or none.
+    /// Starts axes that rest, by the lines of their orders: all of them, or none.
     ///
-    /// Orders that were lost on their way are said again, but only once the board
-    /// has shown that nothing came of them: it is ready, no axis has moved, and
-    /// getting in step has spoiled what may stand in it.
+    /// Repeats lost orders, but only once the board has shown that they had no effect: it is ready, no axis has
+    /// moved, and getting in step has spoiled what it may have received.
     pub async fn begin_together(
         &mut self,
         starts: &[Start],
@@ -145,17 +143,17 @@ impl Conversation {
         let first = starts.first().map_or(AxisId::FIRST, |start| start.axis);
         let mut not = NotBegun::Noise;
         for _ in 0..TRIES {
-            // PO is refused while the axis that is selected is busy, whichever.
+            // PO is refused while any selected axis is busy.
             self.select(Selection::One(first)).await.map_err(NotBegun::safe)?;
-            // An E with a checksum is of this line, and needs no count to tell.
+            // An E with a checksum answers this line, without a count of refusals.
             let before = match self.has_sums() {
                 true => None,
                 false => self.ask_info().await.map_err(NotBegun::safe)?,
             };
             match self.play(lines).await {
                 Ok(Played::Accepted) => return Ok(()),
-                // Noise may have made it another line, so it is said again; if it
-                // was not noise, that changes nothing.
+                // Noise may have made it another line, so the order is repeated. Without noise it is refused
+                // again.
                 Ok(Played::Refused(line)) => {
                     let after = self.ask_info().await.map_err(NotBegun::safe)?;
                     not = refusal(line, self.has_sums(), before, after);
@@ -174,7 +172,7 @@ impl Conversation {
         Err(not)
     }
 
-    /// After an E without an answer: has it started the axes? It starts all, or none.
+    /// Whether the axes have started, after an E without an answer. It starts all of them, or none.
     async fn have_begun(&mut self, starts: &[Start]) -> Result<bool, LinkError> {
         for Start { axis, from, .. } in starts {
             let moves = self.is_busy(Selection::One(*axis)).await?;
@@ -182,13 +180,14 @@ impl Conversation {
                 return Ok(true);
             }
         }
-        // A travel of no steps leaves no trace, nor does it need any.
+        // A travel of no steps leaves no trace, and need not be repeated.
         let none = |travel| matches!(travel, Travel::By(distance) if distance.get() == 0);
         Ok(starts.iter().all(|start| none(start.order.travel)))
     }
 
-    /// Watches an axis until it rests. `see` is told of every look, and says what is wished for.
-    /// The last look: where it rests, or `None` if that is uncertain; and whether it was braked.
+    /// Watches an axis until it rests. `see` is called for every look, and returns the action. Brakes the axis
+    /// at `until`. Returns the last look, with the position at rest, `None` if it is uncertain, and whether the
+    /// axis was braked.
     pub async fn watch(
         &mut self,
         axis: AxisId,
@@ -198,8 +197,7 @@ impl Conversation {
         let one = Selection::One(axis);
         let (mut braking, mut said) = (false, None);
         loop {
-            // First whether it rests, then where: the other way round it might
-            // move on in between.
+            // First whether the axis rests, then the position: in the other order it might move on in between.
             let moving = self.is_busy(one).await?;
             let position = match moving {
                 true => self.position(axis).await?,
@@ -244,8 +242,7 @@ impl Conversation {
         Err(LinkError::Silent)
     }
 
-    /// What became of a watched axis, whatever happened: if it was to be killed, everything is
-    /// killed here.
+    /// The end of a watched axis. If the watching ended with a kill, kills everything here.
     pub async fn conclude(&mut self, axis: AxisId, watched: Result<Sight, LinkError>) -> Ended {
         let uncertain =
             |adrift| Ended { end: RestPlace::Uncertain, braked: false, adrift: Some(adrift) };
@@ -256,7 +253,7 @@ impl Conversation {
             Ok(Sight { position: None, .. }) => uncertain(Adrift::Uncertain),
             Err(LinkError::Killed) => match self.kill().await {
                 Ok(true) => match self.rest_position(axis).await {
-                    // It had come to rest before K could do harm.
+                    // It had come to rest before K took effect.
                     Ok(Some(at)) => Ended { end: RestPlace::At(at), braked: true, adrift: None },
                     _ => uncertain(Adrift::Killed),
                 },
@@ -267,14 +264,13 @@ impl Conversation {
     }
 }
 
-/// What an E means, by what the board said of itself before and after.
+/// What an answer E means, from the board's `?` before and after.
 fn refusal(line: Command, sums: bool, before: Option<Info>, after: Option<Info>) -> NotBegun {
     let Some(after) = after else { return NotBegun::Refused(line, None) };
-    // Our lines are lines, until noise makes them bad ones, or empty ones,
-    // which aren't counted.
+    // Our lines are valid; only noise makes them invalid, or empty, and the board does not count empty lines.
     let counted = before.is_none_or(|before| before.refused != after.refused);
     match after.last {
-        // With its checksum it is our line that is none, as of one who is a guest.
+        // With a right checksum the board has understood the line and does not know it, as for a guest.
         Some(Refusal::Line) if !sums => NotBegun::Noise,
         Some(Refusal::Sum) => NotBegun::Noise,
         Some(why) if counted => NotBegun::Refused(line, Some(why)),

@@ -1,4 +1,4 @@
-//! How an axis moves, what becomes of an order, and why one is not carried out.
+//! The limits of a motion, the outcome of an order, and why an order is not carried out.
 
 use std::fmt;
 
@@ -11,23 +11,23 @@ use crate::homing::HomingFailure;
 use crate::link::OpenError;
 use crate::motion::NotBegun;
 
-/// How an axis moves.
+/// The limits of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MotionLimits {
-    /// The speed that the motor jumps to from rest, and stops from: 0 … 1,000,000 steps/s.
+    /// The speed that the motor reaches from rest in one step, and may stop from: 0 … 1,000,000 steps/s.
     pub start: Speed,
     /// The speed between the ramps: 0.001 … 1,000,000 steps/s.
     pub top: Speed,
-    /// Up to it: 1 … 100,000,000 steps/s².
+    /// The acceleration up to the top speed: 1 … 100,000,000 steps/s².
     pub accel: Accel,
-    /// Back down.
+    /// The deceleration back down.
     pub decel: Accel,
-    /// The limit of jerk, for a board that has S-curves.
+    /// The jerk limit, for a board that has S-curves.
     pub jerk: Option<Jerk>,
 }
 
 impl MotionLimits {
-    /// From rest to this speed and back, at this acceleration.
+    /// From rest to this speed and back, with this acceleration.
     pub const fn new(top: Speed, accel: Accel) -> MotionLimits {
         MotionLimits { start: Speed::ZERO, top, accel, decel: accel, jerk: None }
     }
@@ -39,7 +39,7 @@ impl MotionLimits {
 }
 
 impl Default for MotionLimits {
-    /// 1,000 steps/s, there after 200 steps from a start speed of 50 steps/s.
+    /// 1,000 steps/s, reached after 200 steps from a start speed of 50 steps/s.
     fn default() -> MotionLimits {
         const fn speed(steps: u32) -> Speed {
             match Speed::from_steps(steps) {
@@ -55,22 +55,22 @@ impl Default for MotionLimits {
     }
 }
 
-/// What became of an order.
+/// The outcome of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The axis rests where it was ordered to.
+    /// The axis rests at its target.
     Reached {
-        /// There, in steps.
+        /// The position, in steps.
         at: i64,
     },
-    /// It rests elsewhere.
+    /// The axis rests at another position.
     Stopped {
-        /// There, in steps.
+        /// The position, in steps.
         at: i64,
-        /// What has stopped it, if the board says so.
+        /// The reason, if the board tells it.
         reason: Option<Stop>,
     },
-    /// It is not known where it is: a kill, or something like it, has lost steps.
+    /// The position is unknown: a kill, or a similar stop, may have lost steps.
     Uncertain,
 }
 
@@ -92,39 +92,39 @@ impl fmt::Display for Outcome {
 pub enum Error {
     /// The port can't be opened.
     Open(OpenError),
-    /// The conversation has ended. `moving` if the motor may move all the same.
+    /// The conversation has ended.
     Lost {
         /// Why.
         trouble: LinkError,
         /// Whether a motor may be moving.
         moving: bool,
     },
-    /// The board has this many axes, and not this one.
+    /// The board has no axis of this number.
     NoAxis {
-        /// As many as it has.
+        /// The number of its axes.
         axes: u8,
     },
     /// A number is outside its range.
     Range(OutOfRange),
-    /// A travel has at most 2³¹ − 1 steps.
+    /// The travel is too long: the most is 2³¹ − 1 steps.
     TooFar {
-        /// As many as were asked for.
+        /// The number of steps asked for.
         steps: i64,
     },
-    /// The board refused this line; nothing moves by it.
+    /// The board refused this line, which has moved nothing.
     Refused {
         /// The line.
         line: Command,
-        /// Its reason, if it says so.
+        /// The reason, if the board tells it.
         reason: Option<Refusal>,
     },
-    /// Every attempt to give the order was spoiled on its way; nothing moves by it.
+    /// Noise spoiled every attempt to give the order, which has moved nothing.
     Noise,
-    /// The axis moves: wait for it, stop it, or change its travel.
+    /// The axis moves: wait for the end of the travel, stop the axis, or change its travel.
     Moving,
-    /// Where the axis stands is not known: home it, or call the place 0.
+    /// The position of the axis is unknown: home it, or make its position 0.
     Uncertain,
-    /// The board knows of no limit switch of the axis: the setting `switches` names them.
+    /// The board has no limit switch for the axis: the setting `switches` names the switches.
     NoSwitch,
     /// The axis is not homed.
     NotHomed(HomingFailure),
@@ -141,7 +141,7 @@ impl fmt::Display for Error {
             Error::TooFar { steps } => {
                 write!(f, "{steps} steps are too far for one travel: at most 2147483647")
             }
-            // All that we say is a line of the protocol.
+            // Every line that we say is a line of the protocol.
             Error::Refused { line, reason: Some(Refusal::Line) } => write!(
                 f,
                 "{line} was refused: the board has no such line, or a program that holds its port \
@@ -172,7 +172,7 @@ impl From<OutOfRange> for Error {
     }
 }
 
-/// Nobody can tell whether a motor moves.
+/// Whether a motor moves is unknown.
 impl From<LinkError> for Error {
     fn from(trouble: LinkError) -> Error {
         Error::Lost { trouble, moving: true }

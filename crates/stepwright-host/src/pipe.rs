@@ -8,9 +8,8 @@
 //!   deadline()             ◄──  what it waits for
 //! ```
 //!
-//! A conversation is a future of the compiler's making, which waits for nothing else than a byte
-//! or a time. Whoever has bytes and a clock can carry it on: [`Session`](crate::Session) does so
-//! with a thread that blocks, a page with its events.
+//! A conversation is a future that waits only for a byte or a time. Whoever has bytes and a clock can run it:
+//! [`Session`](crate::Session) does so with a thread that blocks, a web page with its events.
 
 use std::collections::VecDeque;
 use std::future::poll_fn;
@@ -21,7 +20,7 @@ use std::time::Duration;
 
 use crate::conversation::LinkError;
 
-/// Both ends of a line; a clone is the same line.
+/// Both ends of a line; clones are the same line.
 #[derive(Clone, Default)]
 pub struct Pipe(Arc<Mutex<State>>);
 
@@ -35,38 +34,38 @@ struct State {
 }
 
 impl Pipe {
-    /// A line on which nothing was said, at time 0.
+    /// A line without bytes, at time 0.
     pub fn new() -> Pipe {
         Pipe::default()
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        // A panic leaves no state half written.
+        // No change can panic half-way.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// It is this time now, of any clock that never goes back.
+    /// Sets the present time, of any clock that never goes back.
     pub fn pass(&self, now: Duration) {
         let mut state = self.state();
         state.now = state.now.max(now);
     }
 
-    /// These bytes have come from the board.
+    /// Adds bytes from the board.
     pub fn feed(&self, bytes: &[u8]) {
         self.state().incoming.extend(bytes);
     }
 
-    /// The line is gone: whoever waits for a byte hears so.
+    /// Notes that the line is gone. Whoever waits for a byte gets the error.
     pub fn lose(&self, error: Error) {
         self.state().gone = Some(error);
     }
 
-    /// The bytes to be sent to the board.
+    /// Takes the bytes for the board.
     pub fn take_output(&self) -> Vec<u8> {
         std::mem::take(&mut self.state().outgoing)
     }
 
-    /// When to go on though no byte has come; `None` if nobody waits.
+    /// When to go on even if no byte comes; `None` if the conversation waits for nothing.
     pub fn deadline(&self) -> Option<Duration> {
         self.state().until
     }
@@ -80,12 +79,12 @@ impl Pipe {
         self.state().outgoing.extend(bytes);
     }
 
-    /// What has come is to nothing that was asked.
+    /// Drops the bytes that have come.
     pub(crate) fn forget_incoming(&self) {
         self.state().incoming.clear();
     }
 
-    /// The next byte, at this time at the latest; `None` if none has come by then.
+    /// The next byte; `None` if none comes until this time.
     pub(crate) async fn byte_until(&self, until: Duration) -> Result<Option<u8>, LinkError> {
         let outcome = poll_fn(|_| {
             let mut state = self.state();
@@ -105,14 +104,14 @@ impl Pipe {
         outcome.await
     }
 
-    /// Waits until this time. What comes meanwhile is noise.
+    /// Waits until this time, and drops bytes that come meanwhile.
     pub(crate) async fn rest_until(&self, until: Duration) -> Result<(), LinkError> {
         while self.byte_until(until).await?.is_some() {}
         Ok(())
     }
 }
 
-/// The same error for the next who asks.
+/// A copy of the error, for the next caller.
 fn again(error: &Error) -> Error {
     match error.kind() {
         ErrorKind::Other => Error::other(error.to_string()),

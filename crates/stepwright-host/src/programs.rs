@@ -1,5 +1,4 @@
-//! Boards that run another program than the controller: Austin's laws, the timed driver, motor
-//! cycles.
+//! Boards that run another program than the controller: Austin's laws, the timed driver or motor cycles.
 //!
 //! ```text
 //!   LawSession    ┐
@@ -7,8 +6,8 @@
 //!   CycleSession  ┘
 //! ```
 //!
-//! A row is a type of the program's own crate, so that none is said that its board can't read. A
-//! row that noise has spoiled is said again where that is harmless.
+//! A row is a type of the program's own crate, so every row that is sent can be read by the board. A row that
+//! noise has spoiled is repeated if that is harmless.
 
 mod cycles;
 mod laws;
@@ -28,38 +27,38 @@ pub use cycles::{CycleProblem, CycleSession};
 pub use laws::{LawProblem, LawSession};
 pub use timed::{TimedProblem, TimedSession};
 
-/// A row of a program's line.
+/// A row of a program's serial line.
 pub trait ProgramRow: Copy + fmt::Debug + fmt::Display {
-    /// How its board answers `?`.
+    /// The first word of the board's answer to `?`.
     const GREETING: &'static str;
 
     /// The program's own reasons to refuse a row.
     type Reason: OwnFault + fmt::Debug + fmt::Display;
 
-    /// Whether saying it a second time changes nothing.
+    /// Whether repeating the row changes nothing.
     fn is_harmless_twice(&self) -> bool;
 }
 
 /// Why a row was not obeyed.
 #[derive(Debug)]
 pub enum RowProblem<L: ProgramRow> {
-    /// The conversation has ended. What moves goes on.
+    /// The conversation has ended. Moving motors go on.
     Lost(LinkError),
-    /// Another program runs on the board: its answer to `?`.
+    /// The board runs another program: its answer to `?`.
     OtherProgram(String),
-    /// The board refused the row; nothing has changed.
+    /// The board refused the row, and changed nothing.
     Refused {
         /// The row.
         row: L,
-        /// Its reason.
+        /// The reason.
         reason: Fault<L::Reason>,
     },
-    /// The answer was spoiled: whether the row was obeyed is not known.
+    /// Noise spoiled the answer: whether the row was obeyed is unknown.
     Noise {
         /// The row.
         row: L,
     },
-    /// The answer is none to this row: the board runs another version of the program.
+    /// The answer does not fit the row: the board runs another version of the program.
     Nonsense {
         /// The row.
         row: L,
@@ -92,7 +91,7 @@ impl<L: ProgramRow> From<LinkError> for RowProblem<L> {
     }
 }
 
-/// A board that runs the program of these rows.
+/// A session with a board that runs the program of these rows.
 pub struct ProgramSession<L> {
     session: Session,
     about: String,
@@ -100,7 +99,7 @@ pub struct ProgramSession<L> {
 }
 
 impl<L: ProgramRow> ProgramSession<L> {
-    /// The board at the other end of a line.
+    /// Meets the board at the other end of a line.
     ///
     /// # Errors
     /// [`RowProblem::OtherProgram`]; [`RowProblem::Lost`] if no board answers within 4 s.
@@ -110,7 +109,7 @@ impl<L: ProgramRow> ProgramSession<L> {
         Self::of(session, about)
     }
 
-    /// The board of a session that has met it, by its answer to `?`.
+    /// Takes a session that has met the board, and the board's answer to `?`.
     ///
     /// # Errors
     /// [`RowProblem::OtherProgram`]
@@ -122,7 +121,7 @@ impl<L: ProgramRow> ProgramSession<L> {
         }
     }
 
-    /// What the board says of itself.
+    /// The board's answer to `?`.
     pub fn about(&self) -> &str {
         &self.about
     }
@@ -132,27 +131,27 @@ impl<L: ProgramRow> ProgramSession<L> {
         self.about.split(' ').nth(1).unwrap_or_default()
     }
 
-    /// The value of `word=value` in what the board says of itself.
+    /// The value of `word=value` in the board's answer to `?`.
     pub fn word(&self, word: &str) -> Option<&str> {
         value(&self.about, word)
     }
 
-    /// Whether it has this word in its list `can=`.
+    /// Whether the board has this word in its list `can=`.
     pub fn can(&self, word: &str) -> bool {
         self.word("can").is_some_and(|all| all.split(',').any(|can| can == word))
     }
 
-    /// Ticks of its timer in a second; 0 if it does not say.
+    /// Ticks of its timer per second; 0 if the board does not tell.
     pub fn hz(&self) -> u32 {
         self.word("hz").and_then(|hz| hz.parse().ok()).unwrap_or(0)
     }
 
-    /// How to call the board in a sentence.
+    /// The name of the board in a sentence.
     pub fn name(&self) -> String {
         self.session.name()
     }
 
-    /// The session, for the rows that every program has.
+    /// The session, for the rows common to all programs.
     pub fn session(&mut self) -> &mut Session {
         &mut self.session
     }
@@ -165,7 +164,7 @@ impl<L: ProgramRow> ProgramSession<L> {
         Ok(self.session.pause(time)?)
     }
 
-    /// Says a row, and gives its answer.
+    /// Says a row, and returns its answer.
     ///
     /// # Errors
     /// [`RowProblem::Noise`], [`RowProblem::Lost`]
@@ -174,7 +173,7 @@ impl<L: ProgramRow> ProgramSession<L> {
         answer.ok_or(RowProblem::Noise { row: *row })
     }
 
-    /// Says a row that is to be obeyed.
+    /// Says a row that the board has to obey.
     ///
     /// # Errors
     /// All but [`RowProblem::OtherProgram`].
@@ -190,7 +189,7 @@ fn value<'a>(about: &'a str, word: &str) -> Option<&'a str> {
     pairs.find(|(name, _)| *name == word).map(|(_, value)| value)
 }
 
-/// That a row was taken.
+/// Checks that a row was obeyed.
 fn obeyed<L: ProgramRow>(row: &L, answer: &str) -> Result<(), RowProblem<L>> {
     if answer == "Y" {
         return Ok(());

@@ -1,34 +1,32 @@
-//! The rows of a program with other features than the controller's: Austin's laws, the timed
-//! driver, motor cycles.
+//! The rows of programs other than the controller: Austin's laws, the timed driver, motor cycles.
 //!
-//! Frame, checksum and the common rows are those of every conversation; so such a program is
-//! watched, stopped and killed as the controller is. A row is one of its own.
+//! The frame, the checksum and the common rows are the same in all programs, so watching, stopping and killing
+//! work as with the controller. Rows are a program's own lines.
 
 use stepwright_protocol::{AxisId, Selection, crc};
 
 use crate::conversation::{Conversation, LinkError};
 use crate::motion::NotBegun;
 
-/// How often a row is said to a board that answers: of a report of 100 bytes noise leaves few
-/// whole. (One that does not answer counts as silent after the first.)
+/// How often a row is said to a board that answers: noise spoils most reports of 100 bytes. A board that does
+/// not answer counts as silent after the first attempt.
 const TRIES: usize = 32;
 
-/// What `E` and this reason say: the board has obeyed nothing of the line.
+/// The answer to a damaged line, of which the board has obeyed nothing.
 const DAMAGED: &str = "E sum";
 
 impl Conversation {
-    /// Gets in step with the board, and asks what it is: its answer to `?`, or `stepwright` of a
-    /// controller.
+    /// Gets in step with the board, and returns its answer to `?`, or `stepwright` for a controller.
     ///
     /// # Errors
     /// [`LinkError::Silent`] after 4 s.
     pub async fn meet_program(&mut self) -> Result<String, LinkError> {
         self.greet().await?;
-        // Its first answer may have lost a byte; this one has a checksum.
+        // The first answer has no checksum and may be damaged; this one has a checksum.
         if self.program.is_some() { self.about().await } else { Ok("stepwright".to_owned()) }
     }
 
-    /// What the program says of itself now.
+    /// Asks the program for its answer to `?` again.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -38,9 +36,9 @@ impl Conversation {
         Ok(about)
     }
 
-    /// Says a row with its checksum, and gives its answer without. A row that the board found
-    /// damaged is said again, and so is one that is harmless `twice` whose answer was lost or
-    /// spoiled; of any other `None` says so.
+    /// Says a row with its checksum, and returns its answer without the checksum. A row that reached the board
+    /// damaged is repeated. A row whose answer was lost or spoiled is repeated if it is harmless `twice`;
+    /// otherwise returns `None`.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -55,7 +53,7 @@ impl Conversation {
             match heard {
                 Heard::Answer(answer) if answer == DAMAGED => continue,
                 Heard::Answer(answer) => return Ok(Some(answer)),
-                // Which line's answer was spoiled is not known.
+                // It is unknown which line's answer was spoiled.
                 Heard::Spoiled | Heard::Nothing => self.resync().await?,
             }
             if !twice {
@@ -65,8 +63,8 @@ impl Conversation {
         Err(LinkError::Silent)
     }
 
-    /// Waits for the answer to a row. One without a checksum is to no line of ours but the `#` by
-    /// which we get in step, and `R` and `B` are to the F behind it.
+    /// Waits for the answer to a row. Answers without a checksum belong to the `#` that gets in step; `R` and
+    /// `B` belong to the F after it.
     async fn row_answer(&mut self) -> Result<Heard, LinkError> {
         while let Some(text) = self.line().await? {
             match text.rsplit_once('*') {
@@ -82,8 +80,8 @@ impl Conversation {
         Ok(Heard::Nothing)
     }
 
-    /// Starts an axis that stands at `from` by a row; its answer. A row whose answer was lost is
-    /// said again, but only once the board has shown that nothing came of it.
+    /// Starts an axis that rests at `from` by a row, and returns the answer. A row whose answer was lost is
+    /// repeated only once the board has shown that the row had no effect.
     ///
     /// # Errors
     /// [`NotBegun::Trouble`], [`NotBegun::Noise`]
@@ -106,11 +104,11 @@ impl Conversation {
     }
 }
 
-/// What came of waiting for an answer.
+/// The result of waiting for an answer.
 enum Heard {
-    /// One with the right checksum, without it.
+    /// An answer with the right checksum, which is removed.
     Answer(String),
-    /// One with the checksum of another.
+    /// An answer with a wrong checksum.
     Spoiled,
     Nothing,
 }

@@ -1,4 +1,4 @@
-//! A conversation on a line of this machine, by a thread that waits.
+//! A conversation on a link of this computer, for a thread that blocks.
 
 use std::io::ErrorKind;
 use std::pin::pin;
@@ -15,28 +15,28 @@ use crate::motion::{Action, Ended, NotBegun, Sight, Start};
 use crate::pipe::Pipe;
 use crate::settings::{ChangedSettings, NoCurves};
 
-/// How soon the guard is asked while waiting.
+/// How often the guard is asked during a wait.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// Between two words to a board that another program is talking to.
+/// The time between two repeats of a line, while another program talks to the board.
 const URGE: Duration = Duration::from_millis(100);
 
 /// What a session is doing while it waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
-    /// It meets the board: nothing moves by us yet.
+    /// Meeting the board: this program has moved nothing yet.
     Meeting,
-    /// It waits for an answer, or for time to pass.
+    /// Waiting for an answer, or for time to pass.
     Asking,
 }
 
-/// Says whether the waiting is to end, and why: it is asked every 20 ms.
+/// Returns whether to end the waiting, and why. Called every 20 ms.
 pub type Interrupt = Box<dyn FnMut(Activity) -> Option<LinkError>>;
 
-/// A [`Conversation`] with its line. Every method blocks until the answer is there.
+/// A [`Conversation`] and its link. Every method blocks until the answer has come.
 pub struct Session {
-    /// First, so that it goes first: a door for guests is closed while its port is still held, and
-    /// never takes away that of who opens the port next.
+    /// The first field, so that it is dropped first: a door for guests closes while its port is still held, and
+    /// never removes the door of the next holder.
     talk: Conversation,
     link: Box<dyn Link>,
     pipe: Pipe,
@@ -44,7 +44,7 @@ pub struct Session {
     waiting: Activity,
 }
 
-/// Methods of a conversation, waited for.
+/// Methods of a conversation that block.
 macro_rules! waited {
     ($($(#[$doc:meta])* $name:ident($($arg:ident: $type:ty),*) -> $out:ty;)*) => {
         $($(#[$doc])*
@@ -55,14 +55,14 @@ macro_rules! waited {
 }
 
 impl Session {
-    /// A conversation that has yet to begin.
+    /// A conversation on this link that has not begun yet.
     pub fn new(link: Box<dyn Link>) -> Session {
         let pipe = Pipe::new();
         let talk = Conversation::new(pipe.clone());
         Session { talk, link, pipe, guard: None, waiting: Activity::Asking }
     }
 
-    /// Has this say whether the waiting is to end; nothing ends it from then on if it is `None`.
+    /// Sets the guard, which may end the waiting. `None`: nothing ends it from then on.
     pub fn set_guard(&mut self, guard: Option<Interrupt>) {
         self.guard = guard;
     }
@@ -72,10 +72,10 @@ impl Session {
         self.talk.serve(guests);
     }
 
-    /// Carries a part of the conversation to its end.
+    /// Runs a part of the conversation to its end.
     ///
     /// # Errors
-    /// The guard has ended it, or the line is gone while nobody waited for a byte.
+    /// The guard has ended the waiting.
     pub fn wait<T>(
         &mut self,
         part: impl AsyncFnOnce(&mut Conversation) -> T,
@@ -90,7 +90,7 @@ impl Session {
             let output = pipe.take_output();
             if !output.is_empty() {
                 match link.write(&output) {
-                    // The answer will not come either; that is when it is dealt with.
+                    // After a timeout no answer will come either; the part handles that.
                     Err(error) if error.kind() != ErrorKind::TimedOut => pipe.lose(error),
                     _ => {}
                 }
@@ -179,7 +179,7 @@ impl Session {
         from: Option<i64>,
     ) -> Result<String, NotBegun> {
         let begun = self.wait(async |talk| talk.begin_by(axis, row, from).await);
-        // What may have begun by then is not known.
+        // Whether the motion has begun is unknown.
         begun.map_err(NotBegun::unsure)?
     }
 
@@ -192,14 +192,14 @@ impl Session {
         from: Option<i64>,
     ) -> Result<(), NotBegun> {
         let begun = self.wait(async |talk| talk.begin(axis, order, lines, from).await);
-        // What may have begun by then is not known.
+        // Whether the motion has begun is unknown.
         begun.map_err(NotBegun::unsure)?
     }
 
     /// [`Conversation::begin_together`]
     pub fn begin_together(&mut self, starts: &[Start], lines: &[Command]) -> Result<(), NotBegun> {
         let begun = self.wait(async |talk| talk.begin_together(starts, lines).await);
-        // What may have begun by then is not known.
+        // Whether the motion has begun is unknown.
         begun.map_err(NotBegun::unsure)?
     }
 
@@ -213,7 +213,7 @@ impl Session {
         self.wait(async |talk| talk.watch(axis, until, see).await)?
     }
 
-    /// [`Conversation::conclude`]. No guard ends it.
+    /// [`Conversation::conclude`]. After a kill no guard ends it.
     pub fn conclude(&mut self, axis: AxisId, watched: Result<Sight, LinkError>) -> Ended {
         if matches!(watched, Err(LinkError::Killed)) {
             self.guard = None;
@@ -228,20 +228,20 @@ impl Session {
         }
     }
 
-    /// [`Conversation::kill`]. No guard ends it, nor what comes after.
+    /// [`Conversation::kill`]. No guard ends this call or the calls after it.
     pub fn kill(&mut self) -> Result<bool, LinkError> {
         self.guard = None;
         self.wait(async |talk| talk.kill().await)?
     }
 
-    /// [`Conversation::stop_of`]; `None` also where it can't be asked.
+    /// [`Conversation::stop_of`]; `None` also if the question fails.
     pub fn stop_of(&mut self, axis: AxisId) -> Option<Stop> {
         self.wait(async |talk| talk.stop_of(axis).await).ok()?.ok()?
     }
 
-    /// Says a line that stops a motor before anything else is said, and until
-    /// no other program talks to the board, for this time at most: one of ours leaves when its
-    /// motor rests. Its answer is theirs to hear meanwhile; ask for it afterwards.
+    /// Says a line that stops a motor, before anything else is said, until no other program talks to the board,
+    /// for this time at most: a program that runs a motor leaves when the motor rests. Meanwhile the other
+    /// program gets the answer; ask for the result afterwards.
     pub fn urge(&mut self, command: Command, limit: Duration) -> Result<(), LinkError> {
         let begin = self.link.now();
         let bytes: Vec<u8> = command.bytes().collect();
@@ -264,12 +264,12 @@ impl Session {
         &self.talk
     }
 
-    /// The line.
+    /// The link.
     pub fn link(&mut self) -> &mut dyn Link {
         self.link.as_mut()
     }
 
-    /// How to call the board in a sentence.
+    /// The name of the board in a sentence.
     pub fn name(&self) -> String {
         self.link.name()
     }

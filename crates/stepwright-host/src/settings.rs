@@ -1,16 +1,15 @@
-//! What the settings of a board have to do with an order: a law without S-curves, and the settings
-//! that may be behind a refusal.
+//! Settings of a board that affect an order: a law without S-curves, and settings that may cause a refusal.
 
 use stepwright_protocol::{Ability, Command, Listed, Order, Refusal, Reply, Setting};
 
 use crate::conversation::{Conversation, LinkError};
 
-/// Why a board follows no limit of jerk.
+/// Why a board would not keep a jerk limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoCurves {
-    /// It has no S-curves.
+    /// The board has no S-curves.
     Board,
-    /// Its setting `law` is 0: it would ignore the limit.
+    /// Its setting `law` is 0: the board would ignore the limit.
     Law,
 }
 
@@ -19,7 +18,7 @@ pub enum NoCurves {
 pub struct ChangedSettings(Option<Listed>);
 
 impl ChangedSettings {
-    /// Those of these that were changed: `soft-limits=1 ahead-x=100`.
+    /// Those of `settings` that were changed, as `soft-limits=1 ahead-x=100`; `None` if none was.
     pub fn words(&self, settings: &[Setting]) -> Option<String> {
         let values = self.0.as_ref()?.values();
         let changed = values.filter(|value| {
@@ -31,14 +30,14 @@ impl ChangedSettings {
     }
 }
 
-/// The ramps that an Uno or a Mega plans: what to say of [`Refusal::TooSteep`]. Measured
-/// (`steepest` in docs/benchmarks.md, and the stories of docs/reliability.md).
+/// The steepest ramps that an Uno or a Mega can plan, to explain [`Refusal::TooSteep`]. Measured (`steepest` in
+/// docs/benchmarks.md, and the stories of docs/reliability.md).
 pub const STEEPEST: &str = "one axis takes ramps of up to some 500,000 steps/s², two at once \
                             120,000, three 41,000, and less beside a fast one; with a limit of \
                             jerk a thirtieth of that, and a jerk of some 150,000 steps/s³ for \
                             two, 20,000 for three";
 
-/// The settings that may be behind a refusal.
+/// The settings that may cause a refusal.
 pub const fn behind(why: Refusal) -> &'static [Setting] {
     match why {
         Refusal::TooFast => &[Setting::MaxSpeed],
@@ -61,7 +60,7 @@ pub const fn behind(why: Refusal) -> &'static [Setting] {
 }
 
 impl Conversation {
-    /// The settings that differ from their defaults; none of a board that has no settings.
+    /// Asks for the settings that differ from their defaults; none for a board without settings.
     ///
     /// # Errors
     /// The line is gone.
@@ -72,8 +71,8 @@ impl Conversation {
         }))
     }
 
-    /// Why the board would not follow the limit of jerk of this order; `None` if it would, or if the
-    /// order has none.
+    /// Why the board would not keep the jerk limit of this order; `None` if it would, or if the order has no
+    /// limit.
     ///
     /// # Errors
     /// The board is silent, or its line is gone.
@@ -83,13 +82,14 @@ impl Conversation {
         }
         let can = match self.info() {
             None => Some(false),
-            // A board that does not say is asked: it refuses what it can't.
+            // A board that does not list its features is asked for the law: it refuses an order that it can't
+            // do.
             Some(info) => info.can.map(|can| can.has(Ability::Jerk)),
         };
         if can == Some(false) {
             return Ok(Some(NoCurves::Board));
         }
-        // A board without settings answers E: it follows the jerk.
+        // A board without settings answers E, and keeps the limit.
         Ok(match self.ask(Command::Setting(Setting::Law)).await? {
             Reply::Setting(value) if value.setting() == Setting::Law && value.number() == 0 => {
                 Some(NoCurves::Law)

@@ -1,4 +1,4 @@
-//! Orders on a virtual board: what became of them is what is said.
+//! Orders on a virtual board, and their outcomes.
 
 use std::sync::mpsc::channel;
 use std::time::Duration;
@@ -34,7 +34,7 @@ fn an_axis_goes_where_it_is_sent() {
     assert!(matches!(board.axis(4), Err(Error::NoAxis { axes: 3 })));
 }
 
-/// By v²/2a the ramps have 250 steps each: 3 s at 1,000 steps/s, two of them ramps.
+/// By v²/2a each ramp has 250 steps: 3 s at 1,000 steps/s, with two ramps.
 #[test]
 fn a_run_lasts_as_long_as_it_was_given() {
     let mut board = uno();
@@ -42,7 +42,7 @@ fn a_run_lasts_as_long_as_it_was_given() {
     let fast = motion(1_000, 2_000);
     let outcome = x.run(Direction::Backward, &fast, Duration::from_secs(2)).unwrap();
     let Outcome::Reached { at } = outcome else { panic!("{outcome}") };
-    // 250 up, 1,500 level, 250 down; a look is 50 ms late at most, and the lines take a few ms.
+    // 250 up, 1,500 at top speed, 250 down. A look is at most 50 ms late, and the lines take a few ms.
     assert!((-2_080..=-1_990).contains(&at), "{at}");
 }
 
@@ -65,7 +65,7 @@ fn a_travel_is_changed_and_stopped_on_its_way() {
     assert!(matches!(refused, Error::Refused { reason: Some(Refusal::NoTravel), .. }));
 }
 
-/// Whatever was expected before: the last word counts.
+/// The last target counts, whatever was expected before.
 #[test]
 fn a_travel_is_expected_where_it_was_sent_last() {
     let mut board = uno();
@@ -135,7 +135,7 @@ fn what_is_refused_says_why_and_moves_nothing() {
     ));
 }
 
-/// Any byte of an order, lost or spoiled either way: the motor stands where it is said to.
+/// For each byte of an order, lost or spoiled in either direction, the motor reaches its target.
 #[test]
 fn noise_moves_nothing_by_mistake() {
     for n in 0..200 {
@@ -150,7 +150,7 @@ fn noise_moves_nothing_by_mistake() {
     }
 }
 
-/// A line that is cut in the middle of an order: nothing is claimed that is not known.
+/// On a line that is cut during an order, the error claims only what is known.
 #[test]
 fn a_cut_line_is_said_so() {
     for n in 0..90 {
@@ -165,7 +165,7 @@ fn a_cut_line_is_said_so() {
     }
 }
 
-/// A line that is cut while a motor moves: whatever is asked then, it may be moving.
+/// On a line that is cut while a motor moves, every error says that a motor may be moving.
 #[test]
 fn a_line_that_is_lost_on_the_way_says_that_a_motor_may_move() {
     let line = VirtualLink::new(VirtualUno::new(), true);
@@ -177,7 +177,7 @@ fn a_line_that_is_lost_on_the_way_says_that_a_motor_may_move() {
     assert!(matches!(x.retarget(5), Err(Error::Lost { moving: true, .. })));
 }
 
-/// A line that is silent, and one that has gone.
+/// A silent line, or one that is gone.
 struct Dead(Option<std::io::ErrorKind>, Duration);
 
 impl Link for Dead {

@@ -1,4 +1,4 @@
-//! Other programs that ask through the one that has the line, over a line with noise.
+//! Guests: programs that ask through the one that has the line, over a line with noise.
 
 use std::cell::Cell;
 use std::io;
@@ -14,7 +14,7 @@ use stepwright_host::motion::Action;
 use stepwright_host::{Board, MotionLimits, Outcome};
 use stepwright_protocol::{AxisId, Command, Reply, Selection, crc};
 
-/// A line that flips a bit to the board, counted from when that is asked for.
+/// A line that flips one bit to the board, counted from when the test sets it.
 struct Flips {
     line: VirtualLink<VirtualUno>,
     bit: Rc<Cell<Option<usize>>>,
@@ -43,7 +43,7 @@ impl Link for Flips {
     }
 }
 
-/// Another program, which says one line.
+/// A guest that says one line.
 pub struct Guest(pub Option<GuestLine>);
 
 impl Guests for Guest {
@@ -66,8 +66,8 @@ fn axis(number: u8) -> Selection {
     Selection::One(AxisId::numbered(number).unwrap())
 }
 
-/// Axes 1 and 2 on a travel of 480 steps, and a guest who says a line of this axis while this bit
-/// is flipped: what it is answered, and where both rest.
+/// Axes 1 and 2 travel 480 steps, and a guest says a line for axis `number` while `bit` is flipped. Returns the
+/// answer to the guest, and where both axes rest.
 fn goes(bit: Option<usize>, number: u8, line: &str) -> (Option<String>, [Option<i64>; 2]) {
     let flip = Rc::new(Cell::new(None));
     let line_of = VirtualLink::new(VirtualUno::new(), true);
@@ -90,7 +90,7 @@ fn goes(bit: Option<usize>, number: u8, line: &str) -> (Option<String>, [Option<
     (answered.recv().unwrap(), rest)
 }
 
-/// Every bit of the selection that is said for a guest, and of its line.
+/// Flips every bit of the selection for the guest, and of the guest's line.
 #[test]
 fn a_guests_line_is_taken_by_its_axis_or_by_none() {
     let taken = |answer: &Option<String>| answer.as_ref().is_some_and(|said| said.starts_with('Y'));
@@ -107,15 +107,15 @@ fn a_guests_line_is_taken_by_its_axis_or_by_none() {
     }
 }
 
-/// Its line is not said at all: it would be of whatever was selected before.
+/// The line is not said at all: it would apply to the axis that was selected before.
 #[test]
 fn a_guests_line_is_not_said_where_its_axis_is_not_selected() {
     assert_eq!(goes(None, 8, "@+900"), (None, [Some(480); 2]));
-    // But for one that is of all axes.
+    // K applies to all axes, and is said.
     assert_eq!(goes(None, 8, "K"), (Some("Y*88".to_owned()), [None; 2]));
 }
 
-/// Another program that says `t1`, `t2` and so on.
+/// A guest that says `t1`, `t2` and so on.
 struct Chatty(u32);
 
 impl Guests for Chatty {
@@ -130,7 +130,7 @@ impl Guests for Chatty {
     fn after(&self, _: Command, _: Reply) {}
 }
 
-/// A holder that asks for no changes keeps the last of them.
+/// A holder that never asks for changes keeps the last ones.
 #[test]
 fn changes_that_nobody_asks_for_are_dropped() {
     let mut board = Board::virtual_uno(true).unwrap();
@@ -145,7 +145,7 @@ fn changes_that_nobody_asks_for_are_dropped() {
     assert!(board.session().was_changed());
 }
 
-/// Whatever changes the travel of an axis, or all: the holder hears of it.
+/// The holder is told of every line that changes the travel of an axis, or of all.
 #[test]
 fn the_holder_hears_of_every_change() {
     for (line, words) in [

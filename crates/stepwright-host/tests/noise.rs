@@ -1,5 +1,5 @@
-//! Every byte of an order, lost or spoiled on its way: the motor never makes
-//! another step than ordered, and what is said of it is true.
+//! Each byte of an order is lost or spoiled on its way: the motor makes exactly the ordered steps or none, and
+//! the reports are true.
 
 use std::cell::RefCell;
 use std::io;
@@ -15,7 +15,7 @@ use stepwright_protocol::{
     AxisId, Command, Distance, Order, Ramp, RampSteps, Reply, Script, Selection, Travel,
 };
 
-/// The line to a board that the test looks at too.
+/// A link to a board that the test also looks at.
 #[derive(Clone)]
 struct Shared(Rc<RefCell<VirtualLink<VirtualUno>>>);
 
@@ -34,13 +34,13 @@ impl Link for Shared {
     }
 }
 
-/// How an order over a harmed line went.
+/// The result of an order over a harmed line.
 struct Went {
-    /// What the program would say.
+    /// The result that the program reports.
     said: Result<i64, String>,
-    /// Where the board really is.
+    /// The true positions.
     is: [Option<i64>; 3],
-    /// Simulated time.
+    /// The simulated time.
     took: Duration,
 }
 
@@ -53,7 +53,7 @@ fn order() -> Order {
     Order { start: speed(500), top: speed(1_500), up: ramp, down: ramp, jerk: None, travel }
 }
 
-/// What a program does that moves a motor.
+/// Moves a motor as a program does.
 fn say(session: &mut Session, axis: AxisId) -> Result<i64, String> {
     let order = order();
     let lines: Vec<_> = Script::new(&[(axis, order)]).unwrap().collect();
@@ -80,7 +80,7 @@ fn go(axis: AxisId, harm: Harm) -> Went {
     Went { said, is: [0, 1, 2].map(|axis| board.position(axis)), took }
 }
 
-/// As many bytes as go either way in an undisturbed order, and some more.
+/// A bit more than the bytes in either direction of an undisturbed order.
 const BYTES: usize = 250;
 
 fn at(axis: u8, position: i64) -> [Option<i64>; 3] {
@@ -109,7 +109,7 @@ fn a_spoiled_byte_or_a_lost_answer_is_made_good() {
     });
 }
 
-/// What is left of a line that has lost a byte is no line, or not the one of its checksum.
+/// A line that has lost a byte is invalid, or does not fit its checksum.
 #[test]
 fn a_lost_byte_is_made_good() {
     each(&[Harm::LoseThere], |harm, axis, went| {
@@ -118,10 +118,10 @@ fn a_lost_byte_is_made_good() {
     });
 }
 
-/// A digit that becomes another digit too.
+/// Also a digit that becomes another digit.
 #[test]
 fn a_flipped_bit_is_made_good() {
-    // The bits that make digits of digits, and every bit in turn.
+    // The bits that turn digits into digits, and every bit in turn.
     each(
         &[
             |n| Harm::FlipThere(8 * n),
@@ -136,7 +136,7 @@ fn a_flipped_bit_is_made_good() {
     );
 }
 
-/// A line that is harmless twice is said again where the board took it for another one.
+/// A line that is harmless twice is repeated if the board received another one.
 #[test]
 fn a_question_is_asked_again_when_it_arrived_damaged() {
     let axis = AxisId::FIRST;
@@ -174,11 +174,11 @@ fn in_lasting_noise_nothing_false_is_said() {
             arrived += 1;
         }
     }
-    // Nearly every order is given in spite of it.
+    // Nearly every order is carried out in spite of the noise.
     assert!(arrived > 300, "{arrived}");
 }
 
-/// What a program does that moves two motors together: where it says that they rest.
+/// Moves two motors together as a program does, and returns the reported positions at rest.
 fn say_together(session: &mut Session) -> Result<Vec<Option<i64>>, String> {
     let axes = [2, 3].map(|number| AxisId::numbered(number).unwrap());
     let orders = axes.map(|axis| (axis, order()));
@@ -191,7 +191,7 @@ fn say_together(session: &mut Session) -> Result<Vec<Option<i64>>, String> {
     axes.iter().map(|axis| session.rest_position(*axis).map_err(text)).collect()
 }
 
-/// Every byte of the orders of two axes, and of the answers to them.
+/// Each byte of the orders of two axes, and of the answers.
 #[test]
 fn axes_begin_together_in_spite_of_noise() {
     let harms: [fn(usize) -> Harm; 5] =

@@ -1,4 +1,4 @@
-//! The conversation without I/O: a board of the test's own, fed byte by byte.
+//! The conversation without I/O, with the test as the board, which feeds single bytes.
 
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -23,7 +23,7 @@ fn bytes_and_time_go_in_bytes_and_a_deadline_come_out() {
     assert!(poll(asked.as_mut()).is_pending());
     assert_eq!(pipe.take_output(), b"V1\r");
     assert_eq!(pipe.deadline(), Some(ms(500)));
-    // Half of it, and a byte at a time.
+    // Half of the answer, one byte at a time.
     for byte in b"-12" {
         pipe.feed(&[*byte]);
         assert!(poll(asked.as_mut()).is_pending());
@@ -52,7 +52,7 @@ fn silence_ends_at_the_deadline_and_a_lost_line_at_once() {
     assert!(matches!(poll(asked), Poll::Ready(Err(LinkError::Gone(_)))));
 }
 
-/// A clock that is asked twice may go back: the pipe's does not.
+/// The time of a pipe does not go back, even if the clock does.
 #[test]
 fn time_never_goes_back() {
     let pipe = Pipe::new();
@@ -64,7 +64,7 @@ fn time_never_goes_back() {
     assert_eq!(pipe.deadline(), Some(ms(1_400)));
 }
 
-/// A future may be dropped anywhere: what is said next is understood.
+/// A future may be dropped at any time: the answer to the next line is still recognized.
 #[test]
 fn a_dropped_question_is_forgotten() {
     let pipe = Pipe::new();
@@ -77,7 +77,7 @@ fn a_dropped_question_is_forgotten() {
     let mut asked = pin!(talk.once(Command::Status));
     assert!(poll(asked.as_mut()).is_pending());
     assert_eq!(pipe.take_output(), b"#\rF\r");
-    // The answer to the first is none to that F, nor to the second.
+    // The answer to the first line belongs neither to that F nor to the second line.
     pipe.feed(b"R\rE\r");
     assert!(poll(asked.as_mut()).is_pending());
     assert_eq!(pipe.take_output(), b"");
@@ -88,7 +88,7 @@ fn a_dropped_question_is_forgotten() {
     assert!(matches!(poll(asked), Poll::Ready(Ok(Some(Reply::Busy)))));
 }
 
-/// The position of one axis is not that of another which was asked for before.
+/// The position of one axis is not taken for that of another.
 #[test]
 fn the_answer_to_a_dropped_question_is_none_to_the_next() {
     let pipe = Pipe::new();
@@ -106,7 +106,7 @@ fn the_answer_to_a_dropped_question_is_none_to_the_next() {
     assert!(matches!(poll(asked), Poll::Ready(Ok(Some(-5)))));
 }
 
-/// Of a question that was dropped half the line may have gone out, which has no answer.
+/// Only half of a dropped line may have been sent, so no answer to it is waited for.
 #[test]
 fn half_a_line_is_not_waited_for() {
     let pipe = Pipe::new();
@@ -125,7 +125,7 @@ fn half_a_line_is_not_waited_for() {
     assert_eq!(pipe.take_output(), b"V1\r");
 }
 
-/// A kill waits for no step: K is said at once, and again to hear its answer.
+/// A kill does not first get in step: K is sent at once, and again for its answer.
 #[test]
 fn a_kill_after_a_dropped_question_goes_out_at_once() {
     let pipe = Pipe::new();
@@ -138,7 +138,7 @@ fn a_kill_after_a_dropped_question_goes_out_at_once() {
     let mut killed = pin!(talk.kill());
     assert!(poll(killed.as_mut()).is_pending());
     assert_eq!(pipe.take_output(), b"#\rK\r#\rF\r");
-    // The Y of the dropped line is not that of K.
+    // The Y of the dropped line is not taken for that of K.
     pipe.feed(b"Y\rE\r");
     assert!(poll(killed.as_mut()).is_pending());
     pipe.feed(b"Y\rE\rR\r");

@@ -1,5 +1,5 @@
-//! Boards with other programs than the controller's, from a program on a PC: what they obey, what
-//! they refuse, and which program answers.
+//! Boards with other programs than the controller, driven from a PC: rows that they obey or refuse, and which
+//! program answers.
 
 use std::cell::Cell;
 use std::time::Duration;
@@ -18,7 +18,7 @@ use stepwright_sim::{CycleBoard, CycleLineBoard, Description, LawBoard, Queues, 
 use stepwright_timed::line::Unwired;
 
 const HZ: u32 = 16_000_000;
-/// A byte on the line at 115,200 baud, in ticks.
+/// The time of a byte on the line at 115,200 baud, in ticks.
 const BYTE: u64 = 1_388;
 
 fn laws() -> LawSession {
@@ -52,7 +52,7 @@ fn a_law_moves_there_and_back_and_stops_on_the_way() {
     board.set_law(&Recipe::AustinFixed(5_000, 1_000), &[]).unwrap();
     assert_eq!(board.move_by(400).unwrap(), Outcome::Reached { at: 400 });
     assert_eq!(board.move_by(-150).unwrap(), Outcome::Reached { at: 250 });
-    // Half a second at up to 1,000 steps/s, and the way to rest.
+    // Half a second at up to 1,000 steps/s, and the ramp to rest.
     let Outcome::Reached { at } = board.run(true, Duration::from_millis(500)).unwrap() else {
         panic!("it was not braked")
     };
@@ -93,7 +93,7 @@ fn a_cycle_is_played_to_its_end_and_can_be_finished_on_its_way() {
         })
         .unwrap();
     assert_eq!([0, 1, 2].map(|n: usize| report.motors[n].position), [-400, 0, 700]);
-    // 0.7 s, and ten looks a second.
+    // 0.7 s, with ten looks a second.
     assert!((5..=9).contains(&looks), "{looks}");
     for line in [CycleLine::New, prepare(0, 10_000)] {
         board.say(&line).unwrap();
@@ -116,7 +116,7 @@ fn a_cycle_that_nobody_prepared_is_refused() {
 #[test]
 fn a_timer_without_a_motor_is_refused() {
     let problem = timed().look(7).unwrap_err();
-    // A report has no refusal but as an answer that is none.
+    // A refusal of a report shows as an answer that is no report.
     assert!(matches!(problem, RowProblem::Nonsense { .. }), "{problem}");
     let mut board = timed();
     assert!(board.timers().eq([1]));

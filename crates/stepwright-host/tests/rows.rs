@@ -1,5 +1,5 @@
-//! Rows of a program on a line that delays and spoils answers: no answer is taken for that to
-//! another row, and a board says which program it runs.
+//! Rows of a program on a line that delays and spoils answers: no answer is taken for that to another row, and
+//! a board tells which program it runs.
 
 use std::collections::VecDeque;
 use std::io;
@@ -19,11 +19,11 @@ fn summed(line: &str) -> String {
     format!("{line}*{:02X}", line.bytes().fold(0, crc))
 }
 
-/// A board that says each row back, the nth line after the nth of these times in ms.
+/// A board that echoes each row. The answer to line n takes the nth of these times, in ms.
 struct Echo {
     delays: VecDeque<u64>,
     line: Vec<u8>,
-    /// When it is free to answer the next line.
+    /// When the board can answer the next line.
     free: Duration,
     answers: VecDeque<(Duration, u8)>,
     now: Duration,
@@ -84,7 +84,7 @@ impl Link for Echo {
     }
 }
 
-/// However long each takes, and wherever a row was given up.
+/// No answer is taken for another row's, whatever the delays and wherever a row was given up.
 #[test]
 fn an_answer_is_never_taken_for_that_to_another_row() {
     for delays in [
@@ -115,7 +115,7 @@ fn a_board_with_another_program_says_which() {
     assert!(matches!(trouble, LinkError::Program(about) if about == ABOUT));
 }
 
-/// An order by a law, from its rows to its end, with each byte of the way there spoiled once.
+/// An order by a law, from its rows to its end, with each byte spoiled or lost once.
 #[test]
 fn a_spoiled_byte_of_an_order_is_mended_or_moves_nothing() {
     for at in 0..120 {

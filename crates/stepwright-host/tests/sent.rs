@@ -1,9 +1,9 @@
-//! A board by tokio is one for tasks that any thread may carry on.
+//! The futures of a board on tokio can be spawned as tasks that move between threads.
 
 use stepwright_host::{AsyncBoard, Error, MotionLimits};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-/// A task that is spawned, at a line that is closed after the first bytes.
+/// A spawned task, on a line that is closed after the first byte.
 #[tokio::test]
 async fn a_task_of_a_board_is_spawned() {
     let (line, mut end) = tokio::io::duplex(256);

@@ -1,4 +1,4 @@
-//! A board behind a plain socket, as `ser2net` gives of a serial port: by a thread that waits, and by
+//! A board behind a plain socket, as `ser2net` provides for a serial port: from a thread that blocks, and from
 //! tokio.
 
 use std::io::{ErrorKind, Read, Write};
@@ -13,7 +13,7 @@ use stepwright_host::motion::Action;
 use stepwright_host::{AsyncBoard, Board, Error, LinkError, MotionLimits, Outcome};
 use stepwright_protocol::Stop;
 
-/// Where a virtual board listens, for one connection; it carries bytes and nothing else.
+/// The address at which a virtual board listens, for one connection; the socket carries bytes and nothing else.
 fn served() -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
@@ -73,7 +73,7 @@ fn the_same_calls_are_futures() {
         let mut x = board.axis(1).unwrap();
         assert_eq!(x.move_to(800, &motion()).await.unwrap(), Outcome::Reached { at: 800 });
         assert!(matches!(board.axis(4), Err(Error::NoAxis { axes: 3 })));
-        // A travel is begun, watched by one task and stopped by the same.
+        // One task begins a travel, watches it and stops it.
         let mut y = board.axis(2).unwrap();
         y.travel(1_000_000, &motion()).await.unwrap();
         let mut looks = 0;
@@ -89,7 +89,7 @@ fn the_same_calls_are_futures() {
     });
 }
 
-/// A future may be dropped: the motor goes on, and the next call is understood.
+/// A future may be dropped: the motor goes on, and the next call works.
 #[test]
 fn a_wait_that_is_given_up_leaves_the_motor_on_its_way() {
     let address = served();

@@ -1,7 +1,8 @@
-//! The folder where the stepwrights of one user meet: who holds a port has a socket there.
+//! The folder where the Stepwright programs of one user meet: the holder of a port has a socket there.
 //!
-//! It is found by its name alone, and without `XDG_RUNTIME_DIR` it lies where anybody could have
-//! made it first. So neither side goes by a folder that is not its user's, and theirs alone.
+//! Programs find the folder by its name alone, and without `XDG_RUNTIME_DIR` it is in a place where anybody
+//! could have made it first. So neither side uses a folder that does not belong to its user, or that others can
+//! reach into.
 
 use std::fs::{self, DirBuilder, Metadata};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
@@ -9,15 +10,15 @@ use std::path::{Path, PathBuf};
 
 use rustix::process::getuid;
 
-/// The place of a port in a folder that is ours alone.
+/// The files of a port in a private folder.
 pub struct Door {
     folder: PathBuf,
-    /// The port's own name: links to it lead to the same.
+    /// The canonical name of the port, the same for all links to it.
     name: String,
 }
 
 impl Door {
-    /// The door of a port, in a folder that is there.
+    /// The door of a port, if the folder exists and is private.
     pub fn find(port: &Path) -> Option<Door> {
         let port = fs::canonicalize(port).ok()?;
         let name = port.to_str()?.trim_start_matches('/').replace('/', "-");
@@ -26,18 +27,18 @@ impl Door {
         is_private(&about, getuid().as_raw()).then_some(Door { folder, name })
     }
 
-    /// The same in a folder that is made if it is missing.
+    /// As [`find`](Door::find), but makes the folder if it is missing.
     pub fn make(port: &Path) -> Option<Door> {
         let _ = DirBuilder::new().mode(0o700).create(folder());
         Door::find(port)
     }
 
-    /// Where the holder of the port listens.
+    /// The socket on which the holder of the port listens.
     pub fn socket(&self) -> PathBuf {
         self.folder.join(format!("{}.socket", self.name))
     }
 
-    /// Where the holder's lease is written down until the board has it back.
+    /// The file that notes the holder's lease until the holder has given it back.
     pub fn lease(&self) -> PathBuf {
         self.folder.join(format!("{}.lease", self.name))
     }
@@ -50,8 +51,7 @@ fn folder() -> PathBuf {
     }
 }
 
-/// Whether this is a folder of the user `uid`, and nobody else can reach into it. (A link is no
-/// folder.)
+/// Whether this is a folder of user `uid` that nobody else can reach into. A link is not a folder.
 fn is_private(about: &Metadata, uid: u32) -> bool {
     about.is_dir() && about.uid() == uid && about.mode() & 0o077 == 0
 }
@@ -71,7 +71,7 @@ mod tests {
         DirBuilder::new().mode(0o700).create(&folder).unwrap();
         let about = |path: &Path| fs::symlink_metadata(path).unwrap();
         assert!(is_private(&about(&folder), uid));
-        // Another user was the first to make it.
+        // Another user made it first.
         assert!(!is_private(&about(&folder), uid.wrapping_add(1)));
         for mode in [0o710, 0o701, 0o777] {
             set_permissions(&folder, Permissions::from_mode(mode)).unwrap();

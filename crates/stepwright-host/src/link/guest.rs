@@ -1,11 +1,11 @@
-//! A board whose port another stepwright holds: through that one.
+//! A link to a board through another Stepwright program that holds its port.
 //!
 //! ```text
 //!   status, position, retarget, watch ──► local socket ──► move, run … ──► port
 //! ```
 //!
-//! The socket carries lines and their answers, as the port does. A line that the board left
-//! unanswered is answered by an empty line, so that each has exactly one answer.
+//! The socket carries lines and their answers, as the port does. An empty line stands for an answer that did
+//! not come, so each line has exactly one answer.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -15,31 +15,32 @@ use std::time::{Duration, Instant};
 use super::Link;
 use super::door::Door;
 
-/// The holder answers between two of its own questions; while it gives an order it does not.
+/// How long an answer is waited for. The holder answers between two of its own lines, but not while it gives an
+/// order.
 pub const PATIENCE: Duration = Duration::from_secs(5);
-/// Who has a motor to stop waits no longer for one that may be suspended.
+/// The same for a caller that has to stop a motor: the holder may be suspended.
 pub const SOON: Duration = Duration::from_secs(1);
 
-/// A way through the program that holds the port.
+/// A link through the program that holds the port.
 pub struct GuestLink {
     stream: UnixStream,
     path: PathBuf,
     opened: Instant,
-    /// Answers that are still to come.
+    /// The number of answers still to come.
     owed: usize,
-    /// How long they are waited for.
+    /// How long missing answers are waited for.
     patience: Duration,
 }
 
 impl GuestLink {
-    /// The way to the board on this port; `None` if nobody who holds it lets others in.
+    /// Opens the link to the board on this port; `None` if no program that holds the port lets others in.
     pub fn open(port: &Path, patience: Duration) -> Option<GuestLink> {
         let stream = UnixStream::connect(Door::find(port)?.socket()).ok()?;
         stream.set_write_timeout(Some(patience)).ok()?;
         Some(GuestLink { stream, path: port.to_owned(), opened: Instant::now(), owed: 0, patience })
     }
 
-    /// Takes what comes; how many bytes of `buffer` are of the board.
+    /// Reads bytes into `buffer`, and returns their number.
     fn take(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
         self.stream.set_read_timeout(Some(limit.max(Duration::from_millis(1))))?;
         match self.stream.read(buffer) {
@@ -58,7 +59,7 @@ impl GuestLink {
 }
 
 impl Link for GuestLink {
-    /// An answer that is still to come is another line's: it is waited for first.
+    /// First waits for missing answers: they belong to earlier lines.
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         let end = Instant::now() + self.patience;
         while self.owed > 0 {

@@ -1,8 +1,8 @@
-//! Lets other stepwrights ask the board whose port this one holds.
+//! Lets other Stepwright programs ask the board whose port this program holds.
 //!
-//! Each guest has a thread that reads its lines; the conversation with the board stays with
-//! the one that holds the port, which says a guest's line when it has nothing to say itself.
-//! A guest has an axis of its own selected: `A` of one is nothing to the others.
+//! Each guest has a thread that reads its lines. The conversation with the board stays with the holder of the
+//! port, which says a guest's line when it has nothing to say itself. Each guest has a selection of its own: an
+//! `A` of one guest does not affect the others.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -19,26 +19,26 @@ use super::door::Door;
 use super::lease::LeaseNote;
 use crate::guests::{GuestLine, Guests, is_allowed, parsed};
 
-/// A line has this many bytes at most, its checksum and CR included.
+/// The most bytes of a line, with its checksum and CR.
 const LONGEST: u64 = 64;
 
-/// The door for guests; closed when it is dropped.
+/// The door for guests; it closes when it is dropped.
 pub struct Host {
     socket: PathBuf,
     asked: Receiver<GuestLine>,
-    /// Our lease, for who comes after us.
+    /// This program's lease, noted for the next holder.
     lease: LeaseNote,
-    /// Nobody is let in any more.
+    /// Whether the door is closed.
     closed: Arc<AtomicBool>,
 }
 
 impl Host {
-    /// Opens the door of a port that we hold alone. `None` where there can't be one: then
-    /// others find the port in use.
+    /// Opens the door of a port that this program holds alone. `None` where there can't be a door: other
+    /// programs then find the port in use.
     pub fn open(port: &Path) -> Option<Host> {
         let door = Door::make(port)?;
         let (socket, lease) = (door.socket(), LeaseNote::of(&door));
-        // One that was left behind: the port is ours.
+        // A socket that a dead holder left behind: the port is ours.
         let _ = fs::remove_file(&socket);
         let listener = UnixListener::bind(&socket).ok()?;
         let (ask, asked) = mpsc::channel();
@@ -74,20 +74,20 @@ impl Guests for Host {
 impl Drop for Host {
     fn drop(&mut self) {
         self.closed.store(true, Ordering::SeqCst);
-        // The thread that waits for guests waits for one more: else it, and its socket, would stay.
+        // The listening thread ends at its next connection; otherwise it and its socket would stay.
         let _ = UnixStream::connect(&self.socket);
         let _ = fs::remove_file(&self.socket);
     }
 }
 
-/// Reads the lines of a guest, and gives it its answers, until either is gone.
+/// Reads the lines of a guest and writes the answers, until either side is gone.
 fn serve(mut guest: UnixStream, ask: &Sender<GuestLine>) -> Option<()> {
     let mut lines = BufReader::new(guest.try_clone().ok()?);
     let mut selection = Selection::FIRST;
     loop {
         let mut line = Vec::new();
         lines.by_ref().take(LONGEST).read_until(b'\r', &mut line).ok()?;
-        // The end, or no line of ours.
+        // The end, or a line that is too long.
         line.pop().filter(|last| *last == b'\r')?;
         let (answer, answered) = mpsc::channel();
         let command = parsed(&line);
@@ -101,8 +101,8 @@ fn serve(mut guest: UnixStream, ask: &Sender<GuestLine>) -> Option<()> {
     }
 }
 
-/// What is said in place of a line that a guest may not say: no line of the protocol, with a
-/// checksum where the guest wants one of the answer.
+/// The replacement of a line that a guest may not say: not a line of the protocol, with a checksum if the guest
+/// expects one in the answer.
 fn refused(line: &[u8]) -> Vec<u8> {
     const NONE: &[u8] = b"#";
     let sum = NONE.iter().fold(0, |sum, byte| crc(sum, *byte));

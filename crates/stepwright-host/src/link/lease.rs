@@ -1,4 +1,4 @@
-//! The lease of who holds a port, written down for who comes next.
+//! The lease of a port's holder, noted for the next holder.
 //!
 //! ```text
 //!   holder:  note ──► L2000, the board's Y … L0, its Y ──► strike
@@ -6,9 +6,9 @@
 //!   next:    opens the port, finds the note ──► silent for 2 s: the board brakes ──► strike
 //! ```
 //!
-//! A board can't tell who says a line, so to it every line is a sign of life of the holder. Who
-//! finds the port free and a note beside it comes after a holder that has died: a question would
-//! hold the dead one's lease. Nobody but a stop says a line before that lease has run out.
+//! A board can't tell who says a line, so every line renews the holder's lease. If a program gets the port and
+//! finds a note, the last holder has died, and any question would renew the dead holder's lease. So only a stop
+//! says a line before that lease has run out.
 
 use std::cell::Cell;
 use std::fs::{self, File};
@@ -22,30 +22,29 @@ use super::door::Door;
 use super::serial::LeaseWait;
 use crate::session::Session;
 
-/// Between two looks whether the waiting is to end.
+/// The time between two checks whether the wait is to end.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// The time of a note is no older than this beside the holder's last line.
+/// The time of a note is at most this much older than the holder's last line.
 const FRESH: Duration = Duration::from_millis(250);
 
-/// Where a lease is written down. The time of the file is that of its holder's last line.
+/// The file with a holder's lease. Its modification time is that of the holder's last line.
 pub struct LeaseNote {
     path: PathBuf,
-    /// When the file was given its time; `None` without a lease.
+    /// When the file last got its time; `None` without a lease.
     told: Cell<Option<Instant>>,
 }
 
 impl LeaseNote {
-    /// The note of the port with this door.
+    /// The note for the port of this door.
     pub fn of(door: &Door) -> LeaseNote {
         LeaseNote { path: door.lease(), told: Cell::new(None) }
     }
 
-    /// A line is about to be said: one that asks for a lease is written down before the board
-    /// hears of it.
+    /// Called before a line is said. Notes a lease before the board hears of it.
     pub fn before(&self, line: Command) {
         match line {
-            // Where it can't be written the board brakes all the same, unless others ask it.
+            // If the note can't be written the board brakes all the same, unless other programs ask it.
             Command::Lease(lease) if lease != LeaseMillis::SMALLEST => {
                 let _ = fs::write(&self.path, lease.get().to_string());
                 self.told.set(Some(Instant::now()));
@@ -54,7 +53,7 @@ impl LeaseNote {
         }
     }
 
-    /// A line was answered: the lease is held, or the board has it back.
+    /// Called when a line was answered. Renews the note, or removes it if the lease was given back.
     pub fn after(&self, line: Command, answer: Reply) {
         if (line, answer) == (Command::Lease(LeaseMillis::SMALLEST), Reply::Yes) {
             self.told.set(None);
@@ -71,18 +70,18 @@ impl LeaseNote {
         let _ = fs::remove_file(&self.path);
     }
 
-    /// The lease that stands there, and how long ago its holder has said a line.
+    /// The noted lease, and how long ago its holder last said a line.
     fn read(&self) -> Option<(LeaseMillis, Duration)> {
         let lease = LeaseMillis::new(fs::read_to_string(&self.path).ok()?.parse().ok()?)?;
         let held = fs::metadata(&self.path).and_then(|about| about.modified()).ok()?;
-        // A time to come is no age.
+        // A time in the future counts as age 0.
         Some((lease, held.elapsed().unwrap_or_default()))
     }
 }
 
-/// Is silent until the lease has run out that a dead holder of this port has left; the port is
-/// ours, so nobody else speaks meanwhile. `tell` hears of a lease that is waited for, and
-/// `is_over` is asked whether the waiting is to end before.
+/// Waits silently until the lease of a dead holder of this port has run out. The port is ours, so no other
+/// program says a line meanwhile. `tell` is called with the lease if there is one to wait for; `is_over`
+/// returns whether to end the wait early.
 pub fn let_run_out(
     port: &Path,
     tell: impl FnOnce(LeaseMillis),
@@ -93,7 +92,7 @@ pub fn let_run_out(
     };
     let Some((lease, age)) = note.read() else { return LeaseWait::Over };
     let millis = u64::from(lease.get());
-    // The board's clock may be slower, and its last answer took its time.
+    // A margin for a slower clock of the board, and for the time of its last answer.
     let lasts = Duration::from_millis(millis + millis / 50 + 100) + FRESH;
     let left = lasts.saturating_sub(age);
     if !left.is_zero() {
@@ -110,7 +109,7 @@ pub fn let_run_out(
     LeaseWait::Over
 }
 
-/// Gives a lease back that a dead holder of this port has left, once everything rests.
+/// Gives back the lease of a dead holder of this port, once everything rests.
 pub fn give_back(port: &Path, session: &mut Session) {
     let note = Door::find(port).map(|door| LeaseNote::of(&door));
     if let Some(note) = note.filter(|note| note.read().is_some())

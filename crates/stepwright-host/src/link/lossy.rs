@@ -1,11 +1,11 @@
-//! A line that loses or spoils a byte, for tests of what goes over it.
+//! A line that loses or spoils bytes, for tests.
 
 use std::io;
 use std::time::Duration;
 
 use super::Link;
 
-/// Which byte suffers, counted from 0 in its direction.
+/// The harm to a line. Bytes are counted from 0 in each direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Harm {
     /// A byte to the board does not arrive.
@@ -16,24 +16,24 @@ pub enum Harm {
     SpoilThere(usize),
     /// A byte from the board arrives as another.
     SpoilBack(usize),
-    /// A bit to the board arrives as the other one; 8 to a byte.
+    /// A bit to the board is flipped; 8 bits to a byte.
     FlipThere(usize),
-    /// Everything to the board is lost from this byte on.
+    /// All bytes to the board are lost from this one on.
     CutThere(usize),
-    /// Everything from the board is lost from this byte on.
+    /// All bytes from the board are lost from this one on.
     CutBack(usize),
-    /// Bytes of either way arrive as others, one in eighty, by this dice.
+    /// Bytes in both directions are replaced, one in eighty, chosen by this seed.
     Noise(u64),
 }
 
-/// Whether the dice of `seed` spoil byte `n`.
+/// Whether the noise of `seed` spoils byte `n`.
 fn strikes(seed: u64, n: usize) -> bool {
     let mut x = (seed << 32 | n as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     x = (x ^ (x >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     (x ^ (x >> 29)).is_multiple_of(80)
 }
 
-/// A line that does one harm.
+/// A line with one harm.
 pub struct Lossy<L> {
     line: L,
     harm: Harm,
@@ -42,13 +42,13 @@ pub struct Lossy<L> {
 }
 
 impl<L> Lossy<L> {
-    /// Has `harm` come over a line.
+    /// Adds `harm` to a line.
     pub fn new(line: L, harm: Harm) -> Lossy<L> {
         Lossy { line, harm, there: 0, back: 0 }
     }
 }
 
-/// Not a byte of the protocol, nor of a number.
+/// A byte that is in no line of the protocol.
 const SPOILED: u8 = b'~';
 
 impl<L: Link> Link for Lossy<L> {

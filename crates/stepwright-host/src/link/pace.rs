@@ -1,4 +1,4 @@
-//! How a simulated board's time goes by: as ours does, or as fast as it can.
+//! The pace of a simulated board's time: real time, or as fast as it can be simulated.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -8,17 +8,17 @@ use super::simulated::Simulated;
 /// Nanoseconds in a second.
 const NANO: u128 = 1_000_000_000;
 
-/// So far the simulation may run ahead of real time before it waits.
+/// How far the simulation may be ahead of real time before it waits.
 const AHEAD: Duration = Duration::from_millis(1);
 
-/// A board whose time goes by at a pace.
+/// A simulated board with the pace of its time.
 ///
-/// Every byte that arrives takes its time on the line, at the board's baud
-/// rate: so a script sent all at once does to it what it would do to a chip.
+/// Each byte takes its time on the line, at the board's baud rate, before it arrives. A script that is sent all
+/// at once has the same effect as on a chip.
 pub struct Paced<B> {
     /// The board.
     pub board: B,
-    /// When it was switched on; `None` for as fast as the machine can.
+    /// When it was switched on; `None` if time passes as fast as it can be simulated.
     since: Option<Instant>,
     byte: u64,
 }
@@ -30,7 +30,7 @@ impl<B: Simulated> Paced<B> {
         Paced { board, since: (!fast).then(Instant::now), byte }
     }
 
-    /// Whether time passes only as it is told to.
+    /// Whether time passes only by calls.
     pub fn is_fast(&self) -> bool {
         self.since.is_none()
     }
@@ -40,13 +40,13 @@ impl<B: Simulated> Paced<B> {
         self.byte
     }
 
-    /// The board's time.
+    /// The board's time since it was switched on.
     pub fn now(&self) -> Duration {
         let nanos = u128::from(self.board.now()) * NANO / self.hz();
         Duration::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
     }
 
-    /// So much time in ticks.
+    /// Converts a time to ticks.
     pub fn ticks(&self, time: Duration) -> u64 {
         u64::try_from(time.as_nanos() * self.hz() / NANO).unwrap_or(u64::MAX)
     }
@@ -55,7 +55,7 @@ impl<B: Simulated> Paced<B> {
         self.board.hz().into()
     }
 
-    /// Brings the board to the present, if it lives in real time.
+    /// Brings the board to the present, if it runs in real time.
     pub fn catch_up(&mut self) {
         if let Some(since) = self.since {
             let now = self.ticks(since.elapsed());
@@ -65,7 +65,7 @@ impl<B: Simulated> Paced<B> {
         }
     }
 
-    /// Lets time pass until `time` ticks, waiting for it if need be.
+    /// Lets time pass until `time` in ticks. In real time it waits for it.
     pub fn pass_until(&mut self, time: u64) {
         self.catch_up();
         if self.board.now() < time {
@@ -79,14 +79,14 @@ impl<B: Simulated> Paced<B> {
         }
     }
 
-    /// Lets `time` pass.
+    /// Lets this much time pass.
     pub fn pass(&mut self, time: Duration) {
         self.pass_until(self.board.now().saturating_add(self.ticks(time)));
     }
 
-    /// Bytes that have come since the board was last brought to the present, evenly in that time, but not
-    /// faster than the line; then it is brought there. So a board whose program was kept waiting misses no
-    /// more than a chip, whose receiver waits for nobody.
+    /// Receives bytes that came since the board was last brought to the present: evenly spread over that time,
+    /// but not faster than the line. Then the board is brought to the last byte. So a board whose program was
+    /// delayed misses no more bytes than a chip, whose receiver never waits.
     pub fn receive_since(&mut self, bytes: &[u8]) {
         let present = self.since.map_or(0, |since| self.ticks(since.elapsed()));
         let away = present.saturating_sub(self.board.now());
@@ -98,7 +98,7 @@ impl<B: Simulated> Paced<B> {
         self.pass_until(self.board.now());
     }
 
-    /// A byte arrives, after its time on the line.
+    /// Receives a byte, after its time on the line.
     pub fn receive(&mut self, byte: u8) {
         self.pass_until(self.board.now() + self.byte);
         self.board.receive(byte);
@@ -109,7 +109,7 @@ impl<B: Simulated> Paced<B> {
 mod tests {
     use super::*;
 
-    /// A line of 1,000 ticks a second: when each byte came.
+    /// A line with 1,000 ticks per second, which notes when each byte came.
     #[derive(Default)]
     struct Line {
         now: u64,

@@ -9,32 +9,32 @@ use serial2::SerialPort;
 
 use super::{Link, OpenError};
 
-/// A port that takes no byte for this time is stuck.
+/// How long a port may take no byte before it counts as stuck.
 const WRITE_LIMIT: Duration = Duration::from_millis(500);
 
-/// A program that only asks a question has the port for this time.
+/// How long to wait for a program that only asks a question and then frees the port.
 const TURN: Duration = Duration::from_millis(500);
 
-/// Whether others may use the port meanwhile.
+/// How a port is shared with other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
-    /// No other program that asks before opening (this library, pyserial's `exclusive`): two
-    /// masters would take each other's answers.
+    /// Not with other programs that respect the port's lock (this library, pyserial's `exclusive`): two hosts
+    /// would take each other's answers.
     Alone,
-    /// The same, and others may ask the board through this program.
+    /// As `Alone`, but other programs may ask the board through this one.
     Host,
-    /// Alone, or else through the program that has the port.
+    /// As `Alone`, or else through the program that has the port.
     Guest,
-    /// Regardless of them: a stop must get through.
+    /// Opened in any case: a stop must get through.
     Anyhow,
 }
 
-/// How the waiting for the lease of a dead holder has ended.
+/// How the wait for a dead holder's lease ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LeaseWait {
-    /// There is no lease, or it has run out: the port may be spoken on.
+    /// There is no lease, or it has run out: lines may be said on the port.
     Over,
-    /// It was ended before: the port is given up.
+    /// The wait was ended early: the port is given up.
     Ended,
 }
 
@@ -46,9 +46,8 @@ pub struct SerialLink {
 }
 
 impl SerialLink {
-    /// Opens a port. `lease` lets a lease run out that a dead holder of it has left, once the
-    /// port is ours: `link::lease::let_run_out` does, and a board that
-    /// plays no leases has none.
+    /// Opens a port. Once the port is ours, `lease` waits for the lease of a dead holder to run out, as
+    /// `link::lease::let_run_out` does. A board whose program knows no leases needs no wait.
     ///
     /// # Errors
     /// [`OpenError`]
@@ -67,8 +66,8 @@ impl SerialLink {
         if alone && lease(path) == LeaseWait::Ended {
             return Err(OpenError::Ended);
         }
-        // What came before we opened is not for us, unless it is for another
-        // who is still listening; an error shows later.
+        // Earlier bytes are not for us. If the port is shared they may be for another program. An error would
+        // show later.
         if alone {
             let _ = port.discard_buffers();
         }
@@ -78,24 +77,24 @@ impl SerialLink {
 }
 
 impl SerialLink {
-    /// Resets the board, as far as its port can: most do so when DTR rises.
+    /// Resets the board, if its port can: most boards reset when DTR rises.
     pub fn reset(&mut self) {
-        // A port without modem lines can't.
+        // A port without modem lines can't reset the board.
         let _ = self.port.set_dtr(false).and_then(|()| self.port.set_rts(false));
         thread::sleep(Duration::from_millis(250));
         let _ = self.port.set_dtr(true).and_then(|()| self.port.set_rts(true));
-        // The boot loader begins.
+        // Time for the boot loader to begin.
         thread::sleep(Duration::from_millis(50));
         let _ = self.port.discard_buffers();
     }
 }
 
-/// Leaves DTR up when the port is closed. Many boards reset when it rises, so
-/// that otherwise every command would find them at position 0.
+/// Keeps DTR high when the port is closed. Many boards reset when DTR rises, so otherwise each command would
+/// find the board at position 0.
 #[cfg(unix)]
 fn keep_dtr(port: &SerialPort) {
     use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
-    // A port without modem lines can't; nor need it.
+    // A port without modem lines can't, and need not.
     if let Ok(mut settings) = tcgetattr(port) {
         settings.control_modes.remove(ControlModes::HUPCL);
         let _ = tcsetattr(port, OptionalActions::Now, &settings);
@@ -105,14 +104,14 @@ fn keep_dtr(port: &SerialPort) {
 #[cfg(not(unix))]
 fn keep_dtr(_: &SerialPort) {}
 
-/// Takes the port for ourselves; true if another program has.
+/// Locks the port; true if another program has the lock.
 #[cfg(unix)]
 fn is_taken(port: &SerialPort) -> bool {
     use rustix::fs::{FlockOperation, flock};
     flock(port, FlockOperation::NonBlockingLockExclusive) == Err(rustix::io::Errno::WOULDBLOCK)
 }
 
-/// Waits until the port is ours; false if another program keeps it.
+/// Waits for the lock of the port; false if another program keeps it.
 fn becomes_ours(port: &SerialPort) -> bool {
     let begin = Instant::now();
     while is_taken(port) {
@@ -124,7 +123,7 @@ fn becomes_ours(port: &SerialPort) -> bool {
     true
 }
 
-/// Elsewhere an open port is exclusive anyway.
+/// On other systems an open port is exclusive anyway.
 #[cfg(not(unix))]
 fn is_taken(_: &SerialPort) -> bool {
     false
@@ -138,7 +137,7 @@ impl Link for SerialLink {
                 Ok(0) => return Err(ErrorKind::BrokenPipe.into()),
                 Ok(count) => bytes = bytes.get(count..).unwrap_or_default(),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                // Another program, which a stop does not wait for, has taken the room.
+                // The buffer is full with bytes of another program: a stop does not wait for its lock.
                 Err(error)
                     if error.kind() == ErrorKind::WouldBlock && begun.elapsed() < WRITE_LIMIT =>
                 {

@@ -1,4 +1,4 @@
-//! The line to a board that is simulated in this process.
+//! A link to a board that is simulated in this process.
 
 use std::collections::VecDeque;
 use std::io;
@@ -9,43 +9,43 @@ use stepwright_sim::{Description, ProgramBoard, Queues, SimProgram, VirtualBoard
 use super::Link;
 use super::pace::Paced;
 
-/// A board that is simulated.
+/// A simulated board.
 pub trait Simulated {
-    /// Ticks of its timer in a second.
+    /// Ticks of its timer per second.
     fn hz(&self) -> u32;
 
     /// Ticks that a byte takes on its serial line.
     fn byte_time(&self) -> u64;
 
-    /// Ticks since it was switched on.
+    /// Ticks since the board was switched on.
     fn now(&self) -> u64;
 
     /// Lets time pass until `time` ticks.
     fn run_until(&mut self, time: u64);
 
-    /// A byte arrives on its serial line, now.
+    /// Receives a byte on its serial line, now.
     fn receive(&mut self, byte: u8);
 
-    /// What it has said since the last call.
+    /// The bytes that the board has sent since the last call.
     fn take_answers(&mut self) -> Vec<u8>;
 
-    /// Ends what was recorded on the way.
+    /// Ends a recording.
     ///
     /// # Errors
-    /// What was recorded can't be written.
+    /// The recording can't be written.
     fn finish(&mut self) -> io::Result<()> {
         Ok(())
     }
 }
 
-/// A virtual Uno: three axes, a step timer of 16 MHz.
+/// A virtual Uno: three axes, and a step timer of 16 MHz.
 pub struct VirtualUno {
     board: VirtualBoard<'static, u16, ()>,
     description: Description,
 }
 
 impl VirtualUno {
-    /// Switches one on. What it needs for its queues stays allocated.
+    /// Switches a virtual Uno on. The memory of its queues is never freed.
     pub fn new() -> VirtualUno {
         let queues = Box::leak(Box::<Queues>::default());
         let description = Description::uno();
@@ -54,7 +54,7 @@ impl VirtualUno {
 }
 
 impl VirtualUno {
-    /// The board, to look at what it does.
+    /// The board, for tests.
     pub fn board(&mut self) -> &mut VirtualBoard<'static, u16, ()> {
         &mut self.board
     }
@@ -92,17 +92,16 @@ impl Simulated for VirtualUno {
     }
 }
 
-/// A virtual board with a program of other features than the controller's.
+/// A virtual board with another program than the controller.
 pub struct VirtualProgram<P: SimProgram, const LONGEST: usize> {
-    /// The board, to look at what it does.
+    /// The board, for tests.
     pub board: ProgramBoard<P, LONGEST>,
     hz: u32,
     byte_time: u64,
 }
 
 impl<P: SimProgram, const LONGEST: usize> VirtualProgram<P, LONGEST> {
-    /// A board whose timer has `hz` ticks in a second, and whose line takes `byte_time` of them
-    /// for a byte.
+    /// A board whose timer has `hz` ticks per second, and whose line takes `byte_time` ticks for a byte.
     pub fn new(board: ProgramBoard<P, LONGEST>, hz: u32, byte_time: u64) -> Self {
         VirtualProgram { board, hz, byte_time }
     }
@@ -134,16 +133,15 @@ impl<P: SimProgram, const LONGEST: usize> Simulated for VirtualProgram<P, LONGES
     }
 }
 
-/// The line to a board whose time passes while we wait for it.
+/// A link to a simulated board whose time passes while the host waits.
 pub struct VirtualLink<B> {
     board: Paced<B>,
-    /// Bytes on their way to us, and when each is here.
+    /// Bytes on their way to the host, and the tick at which each arrives.
     coming: VecDeque<(u64, u8)>,
 }
 
 impl<B: Simulated> VirtualLink<B> {
-    /// Joins the line of a board. Its time passes as ours does, or, if it is `fast`, as fast as
-    /// it can be simulated.
+    /// Connects to a board. Its time passes in real time, or, if it is `fast`, as fast as it can be simulated.
     pub fn new(board: B, fast: bool) -> VirtualLink<B> {
         VirtualLink { board: Paced::new(board, fast), coming: VecDeque::new() }
     }
@@ -168,7 +166,7 @@ impl<B: Simulated> Link for VirtualLink<B> {
     }
 
     fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
-        // Rounded up: to wait for less than a tick must not be no wait.
+        // Rounded up: a wait of less than a tick must let time pass.
         let until = self.board.board.now() + self.board.ticks(limit) + 1;
         let until = self.coming.front().map_or(until, |(time, _)| until.min(*time));
         self.board.pass_until(until);

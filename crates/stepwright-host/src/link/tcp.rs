@@ -1,4 +1,4 @@
-//! A line over TCP: a plain socket, as `ser2net` gives of a serial port (`raw`, not `telnet`).
+//! A link over TCP: a plain socket, as `ser2net` provides for a serial port (`raw`, not `telnet`).
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use super::Link;
 
-/// How long a connection may take, and a byte to be taken.
+/// How long a connection may take, and how long a write may block.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A line over TCP.
+/// A link over TCP.
 pub struct TcpLink {
     stream: TcpStream,
     name: String,
@@ -20,13 +20,13 @@ impl TcpLink {
     /// Connects to `HOST:PORT`.
     ///
     /// # Errors
-    /// Nobody listens there, or does not answer within 5 s; there is no such address.
+    /// No program listens there, or none answers within 5 s; the address does not exist.
     pub fn open(address: &str) -> io::Result<TcpLink> {
         let mut last = io::Error::from(ErrorKind::AddrNotAvailable);
         for place in address.to_socket_addrs()? {
             match TcpStream::connect_timeout(&place, PATIENCE) {
                 Ok(stream) => {
-                    // A line is a few bytes, and its answer is waited for.
+                    // Without a delay: a line is a few bytes, and the next one waits for its answer.
                     stream.set_nodelay(true)?;
                     stream.set_write_timeout(Some(PATIENCE))?;
                     let name = format!("tcp://{address}");

@@ -6,7 +6,7 @@ use stepwright_cycle::line::{CycleFault, CycleLine, CycleReport, LineAct, NAME};
 
 use super::{ProgramRow, ProgramSession, RowProblem};
 
-/// From one look at the motors to the next.
+/// The time between two looks at the motors.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// A board that plays motor cycles.
@@ -46,12 +46,12 @@ impl ProgramRow for CycleLine {
 }
 
 impl CycleSession {
-    /// How many motors it has.
+    /// The number of motors.
     pub fn motors(&self) -> usize {
         self.count("axes")
     }
 
-    /// How many legs it keeps, of all series together.
+    /// The number of legs that the board can keep, for all series together.
     pub fn legs(&self) -> usize {
         self.count("legs")
     }
@@ -60,7 +60,7 @@ impl CycleSession {
         self.word(word).and_then(|count| count.parse().ok()).unwrap_or(0)
     }
 
-    /// How it is.
+    /// The state of the board.
     ///
     /// # Errors
     /// [`RowProblem::Lost`], [`RowProblem::Noise`], [`RowProblem::Nonsense`]
@@ -70,11 +70,12 @@ impl CycleSession {
         CycleReport::read(answer.as_bytes()).ok_or(RowProblem::Nonsense { row, answer })
     }
 
-    /// Starts what was prepared, and waits until it is over. `see` is told of every look, 10 a
-    /// second, and finishes the cycle by `false`: every motor stops at once, its position known.
+    /// Starts the prepared cycle, and waits until it is over. `see` is called for every look, 10 times a
+    /// second. If it returns `false` the cycle is finished: every motor stops at once, and its position stays
+    /// known.
     ///
     /// # Errors
-    /// [`RowProblem::Refused`]: nothing moves. After [`RowProblem::Lost`] it goes on.
+    /// [`RowProblem::Refused`]: nothing moves. After [`RowProblem::Lost`] the cycle goes on.
     pub fn play(
         &mut self,
         mut see: impl FnMut(&CycleReport) -> bool,
@@ -94,7 +95,7 @@ impl CycleSession {
     }
 }
 
-/// The number of the cycle after this one: 1 … 255.
+/// The number of the next cycle: 1 … 255.
 fn next_number(last: u8) -> u8 {
     last.checked_add(1).unwrap_or(1)
 }

@@ -1,4 +1,4 @@
-//! A board that runs Austin's laws: axis 1, by one ramp law after another.
+//! A board that runs Austin's laws: axis 1, with one ramp law at a time.
 
 use std::time::Duration;
 
@@ -40,7 +40,7 @@ impl ProgramRow for Line {
     const GREETING: &'static str = NAME;
     type Reason = Refused;
 
-    /// A change that is said twice is two: the law before it forgets all of them.
+    /// A repeated change would count as two. A repeated law is harmless, as it clears all changes.
     fn is_harmless_twice(&self) -> bool {
         matches!(self, Line::Law(_))
     }
@@ -52,7 +52,7 @@ impl LawSession {
         can(self.word("can").unwrap_or_default())
     }
 
-    /// Steps that came late since it was switched on, if the board counts them.
+    /// The number of late steps since the board was switched on, if it counts them.
     ///
     /// # Errors
     /// [`RowProblem::Lost`]
@@ -61,17 +61,17 @@ impl LawSession {
         Ok(value(&about, "late").and_then(|late| late.parse().ok()))
     }
 
-    /// The law of the travels to come, and its changes: after this many steps, this acceleration.
+    /// Sets the law of the following travels, and its changes: after so many steps, this acceleration.
     ///
     /// # Errors
-    /// [`RowProblem::Refused`] if the board has not this law, or not so fast; and the others.
+    /// [`RowProblem::Refused`] if the board does not have this law, or the law is too fast; and the others.
     pub fn set_law(&mut self, recipe: &Recipe, changes: &[(u32, Accel)]) -> Result<(), LawProblem> {
         self.say(&Line::Law(*recipe))?;
         changes.iter().try_for_each(|(steps, accel)| self.say(&Line::Change(*steps, *accel)))
     }
 
-    /// Begins to move from `from`, by [`Line::Go`] or [`Line::Run`]. A row whose answer was lost is
-    /// said again only once the board has shown that nothing came of it.
+    /// Begins to move from `from`, by [`Line::Go`] or [`Line::Run`]. A row whose answer was lost is repeated
+    /// only once the board has shown that the row had no effect.
     ///
     /// # Errors
     /// [`RowProblem::Refused`], [`RowProblem::Noise`]: nothing moves. After [`RowProblem::Lost`] the
@@ -115,8 +115,8 @@ impl LawSession {
         self.watch(None, None)
     }
 
-    /// Watches the motor until it rests. It has reached what was ordered at `target`, or where it was
-    /// braked at `until`.
+    /// Watches the motor until it rests. `Reached` means that it rests at `target`, or that it was braked at
+    /// `until`.
     fn watch(
         &mut self,
         until: Option<Duration>,

@@ -1,4 +1,4 @@
-//! A board that runs the timed driver: a speed that changes on a clock.
+//! A board that runs the timed driver: speeds that change on a clock.
 
 use stepwright_timed::line::{Line, NAME, Report, Unwired, Wire};
 use stepwright_timed::{Code, SetSpeed};
@@ -38,7 +38,7 @@ impl ProgramRow for Line {
     const GREETING: &'static str = NAME;
     type Reason = Unwired;
 
-    /// A speed that is set twice begins twice; a stop does not.
+    /// A repeated speed begins again; a repeated stop is harmless.
     fn is_harmless_twice(&self) -> bool {
         !matches!(self, Line::Move(_, order, _) if *order != SetSpeed::STOP)
     }
@@ -51,16 +51,16 @@ impl TimedSession {
         timers.split(',').filter_map(|timer| timer.parse().ok())
     }
 
-    /// Says on which pins the motor of a timer is.
+    /// Sets the pins of a timer's motor.
     ///
     /// # Errors
-    /// [`RowProblem::Refused`] while it moves, or if the board has not these pins; and the others.
+    /// [`RowProblem::Refused`] while the motor moves, or if the board does not have these pins; and the others.
     pub fn wire(&mut self, timer: u8, wire: Wire) -> Result<(), TimedProblem> {
         self.say(&Line::Wire(timer, wire))
     }
 
-    /// Sets a speed, `ms` milliseconds after the caller's zero; the driver's result code. A motor
-    /// whose order was answered by noise is stopped.
+    /// Sets a speed, `ms` milliseconds after the caller's time 0, and returns the driver's result code. If
+    /// noise spoils the answer, stops the motor.
     ///
     /// # Errors
     /// [`RowProblem::Noise`], [`RowProblem::Nonsense`], [`RowProblem::Lost`]
@@ -82,8 +82,8 @@ impl TimedSession {
     /// Stops a timer's motor, and switches its driver off.
     ///
     /// # Errors
-    /// [`RowProblem::Nonsense`] if it is answered by another code than [`Code::FINE`], or the board has
-    /// no motor on this timer; and the others.
+    /// [`RowProblem::Nonsense`] if the code is not [`Code::FINE`], or the board has no motor on this timer; and
+    /// the others.
     pub fn stop(&mut self, timer: u8) -> Result<(), TimedProblem> {
         match self.set_speed(timer, SetSpeed::STOP, 0)? {
             Code::FINE => Ok(()),
@@ -94,7 +94,7 @@ impl TimedSession {
         }
     }
 
-    /// How a timer's motor is.
+    /// The state of a timer's motor.
     ///
     /// # Errors
     /// [`RowProblem::Lost`], [`RowProblem::Noise`], [`RowProblem::Nonsense`]

@@ -1,8 +1,8 @@
 //! Edges per second of the virtual board: `cargo bench -p stepwright-sim`.
 //! Figures and aims are in docs/benchmarks.md.
 //!
-//! A move of 100,000 steps with ramps, planned and played by the real engine;
-//! every step is two edges, each handed to a recorder.
+//! A move of 100,000 steps with ramps, planned and played by the real engine; each step has two edges, which go
+//! to a recorder.
 
 use std::hint::black_box;
 
@@ -13,7 +13,7 @@ use stepwright_sim::{Description, Edge, Queues, Recorder, VirtualBoard};
 
 const STEPS: i32 = 100_000;
 
-/// Counts, so that no edge is optimised away.
+/// Counts the edges, so that none is optimised away.
 #[derive(Default)]
 struct Counter(u64);
 

@@ -5,7 +5,7 @@
 use stepwright::{Accel, Axis, AxisLimits, MoveError, Speed};
 use stepwright_sim::{Description, Queues, VirtualSteppers, virtual_steppers};
 
-/// A main loop for this many milliseconds.
+/// Runs a main loop for this many milliseconds.
 fn work(motors: &mut VirtualSteppers<'_, ()>, millis: u32) {
     for _ in 0..millis {
         motors.poll();
@@ -22,7 +22,7 @@ fn main() -> Result<(), MoveError> {
     work(&mut motors, 700);
     println!("after 700 ms at {:?}", motors.position(Axis::Z));
 
-    // Another top speed on the way, which a lower acceleration leads to.
+    // Another top speed on the way, reached with a lower acceleration.
     motors.set_acceleration(Axis::Z, Accel::of::<1_000>())?;
     motors.set_top_speed(Axis::Z, Speed::of::<400>())?;
     work(&mut motors, 700);
@@ -37,7 +37,7 @@ fn main() -> Result<(), MoveError> {
     println!("at rest at {:?}", motors.position(Axis::Z));
     assert!(!motors.is_moving(Axis::Z) && motors.position(Axis::Z).is_some());
 
-    // A kill: at once, and the position is not known until it is set.
+    // A kill: at once, and the position is unknown until it is set.
     motors.run(Axis::Z, 1_000)?;
     work(&mut motors, 700);
     motors.kill(Axis::Z);

@@ -1,9 +1,9 @@
 //! Motors on your own chip: any timer, any `embedded-hal` pins.
 //!
-//! On a chip `Timer` reads registers, `on_compare` stands in the interrupt, and the motors reach
-//! the engine with the interrupt held off: `10_interrupt.rs`. Here the pins print, the timer jumps
-//! to the next compare, and the motors hold the engine itself. `stepwright-port-test` tries the timer
-//! (`tests/ports.rs`).
+//! On a chip `Timer` reads registers, `on_compare` is called by the interrupt, and the motors reach the engine
+//! with the interrupt held off: see `10_interrupt.rs`. Here the pins print, the timer jumps to the next
+//! compare, and the motors hold the engine itself. `tests/ports.rs` checks the timer with
+//! `stepwright-port-test`.
 //!
 //! `cargo run -p stepwright-sim --example 07_your_own_board`
 
@@ -26,7 +26,7 @@ impl StepTimer for Timer {
     fn now(&mut self) -> u32 {
         self.count
     }
-    /// What has passed comes at once.
+    /// A time that has passed matches at once.
     fn wake_at(&mut self, at: u32) {
         self.compare = if at.is_after(self.count) { at } else { self.count };
     }
@@ -52,7 +52,7 @@ fn main() -> Result<(), MoveError> {
     let mut queue = Queue::<8>::new();
     let (feed, entries) = queue.split();
     let pins = [Pins { step: Pin("step"), direction: Pin("dir"), invert_direction: false }];
-    // Up to 10,000 steps/s; more once you have measured what a step costs your chip.
+    // Up to 10,000 steps/s; more once you have measured the cost of a step on your chip.
     let board = Board::unmeasured(Rate::MHZ);
     let engine =
         Engine::new(Timer::default(), StepDir::new(pins), [entries], board.timing, board.rate);
@@ -63,7 +63,7 @@ fn main() -> Result<(), MoveError> {
     motors.move_to(Axis::X, 20)?;
     while motors.is_moving(Axis::X) {
         motors.poll();
-        // Interrupt.
+        // The interrupt.
         let engine = motors.engine();
         engine.timer().count = engine.timer().compare;
         engine.on_compare();

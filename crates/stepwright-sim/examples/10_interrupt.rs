@@ -1,4 +1,4 @@
-//! An engine in an interrupt, and motors in the main loop: on a PC a thread is the interrupt.
+//! An engine in an interrupt, and motors in the main loop. On a PC a thread stands for the interrupt.
 //!
 //! `cargo run -p stepwright-sim --example 10_interrupt`
 
@@ -19,7 +19,7 @@ impl StepTimer for Timer {
     fn now(&mut self) -> u32 {
         self.0.elapsed().as_micros() as u32
     }
-    /// The thread looks at the time again and again: nothing that has passed is missed.
+    /// The thread reads the time again and again, so no event is missed.
     fn wake_at(&mut self, _: u32) {}
 }
 
@@ -36,13 +36,13 @@ impl Drive for Pins {
     fn direction(&mut self, _: u8, _: bool) {}
 }
 
-/// The interrupt of the timer. On a chip `hold` and `release` clear and set its enable bit; here
-/// who finds `ENTERED` false is in. At power-up it is held off.
+/// The interrupt of the timer. On a chip `hold` and `release` clear and set its enable bit; here `ENTERED` is a
+/// lock. It is held off at power-up.
 pub(crate) struct Interrupt;
 
 static ENTERED: AtomicBool = AtomicBool::new(true);
 
-// SAFETY: `serve` and whoever holds exclude each other, in this order of memory.
+// SAFETY: `serve` and every holder exclude each other, with acquire and release ordering.
 unsafe impl HoldOff for Interrupt {
     fn hold() {
         while ENTERED.swap(true, Ordering::Acquire) {
@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let board = Board::unmeasured(Rate::MHZ);
     let (engine, feeds) = ENGINE.fill(Timer(Instant::now()), Pins, &board).ok_or("filled twice")?;
     let interrupt = thread::spawn(|| {
-        // SAFETY: this thread is the interrupt. On a chip its news wakes a main loop that sleeps.
+        // SAFETY: this thread is the interrupt. On a chip its return value wakes a sleeping main loop.
         serve(|| _ = unsafe { ENGINE.on_compare() }, &DONE);
     });
 

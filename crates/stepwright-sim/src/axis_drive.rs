@@ -1,4 +1,4 @@
-//! What a motor of a virtual board is on: `1:unipolar-half`.
+//! The drive of a motor on a virtual board: `1:unipolar-half`.
 
 use std::str::FromStr;
 
@@ -10,7 +10,7 @@ use stepwright_protocol::AxisId;
 
 use crate::{AXES, Description};
 
-/// Drives with a line for each winding's end, by the names of `stepwright timed --drive`.
+/// Drives with a line for each end of a winding, by their names in `stepwright timed --drive`.
 const NAMES: [(&str, Sequence); 7] = [
     ("unipolar", UNIPOLAR_FULL),
     ("unipolar-wave", UNIPOLAR_WAVE),
@@ -21,17 +21,17 @@ const NAMES: [(&str, Sequence); 7] = [
     ("shield", SHIELD),
 ];
 
-/// Windings in the place of STEP and DIR.
+/// An axis with windings in place of STEP and DIR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisDrive {
-    /// Which axis.
+    /// The axis.
     pub axis: AxisId,
-    /// What its lines get.
+    /// The levels of its lines.
     pub sequence: Sequence,
 }
 
 impl Description {
-    /// The same with these motors on coils; the last one that is named of an axis counts.
+    /// The same board with these motors on coils. The last drive of an axis counts.
     pub fn with_drives(mut self, drives: &[AxisDrive]) -> Description {
         for AxisDrive { axis, sequence } in drives {
             if let Some(coils) = self.coils.get_mut(axis.index()) {

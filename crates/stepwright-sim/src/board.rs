@@ -1,4 +1,4 @@
-//! The board itself: the device and its engine, over simulated time.
+//! The board itself: the device and its engine in simulated time.
 
 use core::cell::Cell;
 
@@ -19,14 +19,14 @@ use crate::panel::{EMPTY, Eeprom, Remains, SimPanel};
 use crate::pins::Pins;
 use crate::steppers::SimEngine;
 
-/// Axes of a virtual board, of which a description may connect fewer.
+/// The axes of a virtual board. A description may connect fewer.
 pub const AXES: usize = 3;
 
-/// Entries queued for each axis, as on the Uno.
+/// The entries queued for each axis, as on the Uno.
 pub(crate) const RUNS: usize = 8;
 
-/// What the parts of a board share: the queues where the entries of its axes wait, the time,
-/// and which axes are turned round. Made before the board, which borrows it.
+/// The shared state of a board: the queues of its axes, the time, and which axes are reversed. Made before the
+/// board, which borrows it.
 #[derive(Default)]
 pub struct Queues {
     queues: [Queue<RUNS>; AXES],
@@ -34,10 +34,10 @@ pub struct Queues {
     reverse: Cell<Axes>,
 }
 
-/// The two ends of an axis' queue, for foreground and engine.
+/// The two ends of an axis' queue, for the foreground and the engine.
 pub(crate) type Ends<'q> = (Producer<'q, RUNS>, Consumer<'q, RUNS>);
 
-/// What a board borrows.
+/// The parts that a board borrows.
 pub(crate) struct Shared<'q> {
     pub(crate) ends: [Ends<'q>; AXES],
     pub(crate) now: LentNow<'q>,
@@ -45,7 +45,7 @@ pub(crate) struct Shared<'q> {
 }
 
 impl Queues {
-    /// Lends them to a new board, at tick 0.
+    /// Lends the queues to a new board, at tick 0.
     pub(crate) fn lend(&mut self, description: &Description) -> Shared<'_> {
         let wiring =
             if description.assembly { Wiring::new(WIRING.step, WIRING.turn) } else { WIRING };
@@ -63,12 +63,10 @@ impl Queues {
 pub(crate) type BoardEngine<'q, C, R> =
     Engine<SimTimer<C, LentNow<'q>>, Pins<'q, R>, Consumer<'q, RUNS>, AXES>;
 
-/// A board with a timer as wide as `C` (`u16` for an Uno), whose edges go to
-/// `R`.
+/// A board with a timer as wide as `C` (`u16` for an Uno), whose edges go to `R`.
 ///
-/// Time passes only in [`run_until`](VirtualBoard::run_until) and
-/// [`run_to_rest`](VirtualBoard::run_to_rest), as fast as the machine can; for
-/// real time call the first with the time of day.
+/// Time passes only in [`run_until`](VirtualBoard::run_until) and [`run_to_rest`](VirtualBoard::run_to_rest),
+/// as fast as the computer can simulate it. For real time, call `run_until` with the time of day.
 pub struct VirtualBoard<'q, C: Count, R: Recorder> {
     now: LentNow<'q>,
     device: Device<'q, SimEngine<'q, R, C>, AXES, RUNS>,
@@ -85,8 +83,8 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         VirtualBoard::with_eeprom(queues, description, recorder, EMPTY)
     }
 
-    /// Switches a board on whose EEPROM holds these bytes. Its pulse and
-    /// direction times are those of its settings, not of its description.
+    /// Switches a board on with these bytes in its EEPROM. Its pulse and direction times come from its
+    /// settings, not from its description.
     pub fn with_eeprom(
         queues: &'q mut Queues,
         description: Description,
@@ -97,8 +95,8 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         VirtualBoard::restarted(queues, description, recorder, Reset::Power, remains)
     }
 
-    /// A board after a reset, of which another has left these
-    /// [`remains`](VirtualBoard::remains). Like a new one it begins at tick 0.
+    /// A board after a reset, with the [`remains`](VirtualBoard::remains) of another board. Like a new board it
+    /// begins at tick 0.
     pub fn restarted(
         queues: &'q mut Queues,
         description: Description,
@@ -121,8 +119,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
             device,
             panel,
             answers: Answers::default(),
-            // A foreground as quick as the board: a queue may last for no more than its runs of
-            // a step each.
+            // A foreground as quick as the board: a queue may last only for its entries of one step each.
             visit: u64::from(board.rate.micros(50).min(6 * board.cost.ticks[0]).max(1)),
             next_visit: 0,
             now,
@@ -134,34 +131,34 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         self.now.get()
     }
 
-    /// A byte arrives on the serial line, now.
+    /// Receives a byte on the serial line, now.
     pub fn receive(&mut self, byte: u8) {
         self.device.receive(byte, &mut self.panel);
-        // An order is started at once: all its pieces take no time.
+        // Starts an order at once: all its parts take no time.
         while self.device.work(&mut self.panel) {}
         if self.device.is_answering() {
             while let Some(byte) = self.device.next_byte(&mut self.panel) {
                 self.answers.push(byte);
             }
-            // It may have been a setting that turns an axis round.
+            // The line may have been a setting that reverses an axis.
             self.engine().face();
         }
         self.plan();
     }
 
-    /// What the board has said since the last call.
+    /// The bytes that the board has sent since the last call.
     pub fn take_answers(&mut self) -> Answers {
         core::mem::take(&mut self.answers)
     }
 
-    /// Lets time pass until `time`; what is due at `time` has happened then.
+    /// Lets time pass until `time`, with all events up to and at `time`.
     pub fn run_until(&mut self, time: u64) {
         while self.now.get() < time {
             self.pass(time);
         }
     }
 
-    /// Lets time pass until no axis moves. Without end, if one runs endlessly.
+    /// Lets time pass until no axis moves. Never returns if an axis runs endlessly.
     pub fn run_to_rest(&mut self) {
         self.plan();
         while self.is_busy() {
@@ -169,8 +166,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         }
     }
 
-    /// On to the next event of the engine or the next visit of the
-    /// foreground, but not beyond `limit`.
+    /// Goes on to the next event of the engine or the next visit of the foreground, but not beyond `limit`.
     fn pass(&mut self, limit: u64) {
         let wake = self.engine().next_event();
         if wake <= limit && wake <= self.next_visit {
@@ -183,7 +179,7 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         }
     }
 
-    /// The foreground has a look, and plans what is wanted.
+    /// A visit of the foreground, which plans ahead.
     fn plan(&mut self) {
         while self.device.poll(&mut self.panel) {}
         self.next_visit = self.now.get() + self.visit;
@@ -194,22 +190,22 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         self.device.motors().any_moving()
     }
 
-    /// Whether any axis goes on until it is stopped: it would never rest.
+    /// Whether any axis runs until it is stopped.
     pub fn is_endless(&self) -> bool {
         self.device.motors().any_endless()
     }
 
-    /// Position of an axis in steps, also on the way; `None` if uncertain.
+    /// The position of an axis in steps, also while it moves; `None` if it is uncertain.
     pub fn position(&self, axis: u8) -> Option<i64> {
         Axis::new(axis.into()).ok().and_then(|axis| self.device.motors().position(axis))
     }
 
-    /// Steps that came late.
+    /// The number of late steps.
     pub fn late(&self) -> u32 {
         self.device.motors().late()
     }
 
-    /// The motors, for orders that need no line: no setting limits them.
+    /// The motors, for orders without a line; no setting limits them.
     pub fn motors(&mut self) -> &mut OrderedMotors<'q, impl Control, AXES, RUNS> {
         self.device.motors_mut()
     }
@@ -218,24 +214,24 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         self.device.motors_mut().engine()
     }
 
-    /// Its settings.
+    /// The board's settings.
     pub fn settings(&self) -> &Settings {
         self.device.settings()
     }
 
-    /// The level of a limit switch's pin from now on. The board has its pins
-    /// pulled up: a switch to ground that closes makes it low.
+    /// Sets the level of a limit switch's pin. The pins are pulled up: a switch to ground makes its pin low
+    /// when it closes.
     pub fn set_switch(&mut self, axis: u8, high: bool) {
         let bit = 1u8.checked_shl(axis.into()).unwrap_or(0);
         self.panel.switches = self.panel.switches & !bit | if high { bit } else { 0 };
     }
 
-    /// The level of the emergency stop's pin from now on; high at first, pulled up.
+    /// Sets the level of the emergency stop's pin; it is high at first, pulled up.
     pub fn set_emergency(&mut self, high: bool) {
         self.panel.emergency = high;
     }
 
-    /// The level of the pin of the drivers' fault outputs from now on; high at first.
+    /// Sets the level of the pin of the drivers' fault outputs; it is high at first.
     pub fn set_driver_fault(&mut self, high: bool) {
         self.panel.driver_fault = high;
     }
@@ -245,23 +241,23 @@ impl<'q, C: Count, R: Recorder> VirtualBoard<'q, C, R> {
         self.panel.enable
     }
 
-    /// When the pin that enables the drivers has changed since the last call, in ticks, and
-    /// to which level: the last 64 times at most.
+    /// The changes of the enable pin since the last call, with their times in ticks and levels: the last 64 at
+    /// most.
     pub fn take_enable_changes(&mut self) -> EnableChanges {
         core::mem::take(&mut self.panel.enable_changes)
     }
 
-    /// What its EEPROM holds now.
+    /// The present bytes of the EEPROM.
     pub fn eeprom(&self) -> Eeprom {
         self.panel.remains.eeprom
     }
 
-    /// What a reset that comes now leaves of it, besides its wiring.
+    /// The state that a reset now would leave, besides the wiring.
     pub fn remains(&self) -> Remains {
         self.panel.remains
     }
 
-    /// Whether settings are still on their way to the EEPROM.
+    /// Whether settings are still being written to the EEPROM.
     pub fn is_saving(&self) -> bool {
         self.device.is_saving()
     }

@@ -9,16 +9,16 @@ use stepwright::timer::{Count, StepTimer};
 
 use crate::AXES;
 
-/// The present, in ticks since the board was switched on: all parts of a board have the same.
+/// The present, in ticks since the board was switched on; shared by all parts of a board.
 pub trait Present {
-    /// What time it is.
+    /// The present time.
     fn get(&self) -> u64;
 
-    /// From now on it is this time.
+    /// Sets the present time.
     fn set(&self, time: u64);
 }
 
-/// The present of a board that borrows its queues: it stands beside them.
+/// The present of a board that borrows its queues, in which it is kept.
 #[derive(Clone, Copy, Debug)]
 pub struct LentNow<'q>(pub(crate) &'q Cell<u64>);
 
@@ -48,13 +48,13 @@ impl Present for Now {
     }
 }
 
-/// A timer of the width of `C`, as a chip has it: the counter wraps. Time passes only where the
-/// board lets it, so what has passed comes a tick later.
+/// A timer of the width of `C`, whose counter wraps as on a chip. Time passes only where the board lets it
+/// pass, so a time that has passed matches a tick later.
 #[derive(Debug)]
 pub struct SimTimer<C, P> {
     now: P,
     wake: u64,
-    /// Ticks from one possible match to the next, of each axis; powers of two.
+    /// Ticks between possible matches, for each axis; powers of two.
     grid: [u32; AXES],
     count: PhantomData<C>,
 }
@@ -69,20 +69,20 @@ impl<C: Count, P: Present> SimTimer<C, P> {
         SimTimer { now, wake: 0, grid, count: PhantomData }
     }
 
-    /// When the compare register next matches.
+    /// The next match of the compare register.
     pub(crate) fn wake(&self) -> u64 {
         self.wake
     }
 
     fn count(&self) -> C {
-        // The low bits of the time, whichever the width.
+        // The low bits of the time, for either width.
         C::of(C::fine(self.now.get() as u32, 0))
     }
 }
 
 impl<C: Count, P: Present> StepTimer for SimTimer<C, P> {
     type Count = C;
-    /// The edges are those of a chip that holds its pulses.
+    /// The edges of a chip that holds its pulses.
     const SPIN: u32 = u32::MAX;
 
     fn now(&mut self) -> C {
@@ -96,7 +96,7 @@ impl<C: Count, P: Present> StepTimer for SimTimer<C, P> {
 
     fn reach(&self, axis: u8, at: C) -> C {
         let grid = self.grid.get(usize::from(axis)).copied().unwrap_or(1).max(1);
-        // Modulo the counter, which is a multiple of it.
+        // Modulo the counter, which is a multiple of the grid.
         let past = at.since(C::ZERO.0) as u32 & (grid - 1);
         if past == 0 { at } else { at.plus(grid - past) }
     }
@@ -134,7 +134,7 @@ mod tests {
         }
         fn set_count(&mut self, count: C) -> bool {
             let now = &self.0.timer().now;
-            // A time of this count, some turns on.
+            // A time with this count, after some turns of the counter.
             now.set((5 << 32) + u64::from(count.since(C::ZERO.0) as u32));
             true
         }

@@ -1,5 +1,4 @@
-//! Motor cycles on simulated pins: switches that close where they stand,
-//! drivers that are on or off.
+//! Motor cycles on simulated pins, with switches at given positions and drivers that are on or off.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -15,25 +14,25 @@ use crate::description::Description;
 use crate::edge::{Edge, Pin, Recorder};
 use crate::program::{ProgramBoard, SimProgram};
 
-/// Between two visits of the main loop, in ticks.
+/// Ticks between two visits of the main loop.
 const LOOK: u64 = 1_600;
 
-/// Where the switches of a motor stand: steps of its shaft from where it was
-/// switched on, in the motor's own direction. `None`: there is none.
+/// The positions of a motor's switches: in steps of its shaft from power-up, in the motor's own direction.
+/// `None`: there is no switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stand {
-    /// Closed here and below.
+    /// The switch is closed at this position and below.
     pub min: Option<i64>,
-    /// Closed here and above.
+    /// The switch is closed at this position and above.
     pub max: Option<i64>,
 }
 
-/// What the motors do, and who writes it down.
+/// The state of the shafts, and the recorder of the edges.
 struct Shafts<R, const N: usize> {
     now: Now,
     recorder: R,
     inverted: Axes,
-    /// Levels of DIR.
+    /// The levels of DIR.
     forward: [bool; N],
     at: [i64; N],
     stands: [Stand; N],
@@ -46,7 +45,7 @@ impl<R: Recorder, const N: usize> Shafts<R, N> {
         self.recorder.edge(Edge { time: self.now.get(), axis, pin, level });
     }
 
-    /// What the switches of an axis say now.
+    /// Updates the switches of an axis.
     fn look(&mut self, axis: u8) {
         let n = usize::from(axis);
         let (Some(at), Some(stand)) = (self.at.get(n), self.stands.get(n)) else { return };
@@ -64,7 +63,7 @@ impl<R: Recorder, const N: usize> Shafts<R, N> {
     }
 }
 
-/// Both sides of the cycle: its drive and its surroundings.
+/// The drive of a cycle and the pins around its motors.
 pub struct CyclePins<R, const N: usize>(Rc<RefCell<Shafts<R, N>>>);
 
 impl<R: Recorder, const N: usize> Drive for CyclePins<R, N> {
@@ -106,18 +105,17 @@ impl<R: Recorder, const N: usize> MachineIo for CyclePins<R, N> {
         for axis in 0..N as u8 {
             let on = axes >> axis & 1 != 0;
             if before.is_none_or(|before| on != (before >> axis & 1 != 0)) {
-                // Low turns a driver on.
+                // A low level switches a driver on.
                 shafts.say(axis, Pin::Enable, !on);
             }
         }
     }
 }
 
-/// A board as quick as an Uno, for any number of motors: each beyond the third
-/// takes as much as that one does.
+/// A board as quick as an Uno, for any number of motors. Each motor beyond the third adds as much as the third.
 fn board<const N: usize>(rate: Rate) -> Board<N> {
     let [one, two, three] = Description::uno().board.cost.ticks;
-    // At 16 MHz, as measured.
+    // Costs measured at 16 MHz.
     let scaled = |ticks: Ticks| rate.nanos(ticks * 125 / 2);
     let cost = std::array::from_fn(|n| match n {
         0 => scaled(one),
@@ -129,7 +127,7 @@ fn board<const N: usize>(rate: Rate) -> Board<N> {
     Board { rate, timing, cost: Cost::any_pulse(cost), runs, fit, horizon, lead }
 }
 
-/// N motors and their cycle over simulated time, with a 32-bit timer.
+/// N motors and their cycle in simulated time, with a 32-bit timer.
 ///
 /// ```
 /// use stepwright_cycle::{Calibration, Clock, Motor, Program};
@@ -158,8 +156,8 @@ type BoardCycle<'a, R, const N: usize> =
     Cycle<'a, SimTimer<u32, Now>, CyclePins<R, N>, CyclePins<R, N>, N>;
 
 impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
-    /// Switches a board on whose timer runs at `rate`; its edges go to `recorder`.
-    /// A step takes it as long as an Uno.
+    /// Switches on a board whose timer runs at `rate`; its edges go to `recorder`. A step costs as much as on
+    /// an Uno.
     pub fn new(
         motors: [Motor; N],
         stands: [Stand; N],
@@ -195,37 +193,36 @@ impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
         self.now.get()
     }
 
-    /// The motors.
+    /// The cycle of the motors.
     pub fn cycle(&mut self) -> &mut Cycle<'a, SimTimer<u32, Now>, impl Drive, impl MachineIo, N> {
         &mut self.cycle
     }
 
-    /// Lets time pass until `time`; what is due at `time` has happened then.
+    /// Lets time pass until `time`, with all events up to and at `time`.
     pub fn run_until(&mut self, time: u64) {
         while self.pass(time) {}
         self.now.set(time.max(self.now.get()));
     }
 
-    /// Lets time pass until the cycle is over. Without end, if it has none.
+    /// Lets time pass until the cycle is over. Never returns if it has no end.
     pub fn run_to_rest(&mut self) {
         while self.cycle.is_running() && !self.cycle.is_paused() {
             self.pass(u64::MAX);
         }
     }
 
-    /// On to the next event, at which several motors may step. False if it lies
-    /// beyond `limit`.
+    /// Goes on to the next event, at which several motors may step. False if the event is after `limit`.
     pub fn pass(&mut self, limit: u64) -> bool {
         let wake = self.cycle.timer().wake();
         if wake > limit {
             return false;
         }
-        // Time may have passed it by during a pulse.
+        // A pulse may have taken longer than that.
         self.now.set(wake.max(self.now.get()));
         let before = self.shafts.borrow().closed;
         self.cycle.on_compare();
         if self.shafts.borrow().closed != before {
-            // The interrupt of their pins.
+            // The interrupt of the switches' pins.
             self.cycle.look();
         }
         true
@@ -237,7 +234,7 @@ impl<'a, R: Recorder, const N: usize> CycleBoard<'a, R, N> {
     }
 }
 
-/// The virtual board at the end of a line. Its motors are on all pins.
+/// The virtual board at the end of a line. Its motors are on any pins.
 impl<'a, R: Recorder, const N: usize> CycleHold<'a, N> for CycleBoard<'a, R, N> {
     type Timer = SimTimer<u32, Now>;
     type Drive = CyclePins<R, N>;
@@ -251,7 +248,7 @@ impl<'a, R: Recorder, const N: usize> CycleHold<'a, N> for CycleBoard<'a, R, N> 
     }
 
     fn wire(&mut self, _: u8, pins: &MotorPins) -> Result<(), u8> {
-        // Ports A to L.
+        // Ports A to L are known.
         let known = |code: u8| code < 96 || code == MotorPins::NO_PIN;
         let place = (0u8..).zip(pins.codes).find(|(_, code)| !known(*code));
         place.map_or(Ok(()), |(place, _)| Err(place))
@@ -268,7 +265,7 @@ pub type CycleLineBoard<'a, R, const N: usize> =
     ProgramBoard<Remote<'a, CycleBoard<'a, R, N>, N>, LONGEST>;
 
 impl<'a, R: Recorder, const N: usize> CycleLineBoard<'a, R, N> {
-    /// A board with these motors at the end of a line, and memory for legs.
+    /// A board at the end of a line, with these motors and memory for legs.
     pub fn new(motors: CycleBoard<'a, R, N>, legs: &'a [Cell<Leg>]) -> Self {
         ProgramBoard::of(Remote::new(motors, legs), LOOK)
     }

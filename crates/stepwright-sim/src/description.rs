@@ -1,4 +1,4 @@
-//! What kind of board is simulated.
+//! The description of a simulated board.
 
 use stepwright::drive::Sequence;
 use stepwright::profile::Fit;
@@ -7,22 +7,22 @@ use stepwright::{Board, Cost, Rate, Ticks, Timing};
 use crate::AXES;
 use crate::edge::Pin;
 
-/// A board as data: what a real one has in silicon and in its settings.
+/// A board as data: what a real board has in its silicon and its settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Description {
-    /// How many of the axes are connected, 1 … 3.
+    /// The number of connected axes, 1 … 3.
     pub axes: u8,
-    /// Timer, driver times and the cost of a step.
+    /// The timer, the drivers' times and the cost of a step.
     pub board: Board<AXES>,
-    /// Ticks from one possible match of an axis' compare register to the next, a power
-    /// of two: 1, or more where it is on a timer with a prescaler.
+    /// Ticks between possible matches of an axis' compare register, a power of two: 1, or more on a timer with
+    /// a prescaler.
     pub grid: [Ticks; AXES],
-    /// Whether its step interrupts are an AVR's in assembly, which need time between two
-    /// entries: see `stepwright::entry::Wiring`.
+    /// Whether the step interrupts are an AVR's in assembly, which need time between two entries: see
+    /// `stepwright::entry::Wiring`.
     pub assembly: bool,
-    /// Bits per second of the serial line; a byte is ten.
+    /// Bits per second of the serial line; a byte has ten.
     pub baud: u32,
-    /// What the lines of an axis get whose motor is on coils; without it it has STEP and DIR.
+    /// The table of a motor on coils; `None` for STEP and DIR.
     pub coils: [Option<Sequence>; AXES],
 }
 
@@ -33,19 +33,17 @@ const UNO: Rate = match Rate::from_hz(16_000_000) {
 };
 
 impl Description {
-    /// An Arduino Uno: 16 MHz, 16 bits, three axes; the costs are those of
-    /// its firmware.
+    /// An Arduino Uno: 16 MHz, 16 bits, three axes, with the costs of its firmware.
     pub fn uno() -> Description {
         let (ticks, longer, shortest) = ([125, 184, 251], [1_250, 1_700, 4_400], [125, 280, 560]);
         let cost = Cost { ticks, pulse: 45, longer, shortest };
         let uno = Description::at(UNO, cost);
-        // The third is on timer 2, which counts every eighth cycle.
+        // The third axis is on timer 2, which counts every eighth cycle.
         let board = Board { runs: 2_900, ..uno.board };
         Description { board, grid: [1, 1, 8], assembly: true, ..uno }
     }
 
-    /// A board with a timer of `rate` and such a cost of a step; pulses and direction
-    /// times as the Uno's.
+    /// A board with a timer of `rate` and these costs of a step; pulses and direction times are the Uno's.
     pub fn at(rate: Rate, cost: Cost<AXES>) -> Description {
         let (pulse, setup, hold) = (rate.nanos(2_000), rate.nanos(1_000), rate.nanos(1_000));
         let mut board = Board {
@@ -62,13 +60,13 @@ impl Description {
         Description { axes, board, grid, assembly: false, baud: 115_200, coils }
     }
 
-    /// [`at`](Description::at) for a board on which a step costs nothing but its pulse:
-    /// this many ticks while 1, 2 or 3 axes move, and more with pulses of 3 to 20 µs.
+    /// As [`at`](Description::at), for a board on which a step costs nothing but its pulse: this many ticks
+    /// while 1, 2 or 3 axes move, and more with pulses of 3 to 20 µs.
     pub fn quick(rate: Rate, ticks: [Ticks; AXES]) -> Description {
-        // A step waits for the pulse p of another axis, and catches up by what its interval
-        // has over 2p, a pulse and a pause. Beside one axis an interval of 2p and more has
-        // half of it for the wait, and where that is all, the other steps never. Beside two
-        // it may wait twice, in a row, and has caught up I − 2p between: 4p − I ≤ I/2.
+        // A step waits for the pulse p of another axis, and catches up by the part of its interval I above 2p,
+        // a pulse and a pause. Beside one axis, I ≥ 2p leaves I/2 for the wait; at I = 2p the admitted rates
+        // are used up, and the other axis never steps. Beside two axes a step may wait twice in a row, and has
+        // caught up I − 2p in between: 4p − I ≤ I/2.
         let longer = [20, 40, 60].map(|micros| rate.micros(micros));
         let [one, two, three] = ticks;
         let longer = [one.max(longer[0]), two.max(longer[1]), three.max(longer[2])];
@@ -76,8 +74,7 @@ impl Description {
         Description::at(rate, Cost { ticks, pulse: rate.nanos(2_000), longer, shortest })
     }
 
-    /// The pins that move its axes: axis, pin, and the level while it is switched on, if that is
-    /// known before an order.
+    /// The pins that move the axes: axis, pin, and the level at power-up, if it is known before an order.
     pub fn pins(&self) -> impl Iterator<Item = (u8, Pin, Option<bool>)> + use<> {
         let axes = (0..self.axes).zip(self.coils);
         axes.flat_map(|(axis, coils)| {

@@ -1,4 +1,4 @@
-//! Edges on the virtual board's pins, and who writes them down.
+//! Edges on the virtual board's pins, and their recorders.
 
 /// A pin of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -19,7 +19,7 @@ pub enum Pin {
 
 #[cfg(feature = "std")]
 impl Pin {
-    /// What it is called of an axis, 0 …: `step1`, `coil1a`.
+    /// The name of the pin of an axis, 0 …: `step1`, `coil1a`.
     pub fn of(self, axis: u8) -> String {
         let axis = u32::from(axis) + 1;
         match self {
@@ -33,38 +33,38 @@ impl Pin {
     }
 }
 
-/// A pin changes at a time.
+/// A change of a pin at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
     /// Ticks of the step timer since the board was switched on.
     pub time: u64,
-    /// 0 …, 7 at most.
+    /// The axis: 0 … 7.
     pub axis: u8,
-    /// Which of its pins.
+    /// The pin of that axis.
     pub pin: Pin,
-    /// High after the edge.
+    /// The level after the edge.
     pub level: bool,
 }
 
 impl Edge {
-    /// A rising edge of STEP: the motor steps.
+    /// Whether the edge is a rising edge of STEP, at which the motor steps.
     pub fn is_step(&self) -> bool {
         self.pin == Pin::Step && self.level
     }
 }
 
-/// Takes down every edge, in order of time.
+/// A recorder of all edges, in order of time.
 pub trait Recorder {
-    /// An edge has happened.
+    /// Records an edge.
     fn edge(&mut self, edge: Edge);
 
-    /// The power of a laser has changed, at this time in ticks: 0, off, to 255.
+    /// Records the laser's power from this time in ticks on: 0, off, to 255.
     fn laser(&mut self, time: u64, power: u8) {
         let _ = (time, power);
     }
 }
 
-/// Takes down nothing.
+/// Records nothing.
 impl Recorder for () {
     fn edge(&mut self, _: Edge) {}
 }
@@ -89,7 +89,7 @@ impl<A: Recorder, B: Recorder> Recorder for (A, B) {
     }
 }
 
-/// One that may be absent.
+/// A recorder that may be absent.
 impl<R: Recorder> Recorder for Option<R> {
     fn edge(&mut self, edge: Edge) {
         if let Some(recorder) = self {

@@ -1,6 +1,6 @@
-//! What a board keeps until it is asked for: as much as there is, or without `std` a little.
+//! Lists that a board keeps until they are read: unlimited, or short without `std`.
 
-/// Changes of the enable pin that are kept until they are asked for.
+/// The most changes of the enable pin that are kept.
 pub(crate) const MOST_CHANGES: usize = 64;
 
 #[cfg(feature = "std")]
@@ -8,14 +8,14 @@ type List<T, const N: usize> = Vec<T>;
 #[cfg(not(feature = "std"))]
 type List<T, const N: usize> = Few<T, N>;
 
-/// What a board has said since it was last asked. Without `std` 1024 bytes at most, which is more
-/// than any line's answer.
+/// The bytes that a board has sent since they were last read. Without `std` at most 1024, which is more than
+/// the answer to any line.
 pub type Answers = List<u8, 1024>;
 
-/// When the enable pin has changed, and to which level.
+/// Changes of the enable pin: the time and the level.
 pub type EnableChanges = List<(u64, bool), MOST_CHANGES>;
 
-/// A list of `N` values at most; others are not kept.
+/// A list of at most `N` values; further values are dropped.
 #[cfg(any(test, not(feature = "std")))]
 #[derive(Clone, Copy, Debug)]
 pub struct Few<T, const N: usize> {
@@ -32,7 +32,7 @@ impl<T: Copy + Default, const N: usize> Default for Few<T, N> {
 
 #[cfg(any(test, not(feature = "std")))]
 impl<T: Copy + Default, const N: usize> Few<T, N> {
-    /// Keeps a value, if there is room.
+    /// Adds a value, if there is room.
     pub fn push(&mut self, value: T) {
         if let Some(place) = self.values.get_mut(self.len) {
             *place = value;
@@ -40,17 +40,17 @@ impl<T: Copy + Default, const N: usize> Few<T, N> {
         }
     }
 
-    /// How many there are.
+    /// The number of values.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there is none.
+    /// Whether the list is empty.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// All of them, in their order.
+    /// All values, in order.
     pub fn iter(&self) -> core::slice::Iter<'_, T> {
         self.values.get(..self.len).unwrap_or_default().iter()
     }

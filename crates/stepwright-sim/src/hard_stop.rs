@@ -1,8 +1,8 @@
-//! A motor that runs against something hard.
+//! A motor that runs against a hard stop.
 
 use crate::edge::{Edge, Pin, Recorder};
 
-/// A stepper motor whose way ends at a stop: the field turns on, the rotor can't.
+/// A stepper motor whose travel ends at a hard stop: the field turns on, and the rotor can't follow.
 ///
 /// ```text
 ///   field   ─────╲
@@ -10,10 +10,10 @@ use crate::edge::{Edge, Pin, Recorder};
 ///   stop    ············              behind the field at most; then it slips back by a period
 /// ```
 ///
-/// The rotor stands where the field holds it, or at the stop. It has neither mass nor friction, so a
-/// real one slips no later, and bounces further.
+/// The rotor is where the field holds it, or at the stop. It has neither mass nor friction: a real rotor slips
+/// no later, and bounces further.
 ///
-/// It is told steps, or takes down the edges of an axis as a [`Recorder`]:
+/// It takes steps, or the edges of an axis as a [`Recorder`]:
 ///
 /// ```
 /// use stepwright::Axis;
@@ -34,10 +34,10 @@ use crate::edge::{Edge, Pin, Recorder};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct HardStop {
-    /// Where the rotor can't pass, and whether that is above it.
+    /// The position of the stop, and whether it is above the rotor.
     stop: i64,
     above: bool,
-    /// Where the field holds the rotor, if the stop lets it.
+    /// Where the field would hold the rotor without the stop.
     held: i64,
     period: i64,
     slips: u32,
@@ -47,24 +47,24 @@ pub struct HardStop {
 }
 
 impl HardStop {
-    /// A rotor at a position in steps, with the stop below it; steps that an electrical period has:
-    /// four full steps. At least 2.
+    /// A rotor at this position in steps, with the stop below it. `period` is the number of steps of an
+    /// electrical period, which is four full steps; at least 2.
     pub const fn below(stop: i64, rotor: i64, period: u32) -> HardStop {
         let period = if period < 2 { 2 } else { period as i64 };
         HardStop { stop, above: false, held: rotor, period, slips: 0, axis: 0, forward: false }
     }
 
-    /// Likewise with the stop above it.
+    /// The same with the stop above.
     pub const fn above(stop: i64, rotor: i64, period: u32) -> HardStop {
         HardStop { above: true, ..HardStop::below(stop, rotor, period) }
     }
 
-    /// That of this axis, of whose edges it takes note.
+    /// The same for this axis, whose edges it records.
     pub const fn of_axis(self, axis: u8) -> HardStop {
         HardStop { axis, ..self }
     }
 
-    /// The motor is told to step.
+    /// Makes a step of the field.
     pub fn step(&mut self, forward: bool) {
         self.held += if forward { 1 } else { -1 };
         if 2 * self.lag() > self.period {
@@ -73,19 +73,19 @@ impl HardStop {
         }
     }
 
-    /// How far the field is beyond the stop: by that the rotor lags. 0 where it runs free; half a
-    /// period at most.
+    /// By how much the field is beyond the stop, which is the lag of the rotor: 0 where the rotor is free, half
+    /// a period at most.
     pub fn lag(&self) -> i64 {
         let beyond = if self.above { self.held - self.stop } else { self.stop - self.held };
         beyond.max(0)
     }
 
-    /// Where the rotor is, in steps.
+    /// The position of the rotor, in steps.
     pub fn rotor(&self) -> i64 {
         if self.lag() > 0 { self.stop } else { self.held }
     }
 
-    /// How often it has slipped by a period.
+    /// How often the rotor has slipped by a period.
     pub fn slips(&self) -> u32 {
         self.slips
     }
@@ -106,8 +106,8 @@ impl Recorder for HardStop {
 mod tests {
     use super::*;
 
-    /// Up to the stop it is where it is told; then it stands there, slips, and comes back by what it
-    /// has lost: whole periods.
+    /// Up to the stop the rotor follows. Then it stays at the stop, slips, and on the way back has lost whole
+    /// periods.
     #[test]
     fn a_rotor_passes_no_stop_and_loses_whole_periods() {
         for above in [false, true] {

@@ -1,4 +1,4 @@
-//! A motor that goes by one of Austin's laws, on simulated pins: the program `laws` of a chip.
+//! A motor that moves by one of Austin's laws, on simulated pins: the program `laws` of a chip.
 
 use stepwright::timer::Count;
 use stepwright::{Engine, Ticks};
@@ -15,7 +15,7 @@ use crate::pins::Pins;
 use crate::program::{ProgramBoard, SimProgram};
 use crate::steppers::SimEngine;
 
-/// A board that hears the rows of `stepwright_austin::line`, and moves its first axis.
+/// A board that takes the rows of `stepwright_austin::line`, and moves its first axis.
 ///
 /// ```
 /// use stepwright_sim::{Description, Edge, LawBoard, Queues};

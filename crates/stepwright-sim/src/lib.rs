@@ -1,9 +1,9 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 //! The virtual board: Stepwright's engine with simulated pins and time.
 //!
-//! It is the real engine, planner and protocol; only the timer and the pins
-//! are simulated. So the command, the tests and the page talk to it exactly as
-//! to a chip, and what it emits is what the chip emits, tick for tick.
+//! Engine, planner and protocol are the real ones; only the timer and the pins are simulated. The command, the
+//! tests and the page talk to a virtual board exactly as to a chip, and its edges are the chip's, tick for
+//! tick.
 //!
 //! ```
 //! use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
@@ -19,7 +19,7 @@
 //! assert_eq!(board.recorder().iter().filter(|e| e.is_step()).count(), 3);
 //! ```
 //!
-//! Without the Cargo feature `std` there is the board alone, which allocates nothing.
+//! Without the Cargo feature `std` the crate has the board alone, which does not allocate.
 
 #[cfg(feature = "std")]
 mod axis_drive;

@@ -1,5 +1,5 @@
-//! What surrounds the virtual board's motors: switches, the enable pin, an
-//! EEPROM and a clock of milliseconds.
+//! The surroundings of the virtual board's motors: switches, the enable pin, an EEPROM and a clock of
+//! milliseconds.
 
 use core::cell::Cell;
 
@@ -10,42 +10,42 @@ use stepwright_device::{BoardIo, Mark, Memory, Reset, Store};
 use crate::clock::{LentNow, Present};
 use crate::few::{EnableChanges, MOST_CHANGES};
 
-/// The bytes of the board's EEPROM, which outlast a loss of power.
+/// The bytes of the board's EEPROM, which survive a loss of power.
 pub type Eeprom = [u8; Store::SIZE as usize];
 
-/// An EEPROM that nobody has written to.
+/// An EEPROM that was never written.
 pub const EMPTY: Eeprom = [0xFF; Store::SIZE as usize];
 
-/// What of a board outlasts a reset.
+/// The state of a board that survives a reset.
 #[derive(Clone, Copy, Debug)]
 pub struct Remains {
-    /// Outlasts a loss of power too.
+    /// Survives a loss of power too.
     pub eeprom: Eeprom,
-    /// In RAM: a loss of power spoils it, unless it is short.
+    /// In RAM: only a short loss of power leaves it intact.
     pub mark: Mark,
 }
 
-/// Time that the writing of a byte takes, in µs, as on an AVR.
+/// The time to write a byte, in µs, as on an AVR.
 const WRITE: u32 = 3400;
 
 /// The simulated panel.
 pub(crate) struct SimPanel<'q> {
     now: LentNow<'q>,
     rate: Rate,
-    /// Levels of the switches' pins. Nothing is connected: pulled up.
+    /// Levels of the switches' pins; unconnected pins are pulled up.
     pub(crate) switches: Axes,
-    /// Levels of the emergency stop's pin and of the drivers' fault pin, likewise.
+    /// Levels of the emergency stop's pin and of the drivers' fault pin, pulled up too.
     pub(crate) emergency: bool,
     pub(crate) driver_fault: bool,
-    /// Level of the enable pin.
+    /// The level of the enable pin.
     pub(crate) enable: bool,
-    /// When that has changed, and to which level, since it was last asked for.
+    /// The changes of the enable pin since they were last read: times and levels.
     pub(crate) enable_changes: EnableChanges,
-    /// Axes that turn the other way round; the drive looks here too.
+    /// The reversed axes; the drive reads them here too.
     reverse: &'q Cell<Axes>,
     reset: Reset,
     pub(crate) remains: Remains,
-    /// When the byte that is being written is done.
+    /// When the byte in progress is written.
     written: u64,
 }
 
@@ -94,7 +94,7 @@ impl Memory for SimPanel<'_> {
 
 impl BoardIo for SimPanel<'_> {
     fn millis(&self) -> u32 {
-        // Never 0, which the type does not tell.
+        // The rate is never 0, but its type does not say so.
         (self.now.get() * 1000 / u64::from(self.rate.hz().max(1))) as u32
     }
 
@@ -115,7 +115,7 @@ impl BoardIo for SimPanel<'_> {
     }
 
     fn set_enable(&mut self, high: bool) {
-        // Who never asks for the changes needs none.
+        // Further changes are dropped: a user that never reads them needs none.
         if self.enable != high && self.enable_changes.len() < MOST_CHANGES {
             self.enable_changes.push((self.now.get(), high));
         }
@@ -136,7 +136,7 @@ impl BoardIo for SimPanel<'_> {
 
     fn set_reverse(&mut self, axes: Axes) {
         if self.reverse.replace(axes) != axes {
-            // All axes rest: nothing happens meanwhile.
+            // All axes rest, so nothing happens meanwhile.
             self.now.set(self.now.get() + u64::from(self.rate.micros(1000)));
         }
     }

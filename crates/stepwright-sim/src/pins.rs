@@ -24,18 +24,18 @@ impl Port for Lines {
 /// The pins of a board's axes: STEP and DIR, or the lines to the windings.
 pub(crate) struct Pins<'q, R> {
     now: LentNow<'q>,
-    /// Which way each axis was told to turn.
+    /// The directions in which the axes are told to turn.
     forward: [bool; AXES],
-    /// Axes that turn the other way round.
+    /// The reversed axes.
     reverse: &'q Cell<Axes>,
-    /// The levels of DIR; of a motor on coils, whether it goes forward through its table.
+    /// The levels of DIR; for a motor on coils, whether it goes forward through its table.
     levels: [Option<bool>; AXES],
     coils: [Option<Coils<Lines>>; AXES],
     pub(crate) recorder: R,
 }
 
 impl<'q, R: Recorder> Pins<'q, R> {
-    /// Of motors at the first row of their table, with current.
+    /// The pins of motors at the first row of their table, with current.
     pub(crate) fn new(
         now: LentNow<'q>,
         reverse: &'q Cell<Axes>,
@@ -56,7 +56,7 @@ impl<'q, R: Recorder> Pins<'q, R> {
         for (axis, coils) in (0..).zip(&mut self.coils).filter(|(axis, _)| axes >> axis & 1 != 0) {
             match coils {
                 None => self.recorder.edge(Edge { time, axis, pin: Pin::Step, level }),
-                // Their pulses have no end.
+                // Coils have no falling edge of a step.
                 Some(coils) if level => {
                     let before = coils.port().0;
                     coils.step();
@@ -71,7 +71,7 @@ impl<'q, R: Recorder> Pins<'q, R> {
         }
     }
 
-    /// Sets DIR of all axes as they are told to turn.
+    /// Sets DIR of all axes to their present directions.
     pub(crate) fn face(&mut self) {
         for (axis, (level, coils)) in self.levels.iter_mut().zip(&mut self.coils).enumerate() {
             let forward = self.forward.get(axis).copied().unwrap_or(true);

@@ -1,21 +1,21 @@
-//! A program with a few features on a virtual board: the line, the time and the main loop of all
-//! of them.
+//! A board with another program than the controller: the line, the time and the main loop common to such
+//! programs.
 
 use stepwright_device::ProgramDevice;
 use stepwright_device::main_loop::Foreground;
 use stepwright_protocol::BoardProgram;
 
-/// Rounds of the main loop in a visit.
+/// Rounds of the main loop per visit.
 const ROUNDS: usize = 8;
 
 /// A program whose time is simulated.
 pub trait SimProgram: BoardProgram {
-    /// Lets time pass until `time`; what is due at `time` has happened then. The present, which
-    /// may be somewhat later.
+    /// Lets time pass until `time`, with all events up to and at `time`. Returns the present, which may be
+    /// somewhat later.
     fn pass_until(&mut self, time: u64) -> u64;
 }
 
-/// A virtual board with a program in it, which hears lines of up to `LONGEST` bytes.
+/// A virtual board that runs a program, with lines of up to `LONGEST` bytes.
 pub struct ProgramBoard<P: BoardProgram, const LONGEST: usize> {
     device: ProgramDevice<P, LONGEST>,
     now: u64,
@@ -26,7 +26,7 @@ pub struct ProgramBoard<P: BoardProgram, const LONGEST: usize> {
 }
 
 impl<P: SimProgram, const LONGEST: usize> ProgramBoard<P, LONGEST> {
-    /// A board with this program, whose main loop comes round each `visit` ticks.
+    /// A board with this program, whose main loop runs every `visit` ticks.
     pub fn of(program: P, visit: u64) -> Self {
         let (device, answers) = (ProgramDevice::new(program), Vec::new());
         ProgramBoard { device, now: 0, answers, visit, next_visit: 0 }
@@ -42,18 +42,18 @@ impl<P: SimProgram, const LONGEST: usize> ProgramBoard<P, LONGEST> {
         self.now
     }
 
-    /// A byte arrives on the serial line, now.
+    /// Receives a byte on the serial line, now.
     pub fn receive(&mut self, byte: u8) {
         self.device.receive(byte);
         self.work();
     }
 
-    /// What the board has said since the last call.
+    /// The bytes that the board has sent since the last call.
     pub fn take_answers(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.answers)
     }
 
-    /// Lets time pass until `time`; what is due at `time` has happened then.
+    /// Lets time pass until `time`, with all events up to and at `time`.
     pub fn run_until(&mut self, time: u64) {
         while self.now < time {
             let visit = self.next_visit <= time;
@@ -65,7 +65,7 @@ impl<P: SimProgram, const LONGEST: usize> ProgramBoard<P, LONGEST> {
         }
     }
 
-    /// The main loop, and the answer at once.
+    /// Runs the main loop, and sends the answer at once.
     fn work(&mut self) {
         for _ in 0..ROUNDS {
             self.device.work();
@@ -83,7 +83,7 @@ impl<P: SimProgram, const LONGEST: usize> ProgramBoard<P, LONGEST> {
         self.program().is_busy()
     }
 
-    /// Where an axis is, counted from 0; `None` if that is not known.
+    /// The position of an axis; `None` if it is unknown.
     pub fn position(&mut self, axis: u8) -> Option<i64> {
         self.program().position(axis)
     }

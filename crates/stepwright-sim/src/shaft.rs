@@ -1,4 +1,4 @@
-//! What a motor's shaft does, by the edges of its pins alone.
+//! The motion of a motor's shaft, from the edges of its pins alone.
 
 use stepwright::drive::Sequence;
 
@@ -7,8 +7,8 @@ use crate::edge::{Edge, Pin};
 
 /// The shaft of a motor, which follows the edges of its pins.
 ///
-/// The lines of a step change one after the other. Of the drives that a board takes by
-/// their name, no row comes up on the way to another one.
+/// The lines of a step change one after the other. With the named drives of a virtual board, no other row of
+/// the table appears between a row and the next.
 ///
 /// ```
 /// use stepwright_sim::{Description, Edge, Pin, Shaft};
@@ -31,12 +31,13 @@ pub struct Shaft {
 struct Followed {
     sequence: Sequence,
     levels: u8,
-    /// The row that was written last.
+    /// The last complete row.
     phase: u8,
 }
 
 impl Followed {
-    /// A line changes; which way the motor steps when it has the next row, or the one before.
+    /// Follows a change of a line. Returns the direction of the step once the lines have the next row or the
+    /// one before.
     fn follow(&mut self, line: u8, level: bool) -> Option<bool> {
         let bit = 1u8.checked_shl(line.into())?;
         self.levels = if level { self.levels | bit } else { self.levels & !bit };
@@ -52,7 +53,7 @@ impl Followed {
 }
 
 impl Shaft {
-    /// That of an axis of a board that was just switched on.
+    /// The shaft of an axis of a board that was just switched on.
     pub fn of(description: &Description, axis: u8) -> Shaft {
         let sequence = description.coils.get(usize::from(axis)).copied().flatten();
         let followed =
@@ -60,7 +61,7 @@ impl Shaft {
         Shaft { coils: sequence.map(followed), ..Shaft::default() }
     }
 
-    /// An edge of its pins; if it steps, whether forward.
+    /// Follows an edge of the axis' pins. If it makes a step, returns whether forward.
     pub fn follow(&mut self, edge: Edge) -> Option<bool> {
         let forward = match (edge.pin, &mut self.coils) {
             (Pin::Direction, _) => {
@@ -75,7 +76,7 @@ impl Shaft {
         Some(forward)
     }
 
-    /// Steps forward, less those backward.
+    /// Steps forward minus steps backward.
     pub fn position(&self) -> i64 {
         self.position
     }

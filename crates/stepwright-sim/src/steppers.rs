@@ -14,7 +14,7 @@ use crate::pins::Pins;
 /// Three motors that a program moves on simulated pins, in simulated time.
 pub type VirtualSteppers<'q, R, C = u16> = Steppers<'q, SimEngine<'q, R, C>, AXES, RUNS>;
 
-/// Motors on a board as described. Their edges go to `recorder`: a `Vec<Edge>`, or `()`.
+/// Motors on a board with this description. Their edges go to `recorder`: a `Vec<Edge>`, or `()`.
 ///
 /// ```
 /// use stepwright::Axis;
@@ -38,7 +38,7 @@ pub fn virtual_steppers<R: Recorder>(
     virtual_steppers_of::<u16, R>(queues, description, recorder)
 }
 
-/// [`virtual_steppers`] on a timer of another width: 32 bits are `u32`.
+/// [`virtual_steppers`] with a timer of another width: `u32` for 32 bits.
 ///
 /// ```
 /// use stepwright_sim::{Description, Queues, virtual_steppers_of};
@@ -56,8 +56,8 @@ pub fn virtual_steppers_of<C: Count, R: Recorder>(
     Steppers::new(engine, feeds, board)
 }
 
-/// What motors are made of: the engine of a board as described, the feeds of its queues and the
-/// board, for [`Steppers::new`] and its like.
+/// The parts for [`Steppers::new`] and the like: the engine of a board with this description, the feeds of its
+/// queues, and the board.
 ///
 /// ```
 /// use stepwright::Steppers;
@@ -96,7 +96,7 @@ impl<'q, R: Recorder, C: Count> SimEngine<'q, R, C> {
         self.now.get()
     }
 
-    /// Lets this many ticks pass. What is due at the end has happened then.
+    /// Lets this many ticks pass, with all events up to and at the end.
     pub fn pass(&mut self, ticks: Ticks) {
         let end = self.now.get().saturating_add(ticks.into());
         while self.next_event() <= end {
@@ -105,8 +105,8 @@ impl<'q, R: Recorder, C: Count> SimEngine<'q, R, C> {
         self.now.set(end.max(self.now.get()));
     }
 
-    /// Lets time pass until the step interrupt has news for the main loop, as a processor that
-    /// sleeps does, and this many ticks at most. Returns whether there was news.
+    /// Lets time pass as a processor that sleeps does: until the step interrupt has news for the main loop, and
+    /// this many ticks at most. Returns whether there was news.
     pub fn sleep(&mut self, most: Ticks) -> bool {
         let end = self.now.get().saturating_add(most.into());
         while self.next_event() <= end {
@@ -118,19 +118,19 @@ impl<'q, R: Recorder, C: Count> SimEngine<'q, R, C> {
         false
     }
 
-    /// When the compare register next matches.
+    /// The next match of the compare register.
     pub(crate) fn next_event(&mut self) -> u64 {
         self.engine.timer().wake()
     }
 
-    /// The step interrupt, at its time or late by a pulse: whether it has news for the main loop.
+    /// Runs the step interrupt, on time or late by a pulse. Returns whether it has news for the main loop.
     pub(crate) fn serve(&mut self) -> bool {
         let time = self.next_event();
         self.now.set(time.max(self.now.get()));
         self.engine.on_compare()
     }
 
-    /// Sets DIR of all axes as they are told to turn.
+    /// Sets DIR of all axes to their present directions.
     pub(crate) fn face(&mut self) {
         self.engine.drive().face();
     }

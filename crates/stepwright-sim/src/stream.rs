@@ -1,4 +1,4 @@
-//! A board that plays what a host streams, on simulated pins: the program `stream` of a chip.
+//! A board that plays a host's stream on simulated pins: the program `stream` of a chip.
 
 use stepwright::engine::WIRING;
 use stepwright::entry::Wiring;
@@ -18,15 +18,15 @@ use crate::steppers::SimEngine;
 
 /// Bytes of the FIFO, as on the Uno.
 pub const FIFO: usize = 896;
-/// No wait is shorter, in ticks: as on the Uno.
+/// The shortest wait, in ticks, as on the Uno.
 const LEAST: Ticks = 72;
-/// Rounds of the main loop in a visit.
+/// Rounds of the main loop per visit.
 const ROUNDS: usize = 8;
 
-/// What the virtual board lends its stream.
+/// The surroundings of the virtual board's stream.
 struct SimIo<'q> {
     now: LentNow<'q>,
-    /// Ticks of a millisecond, and the millisecond that was told last.
+    /// Ticks per millisecond, and the last millisecond that was reported.
     millis: u64,
     told: u64,
     inputs: u8,
@@ -58,7 +58,7 @@ impl StreamIo for SimIo<'_> {
     }
 }
 
-/// A board that hears frames and the common text lines, and moves three axes.
+/// A board that takes frames and the common text lines, and moves three axes.
 ///
 /// ```
 /// use stepwright_sim::{Description, Edge, Queues, StreamBoard};
@@ -104,7 +104,7 @@ impl<'q, R: Recorder, C: Count> StreamBoard<'q, R, C> {
         self.now.get()
     }
 
-    /// Bytes arrive on the serial line, now.
+    /// Receives bytes on the serial line, now.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.device.receive(*byte);
@@ -112,12 +112,12 @@ impl<'q, R: Recorder, C: Count> StreamBoard<'q, R, C> {
         }
     }
 
-    /// What the board has said since the last call.
+    /// The bytes that the board has sent since the last call.
     pub fn take_answers(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.answers)
     }
 
-    /// Lets time pass until `time`; what is due at `time` has happened then.
+    /// Lets time pass until `time`, with all events up to and at `time`.
     pub fn run_until(&mut self, time: u64) {
         while self.now() < time {
             let visit = self.next_visit <= time;
@@ -147,25 +147,24 @@ impl<'q, R: Recorder, C: Count> StreamBoard<'q, R, C> {
         self.next_visit = self.now() + self.visit;
     }
 
-    /// Closes or opens an input: 0 to 2 the axes' switches, 6 the drivers' fault, 7 the emergency
-    /// stop.
+    /// Closes or opens an input: 0 to 2 are the axes' switches, 6 is the drivers' fault, 7 the emergency stop.
     pub fn set_input(&mut self, input: u8, closed: bool) {
         let bit = 1 << (input & 7);
         let inputs = &mut self.device.io.inputs;
         *inputs = if closed { *inputs | bit } else { *inputs & !bit };
     }
 
-    /// Whether anything moves, or waits for what follows.
+    /// Whether anything moves, or waits for its next entry.
     pub fn is_busy(&mut self) -> bool {
         self.device.player().is_busy()
     }
 
-    /// Where an axis is, counted from 0; `None` if that is not known.
+    /// The position of an axis; `None` if it is unknown.
     pub fn position(&mut self, axis: u8) -> Option<i64> {
         self.device.player().position(axis)
     }
 
-    /// Late steps since the board was switched on.
+    /// The number of late steps since the board was switched on.
     pub fn late(&mut self) -> u32 {
         self.engine().late()
     }

@@ -8,42 +8,41 @@ use crate::AXES;
 use stepwright::Rate;
 use stepwright_protocol::AxisId;
 
-/// A switch to ground that the carriage of an axis closes at a place and beyond.
+/// A switch to ground that the carriage of an axis closes at a position and beyond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Switch {
-    /// Which axis.
+    /// The axis.
     pub axis: AxisId,
-    /// Closed from here on, away from 0: in steps from where the shaft was at power-up.
+    /// Closed from here on, away from 0: in steps from the shaft's position at power-up.
     pub at: i64,
 }
 
 impl Switch {
-    /// Whether it is closed with the shaft there.
+    /// Whether the switch is closed with the shaft at this position.
     pub fn is_closed(&self, shaft: i64) -> bool {
         if self.at < 0 { shaft <= self.at } else { shaft >= self.at }
     }
 }
 
-/// Between two looks at the switches, in µs.
+/// The time between two samples of the switches, in µs.
 const LOOK: u32 = 100;
 
-/// A virtual board whose shafts are on a machine.
+/// A virtual board whose shafts move switches.
 pub trait Switched {
-    /// Ticks since it was switched on.
+    /// Ticks since the board was switched on.
     fn now(&self) -> u64;
 
-    /// Lets its time pass.
+    /// Lets the board's time pass.
     fn run_until(&mut self, time: u64);
 
-    /// Where the shaft of an axis is, in steps from where it was at power-up.
+    /// The position of the shaft of an axis, in steps from power-up.
     fn shaft(&mut self, axis: u8) -> i64;
 
-    /// The level of the pin of an axis's switch.
+    /// Sets the level of the pin of an axis' switch.
     fn set_switch(&mut self, axis: u8, high: bool);
 }
 
-/// Lets the time of a board pass to `time`, its switches looked at every 100 µs of a timer of this
-/// rate.
+/// Lets the time of a board pass to `time`, and updates its switches every 100 µs of a timer of this rate.
 pub fn run_switched<B: Switched + ?Sized>(
     board: &mut B,
     switches: &[Switch],
@@ -65,7 +64,7 @@ fn set<B: Switched + ?Sized>(board: &mut B, switches: &[Switch]) {
     for switch in switches {
         let axis = switch.axis.index() as u8;
         let closed = switch.is_closed(board.shaft(axis));
-        // To ground, and the pin is pulled up.
+        // A closed switch is low: it connects to ground, and the pin is pulled up.
         board.set_switch(axis, !closed);
     }
 }
@@ -90,7 +89,7 @@ impl FromStr for Switch {
 mod tests {
     use super::*;
 
-    /// A shaft that goes a step a ms, on a timer of 1 MHz.
+    /// A shaft that makes one step per ms, on a timer of 1 MHz.
     #[derive(Default)]
     struct Carriage {
         now: u64,

@@ -1,7 +1,7 @@
 //! The timed driver over simulated time: the Arduino driver's system without an Arduino.
 //!
-//! Driver, interrupt's half and drive are those of a chip; simulated are the timer, the
-//! caller's milliseconds and the pins.
+//! The driver, the interrupt's part and the drive are those of a chip; the timer, the caller's milliseconds and
+//! the pins are simulated.
 //!
 //! ```
 //! use stepwright::drive::sequence::SHIELD;
@@ -28,12 +28,12 @@ use stepwright_timed::{Call, Code, Driver, Dump, Hold, Model, Pace, SetSpeed, St
 
 use crate::pins::Lines;
 
-/// All lines of the motor at once, from some time on.
+/// The levels of all lines of the motor from this time on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
     /// Clocks of the timer since the board was switched on.
     pub time: u64,
-    /// A bit a line, the first one in bit 0.
+    /// One bit per line, the first line in bit 0.
     pub levels: u8,
     /// Whether the drivers' enables are high.
     pub enabled: bool,
@@ -44,11 +44,11 @@ pub struct Change {
 pub struct TimedBoard {
     driver: Driver,
     motion: Motion,
-    /// What the caller's clock shows when the board is switched on.
+    /// The caller's clock at power-up.
     millis: u32,
 }
 
-/// What the interrupt owns.
+/// The state of the step interrupt.
 #[derive(Debug)]
 struct Motion {
     stepper: Stepper<Lines>,
@@ -75,7 +75,7 @@ impl Motion {
         motion
     }
 
-    /// Lets time pass until `clock`, with what is due then.
+    /// Lets time pass until `clock`, with all events up to and at `clock`.
     fn run_until(&mut self, clock: u64) {
         while let Some(due) = self.due.filter(|due| *due <= clock) {
             self.interrupt(due);
@@ -83,7 +83,7 @@ impl Motion {
         self.now = self.now.max(clock);
     }
 
-    /// Takes the pins down if they have changed.
+    /// Records the pins if they have changed.
     fn note(&mut self) {
         let (time, levels, enabled) = (self.now, self.stepper.coils().port().0, self.enabled);
         let last = self.changes.last().map(|change| (change.levels, change.enabled));
@@ -124,14 +124,14 @@ impl Hold for Motion {
 }
 
 impl TimedBoard {
-    /// Switches a board on: its timer, when a new top takes effect, what its motor's lines
-    /// get, and what the caller's milliseconds begin with.
+    /// Switches a board on: its timer, when a new top takes effect, the levels of the motor's lines, and the
+    /// caller's milliseconds at power-up.
     pub fn new(hardware: Hardware, model: Model, sequence: Sequence, millis: u32) -> TimedBoard {
         let motion = Motion::new(Coils::new(Lines::default(), sequence, 0xFF));
         TimedBoard { driver: Driver::new(hardware, model), motion, millis }
     }
 
-    /// Clocks since it was switched on.
+    /// Clocks since the board was switched on.
     pub fn now(&self) -> u64 {
         self.motion.now
     }
@@ -146,7 +146,7 @@ impl TimedBoard {
         self.driver.hardware().hz()
     }
 
-    /// Clocks of this many milliseconds.
+    /// The clocks of this many milliseconds.
     pub fn clocks(&self, millis: f64) -> u64 {
         (millis * f64::from(self.hz()) / 1e3).round() as u64
     }
@@ -174,7 +174,7 @@ impl TimedBoard {
         self.driver.dump(&mut self.motion, phase)
     }
 
-    /// Lets time pass until `clock`, with what is due then.
+    /// Lets time pass until `clock`, with all events up to and at `clock`.
     pub fn run_until(&mut self, clock: u64) {
         self.motion.run_until(clock);
     }
@@ -184,7 +184,7 @@ impl TimedBoard {
         self.run_until(self.now() + self.clocks(millis.into()));
     }
 
-    /// When the next event is due, if the motor moves.
+    /// The time of the next event, if the motor moves.
     pub fn due(&self) -> Option<u64> {
         self.motion.due
     }
@@ -199,17 +199,17 @@ impl TimedBoard {
         &self.motion.steps
     }
 
-    /// What the pins did so far; they change as one.
+    /// All changes of the pins so far; the lines change together.
     pub fn changes(&self) -> &[Change] {
         &self.motion.changes
     }
 
-    /// The row of the motor's table that it is at.
+    /// The present row of the motor's table.
     pub fn phase(&self) -> u8 {
         self.motion.stepper.phase()
     }
 
-    /// Says at which row the motor is, before it moves: at power-up.
+    /// Sets the row at which the motor is, before it moves: at power-up.
     pub fn restore(&mut self, phase: u8) {
         self.motion.stepper.coils().restore(phase);
     }

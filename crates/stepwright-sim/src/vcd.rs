@@ -1,8 +1,7 @@
-//! Edges as a Value Change Dump, for GTKWave and PulseView.
+//! Edges as a Value Change Dump (VCD), for GTKWave and PulseView.
 //!
-//! Times are in the longest unit that holds a tick exactly, of 1 s, 100 ms … 1 ps: 100 ps
-//! of a timer at 16 MHz. A tick that none holds is rounded down to 1 ps, which is a
-//! thousandth of a tick or so up to 200 MHz.
+//! The unit of time is the longest of 1 s, 100 ms … 1 ps that holds a tick exactly: 100 ps for a timer at 16
+//! MHz. If none does, times are rounded down to 1 ps, about a thousandth of a tick or less up to 200 MHz.
 
 use std::fmt;
 use std::io::{self, Write};
@@ -13,13 +12,12 @@ use crate::edge::{Edge, Pin, Recorder};
 
 /// Writes edges as they come.
 ///
-/// An error of the writer is kept until [`finish`](VcdWriter::finish); what
-/// comes after it is dropped.
+/// An error of the writer is kept until [`finish`](VcdWriter::finish), and later edges are dropped.
 #[derive(Debug)]
 pub struct VcdWriter<W> {
     out: W,
     hz: u64,
-    /// Units of time in a second.
+    /// Units of time per second.
     units: u128,
     time: Option<u64>,
     error: Option<io::Error>,
@@ -28,8 +26,8 @@ pub struct VcdWriter<W> {
 /// Picoseconds in a second.
 const PICO: u128 = 1_000_000_000_000;
 
-/// How many in a second of the longest unit of a dump that holds a tick of `hz` exactly, and
-/// its name: `100 ps` at 16 MHz. A picosecond, where none does.
+/// The longest unit of a dump that holds a tick of `hz` exactly, or else a picosecond: the units per second,
+/// and its name, `100 ps` at 16 MHz.
 pub fn unit(hz: u64) -> (u128, String) {
     let names = ["s", "ms", "us", "ns", "ps"];
     let mut units = 1;
@@ -41,8 +39,8 @@ pub fn unit(hz: u64) -> (u128, String) {
     (units, format!("{} {name}", 10u32.pow((3 - power % 3) % 3)))
 }
 
-/// The sign of a pin of an axis in the dump: a letter, those of STEP and DIR from a on, the rest
-/// from A on; those of coils have three.
+/// The identifier of a pin in the dump: a letter, from a on for STEP and DIR, from A on for the others; three
+/// characters for coils.
 struct Sign(u8, Pin);
 
 impl fmt::Display for Sign {
@@ -60,23 +58,23 @@ impl fmt::Display for Sign {
     }
 }
 
-/// The sign of the laser's power.
+/// The identifier of the laser's power.
 const LASER: char = '!';
 
-/// Axes that a dump may have.
+/// The most axes of a dump.
 const MOST: u8 = 8;
 
-/// The pins that a board without switches moves.
+/// The pins of a board without switches.
 const MOTION: &[Pin] = &[Pin::Step, Pin::Direction];
 
 impl<W: Write> VcdWriter<W> {
-    /// Begins a dump of the pins of `axes` axes of a board whose timer runs at
-    /// `rate`; all pins are unknown until their first edge, STEP low.
+    /// Begins a dump of the pins of `axes` axes, of a board whose timer runs at `rate`. Pins are unknown until
+    /// their first edge, except STEP, which is low.
     pub fn new(out: W, rate: Rate, axes: u8) -> VcdWriter<W> {
         VcdWriter::of(out, rate, axes, MOTION)
     }
 
-    /// The same with these pins of each axis; 8 axes at most.
+    /// The same with these pins of each axis, for at most 8 axes.
     pub fn of(out: W, rate: Rate, axes: u8, pins: &[Pin]) -> VcdWriter<W> {
         let level = |pin| (!matches!(pin, Pin::Direction | Pin::Enable)).then_some(false);
         let of = |axis| pins.iter().map(move |pin| (axis, *pin, level(*pin)));
@@ -84,13 +82,13 @@ impl<W: Write> VcdWriter<W> {
         VcdWriter::levels(out, rate, &pins)
     }
 
-    /// The same of pins of which each has its axis, and its level before the first edge, if that
-    /// is known: those of a [board](crate::Description::pins).
+    /// The same with single pins: the axis, the pin, and the level before the first edge, if it is known, as of
+    /// a [board](crate::Description::pins).
     pub fn levels(out: W, rate: Rate, pins: &[(u8, Pin, Option<bool>)]) -> VcdWriter<W> {
         VcdWriter::begun(out, rate, pins, false)
     }
 
-    /// The same, and the power of a [laser](VcdWriter::laser) as a real number, 0 at first.
+    /// The same with the power of a [laser](VcdWriter::laser) as a real number, 0 at first.
     pub fn with_laser(out: W, rate: Rate, pins: &[(u8, Pin, Option<bool>)]) -> VcdWriter<W> {
         VcdWriter::begun(out, rate, pins, true)
     }
@@ -130,8 +128,8 @@ impl<W: Write> VcdWriter<W> {
         writeln!(out, "$end")
     }
 
-    /// The laser has this power, 0 to 1, from `time` ticks on; edges before that have been told, and
-    /// none after it.
+    /// Sets the laser's power, 0 to 1, from `time` ticks on. All earlier edges must have been written, and no
+    /// later ones.
     pub fn laser(&mut self, time: u64, power: f64) {
         if self.error.is_none() {
             let written = self.at(time).and_then(|()| writeln!(self.out, "r{power} {LASER}"));
@@ -217,7 +215,7 @@ mod tests {
         );
     }
 
-    /// 62.5 ns are 625 · 100 ps; a third of a microsecond is no decimal.
+    /// 62.5 ns are 625 · 100 ps; a third of a microsecond has no exact unit.
     #[test]
     fn the_unit_is_the_longest_that_holds_a_tick() {
         for (hz, units, name) in [

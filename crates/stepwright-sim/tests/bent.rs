@@ -1,6 +1,6 @@
-//! Random changes of mind on the way, with a limited jerk: every pulse within a tick
-//! (and 2⁻²⁶ of the time) of an independent curve that keeps the limits; no target that
-//! can be reached is overshot; every one is met.
+//! Random changes of travels on the way, with a limited jerk: every pulse is within a tick (and 2⁻²⁶ of the
+//! time) of an independent curve that keeps the limits. No target that can be reached is overshot, and every
+//! target is met.
 //!
 //! `STEPWRIGHT_CASES` sets the number of stories in each test.
 
@@ -13,7 +13,7 @@ use stepwright::units::Jerk;
 use stepwright::{Accel, Order, Rate, Speed, Travel};
 use stepwright_sim::Description;
 
-/// Of each test: 4,000 changes. 3,000 stories (`STEPWRIGHT_CASES=3000`) were tried once without a miss.
+/// In each test: 4,000 changes. 3,000 stories (`STEPWRIGHT_CASES=3000`) were run once without a miss.
 const STORIES: u32 = 800;
 
 fn limits(order: &Order) -> Limits {
@@ -27,8 +27,7 @@ fn limits(order: &Order) -> Limits {
     Limits { start: v(order.start), top: v(order.top), a, d, jerk }
 }
 
-/// Lets a story happen, and follows it by the edges. How many changes were
-/// taken.
+/// Plays a story, and follows it by the edges. Returns the number of accepted changes.
 fn tell<C: Count>(description: Description, story: &Story, slack: f64) -> usize {
     let Some(told) = play::<C>(description, story) else { return 0 };
     let (target, forward) = story.target();
@@ -58,8 +57,8 @@ fn tell<C: Count>(description: Description, story: &Story, slack: f64) -> usize 
     told.said.len()
 }
 
-/// Stories with a jerk of a hundredth to a hundred of what comes with the
-/// acceleration in a tenth of a second.
+/// Stories with a jerk of a hundredth to a hundred times the jerk that reaches the acceleration in a tenth of a
+/// second.
 fn bent() -> impl Strategy<Value = Story> {
     (story(), spread(1, 10_000)).prop_map(|(mut story, part)| {
         let Ramp::Accel(a) = story.order.up else { unreachable!() };
@@ -88,8 +87,7 @@ fn pulses_keep_the_curve_on_32_bits() {
     });
 }
 
-/// A bend of just one step: whether the way to rest takes three steps or four is a
-/// matter of the last bits.
+/// A bend of just one step: the last bits decide whether the way to rest takes three steps or four.
 #[test]
 fn a_way_to_rest_in_doubt() {
     let a = |a| Ramp::Accel(Accel::from_millisteps(a).unwrap());

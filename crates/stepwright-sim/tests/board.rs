@@ -1,4 +1,4 @@
-//! What a board refuses, kills and forgets; the same on 16 and on 32 bits.
+//! Orders that a board refuses, kills and forgets, on 16 and 32 bits.
 
 use crate::edges::{check_timing, steps_of};
 use stepwright::profile::Ramp;
@@ -22,14 +22,14 @@ fn board(queues: &mut Queues) -> VirtualBoard<'_, u16, Vec<Edge>> {
     VirtualBoard::new(queues, Description::uno(), Vec::new())
 }
 
-/// Gives these top speeds to as many axes at once.
+/// Starts an axis for each of these top speeds; 0 leaves the axis out.
 fn start(board: &mut VirtualBoard<'_, u16, Vec<Edge>>, tops: &[u32]) -> Result<(), Refusal> {
     let orders = Axis::all().zip(tops).filter(|(_, top)| **top > 0);
     let orders = orders.map(|(axis, top)| (axis, order(*top, FAR)));
     board.motors().start(orders)
 }
 
-/// The foreground of a board that steps fast plans as fast: its queue lasts for a few steps.
+/// The foreground of a fast board plans as fast: its queue lasts for only a few steps.
 #[test]
 fn the_steepest_ramp_is_on_time() {
     let rate = Rate::from_hz(16_000_000).unwrap();
@@ -58,7 +58,7 @@ fn what_the_board_cannot_step_is_refused_and_nothing_moves() {
         (&[21_249, 21_249, 21_249], false),
         (&[28_571, 18_428, 16_746], true),
         (&[28_571, 18_428, 16_747], false),
-        // Two others at one moment would make its steps late.
+        // Two other axes that step at the same moment would make its steps late.
         (&[28_572, 1_000, 1_000], false),
         (&[57_142, 1_000], true),
         (&[57_143, 1_000], false),
@@ -75,7 +75,7 @@ fn what_the_board_cannot_step_is_refused_and_nothing_moves() {
     }
 }
 
-/// An axis that moves already counts; when it has come to rest it does not.
+/// An axis counts while it moves, and no longer once it rests.
 #[test]
 fn a_refusal_says_how_fast_it_may_be_now() {
     let mut queues = Queues::default();
@@ -106,7 +106,7 @@ fn a_kill_loses_the_position_of_what_moved_and_of_nothing_else() {
     assert_eq!(board.motors().uncertain(), 0b101);
     board.motors().zero(Axis::X);
     assert_eq!([0, 2].map(|axis| board.position(axis)), [Some(0), None]);
-    // Killed before its first step: nothing moved, but nobody can be sure.
+    // A kill before the first step: nothing moved, but the board can't be sure.
     start(&mut board, &[9_000]).unwrap();
     board.motors().kill();
     board.run_until(board.now() + 1_000_000);
@@ -114,8 +114,8 @@ fn a_kill_loses_the_position_of_what_moved_and_of_nothing_else() {
     assert!(!board.is_busy());
 }
 
-/// 2³¹ − 1 steps are begun and braked; the end of such a travel is tested on
-/// the profile (`exact.rs`).
+/// Travels of 2³¹ − 1 steps are begun and braked. The end of such a travel is tested on the profile
+/// (`exact.rs`).
 #[test]
 fn the_longest_travel_begins_and_brakes() {
     for travel in [Travel::By(i32::MAX), Travel::By(-i32::MAX), Travel::By(i32::MIN)] {
@@ -146,8 +146,7 @@ fn small_travels_are_exact() {
     }
 }
 
-/// An order back that comes with the last step of the way there: DIR still
-/// keeps its hold and set-up times.
+/// An order back that comes with the last step of the way there: DIR still keeps its hold and set-up times.
 #[test]
 fn a_reversal_at_once_keeps_the_drivers_times() {
     let mut queues = Queues::default();
@@ -162,7 +161,7 @@ fn a_reversal_at_once_keeps_the_drivers_times() {
     check_timing(board.recorder(), 32, 60 * 16, 45 * 16, 133);
 }
 
-/// One turns first, one does not: the first pulses still come together.
+/// One axis turns first and the other does not: the first pulses still come together.
 #[test]
 fn axes_that_start_together_step_together() {
     let mut queues = Queues::default();
@@ -176,7 +175,7 @@ fn axes_that_start_together_step_together() {
     assert_eq!(x[99].0, y[99].0);
 }
 
-/// The same order on a 16-bit and on a 32-bit timer: the same edges.
+/// The same order on a 16-bit and on a 32-bit timer gives the same edges.
 #[test]
 fn the_width_of_the_timer_does_not_matter() {
     fn edges<C: stepwright::timer::Count>(rate: Rate) -> Vec<Edge> {
@@ -195,7 +194,7 @@ fn the_width_of_the_timer_does_not_matter() {
     assert_eq!(narrow, edges::<u32>(rate));
 }
 
-/// An order that the board refuses as a whole leaves nothing behind.
+/// An order that the board refuses as a whole has no effect on later orders.
 #[test]
 fn after_a_refused_order_the_axis_is_free() {
     let mut queues = Queues::default();
@@ -203,7 +202,7 @@ fn after_a_refused_order_the_axis_is_free() {
     for byte in *b"PO\rt1000000\ra100000000\rd100000000\rG+50000\rE\rF\rt1000\rE\r" {
         board.receive(byte);
     }
-    // Its E has spoiled the order: the next begins with PO.
+    // The refused E has spoiled the order: the next order begins with PO.
     assert_eq!(board.take_answers(), b"Y\rY\rY\rY\rY\rE\rR\rY\rE\r");
     for byte in *b"PO\rG+50000\rE\rF\r" {
         board.receive(byte);
@@ -211,8 +210,8 @@ fn after_a_refused_order_the_axis_is_free() {
     assert_eq!(board.take_answers(), b"Y\rY\rY\rB\r");
 }
 
-/// Edges of the Uno's third axis come at the next multiple of 8 ticks from their deadline;
-/// those of the others at it.
+/// Edges of the Uno's third axis come at the next multiple of 8 ticks from their deadline; those of the other
+/// axes come at their deadlines.
 #[test]
 fn a_coarse_compare_register_rounds_edges_up() {
     let edges = |grid: [u32; 3]| {

@@ -1,6 +1,6 @@
-//! Random changes of mind on the way: every pulse within a tick of an
-//! independent curve from the state at which the change was taken, which keeps
-//! the limits; no target that can be reached is overshot; every one is met.
+//! Random changes of travels on the way: every pulse is within a tick of an independent curve that keeps the
+//! limits, from the state in which the change was accepted. No target that can be reached is overshot, and
+//! every target is met.
 //!
 //! `STEPWRIGHT_CASES` sets the number of stories in each test.
 
@@ -13,7 +13,7 @@ use stepwright::timer::Count;
 use stepwright::{Accel, Order, Rate, Speed, Travel};
 use stepwright_sim::Description;
 
-/// Of each test: 5,000 changes. 4,000 stories (`STEPWRIGHT_CASES=4000`) were tried once without a miss.
+/// In each test: 5,000 changes. 4,000 stories (`STEPWRIGHT_CASES=4000`) were run once without a miss.
 const STORIES: u32 = 1_000;
 
 fn limits(order: &Order, hair: f64) -> Limits {
@@ -26,8 +26,7 @@ fn limits(order: &Order, hair: f64) -> Limits {
     Limits { start: v(order.start), top: v(order.top), a, d, hair }
 }
 
-/// Lets a story happen, and follows it by the edges. How many changes were
-/// taken.
+/// Plays a story, and follows it by the edges. Returns the number of accepted changes.
 fn tell<C: Count>(description: Description, story: &Story, slack: f64) -> usize {
     let Some(told) = play::<C>(description, story) else { return 0 };
     let (target, forward) = story.target();
@@ -65,7 +64,7 @@ fn pulses_keep_the_curve_on_32_bits() {
     });
 }
 
-/// A story that once failed, at a rate on 32 bits.
+/// A story that failed once, at a timer rate on 32 bits.
 fn known(hz: u32, up: u64, down: u64, top: u32, travel: i32, whims: &[(u32, What)]) {
     let ramp = |a| Ramp::Accel(Accel::from_millisteps(a).unwrap());
     let order = Order {
@@ -82,8 +81,8 @@ fn known(hz: u32, up: u64, down: u64, top: u32, travel: i32, whims: &[(u32, What
     assert!(tell::<u32>(exact(description), &story, 1.0) >= 4);
 }
 
-/// Eases to a hundredth of the speed and less: where they end, a millionth of a
-/// step takes more than a tick, and v² alone did not say it so well.
+/// Slows down to a hundredth of the speed and less. At the end of such a ramp a millionth of a step takes more
+/// than a tick, and v² alone was too coarse.
 #[test]
 fn eases_end_where_they_should() {
     let whims = [
@@ -106,8 +105,8 @@ fn eases_end_where_they_should() {
     known(134_345_528, 28_716_739, 2_622_466, 2_212_352, -11, &whims);
 }
 
-/// Five minutes at a slow timer's constant speed, in runs of a step or two: what
-/// each lacks below 2⁻¹⁶ ticks adds up.
+/// Five minutes at the constant speed of a slow timer, in runs of one or two steps: the parts of each run below
+/// 2⁻¹⁶ ticks must not add up.
 #[test]
 fn short_level_runs_do_not_add_up() {
     let ramp = |a| Ramp::Accel(Accel::from_millisteps(a).unwrap());

@@ -1,4 +1,4 @@
-//! A virtual board whose motors are on coils: the steps of STEP and DIR, as rows of a table.
+//! A virtual board with motors on coils makes the steps of STEP and DIR as rows of a table.
 
 use stepwright_sim::{
     AxisDrive, Description, Edge, Pin, Queues, Shaft, VirtualBoard, vcd::VcdWriter,
@@ -14,13 +14,13 @@ const DRIVES: [&str; 7] = [
     "shield",
 ];
 
-/// An Uno whose axes are on these drives.
+/// An Uno with axes on these drives.
 fn uno(drives: &[&str]) -> Description {
     let drives: Vec<AxisDrive> = drives.iter().map(|drive| drive.parse().unwrap()).collect();
     Description::uno().with_drives(&drives)
 }
 
-/// What the pins do while two axes go there and back, one of them further.
+/// The edges while two axes go there and one comes back.
 fn edges(description: Description) -> Vec<Edge> {
     let mut queues = Queues::default();
     let mut board: VirtualBoard<u16, Vec<Edge>> =
@@ -36,7 +36,7 @@ fn edges(description: Description) -> Vec<Edge> {
     std::mem::take(board.recorder())
 }
 
-/// When an axis steps.
+/// The times of an axis' steps.
 fn steps(edges: &[Edge], axis: u8) -> Vec<u64> {
     let steps = edges.iter().filter(|edge| edge.axis == axis && edge.is_step());
     steps.map(|edge| edge.time).collect()
@@ -52,23 +52,23 @@ fn coils_step_when_step_would() {
         let found = edges(description);
         let mine = || found.iter().filter(|edge| edge.axis == 0);
         assert!(mine().all(|edge| matches!(edge.pin, Pin::Coil(_))), "{drive}");
-        // Each step changes its lines at one moment.
+        // All lines of a step change at one moment.
         let mut times: Vec<u64> = mine().map(|edge| edge.time).collect();
         times.dedup();
         assert_eq!(times, right, "{drive}");
-        // By the rows, the shaft has gone there and back.
+        // By its rows, the shaft has gone there and back.
         let mut shaft = Shaft::of(&description, 0);
         let ways: Vec<bool> = mine().filter_map(|edge| shaft.follow(*edge)).collect();
         assert_eq!(shaft.position(), 251, "{drive}");
         assert!(ways[..401].iter().all(|way| *way) && ways[401..].iter().all(|way| !way));
-        // The other axis has its pulses as before.
+        // The pulses of the other axis are unchanged.
         let others = |edges: &[Edge]| Vec::from_iter(edges.iter().filter(|e| e.axis == 1).copied());
         assert_eq!(others(&found), others(&plain), "{drive}");
     }
 }
 
-/// The Arduino driver's unipolar rows: 1001, 1100, 0110, 0011, of phases A to D, where a 1 does
-/// not conduct, and the half steps between them.
+/// The Arduino driver's unipolar rows: 1001, 1100, 0110, 0011, of phases A to D, where a 1 does not conduct,
+/// with the half steps between them.
 #[test]
 fn lines_have_the_rows_of_the_documents() {
     let full = ["0110", "0011", "1001", "1100"];
@@ -94,7 +94,7 @@ fn lines_have_the_rows_of_the_documents() {
     }
 }
 
-/// The setting `reverse` turns a motor on coils, too.
+/// The setting `reverse` also turns a motor on coils.
 #[test]
 fn an_axis_that_is_turned_round_goes_back_through_its_table() {
     let description = uno(&["1:bridge-half"]);

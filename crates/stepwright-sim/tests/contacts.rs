@@ -1,4 +1,4 @@
-//! Limit switches whose contacts bounce: `debounce-ms`.
+//! Limit switches with bouncing contacts: `debounce-ms`.
 
 use crate::conversation::{Board, MS, board, say, wait};
 use stepwright_sim::{Pin, Queues};
@@ -7,7 +7,7 @@ fn steps(board: &mut Board<'_>) -> usize {
     board.recorder().iter().filter(|edge| edge.pin == Pin::Step && edge.level).count()
 }
 
-/// Opens and closes the switch of axis 1, which reads low when it is closed, for some ms.
+/// Opens and closes the switch of axis 1 for some ms; its pin is low when it is closed.
 fn bounce(board: &mut Board<'_>, ms: u64) {
     let end = board.now() + ms * MS;
     let mut part = 1;
@@ -18,7 +18,7 @@ fn bounce(board: &mut Board<'_>, ms: u64) {
     }
 }
 
-/// The stop waits for nothing, and no bounce lets the motor go on.
+/// The stop does not wait, and no bounce lets the motor go on.
 #[test]
 fn the_first_contact_stops_and_the_bounces_let_nothing_go_on() {
     for debounce in [0, 25, 250] {
@@ -39,8 +39,7 @@ fn the_first_contact_stops_and_the_bounces_let_nothing_go_on() {
     }
 }
 
-/// Between two bounces the switch reads open: an order towards it would make some steps
-/// into it.
+/// Between two bounces the switch reads open: an order towards it would make some steps into the switch.
 #[test]
 fn no_order_slips_in_between_two_bounces() {
     for debounce in [25u64, 1, 250] {
@@ -51,7 +50,7 @@ fn no_order_slips_in_between_two_bounces() {
         board.set_switch(0, false);
         wait(&mut board, 1);
         let stopped = steps(&mut board);
-        // It opens for as long as the setting, closes for a moment, and so on: never open.
+        // It opens for the time of the setting, closes for a moment, and so on: it never counts as open.
         for _ in 0..20 {
             board.set_switch(0, true);
             for _ in 0..debounce.min(5) {
@@ -62,8 +61,8 @@ fn no_order_slips_in_between_two_bounces() {
             board.run_until(board.now() + MS / 10);
         }
         assert_eq!(steps(&mut board), stopped, "{debounce} ms");
-        // Open for nearly as long as the setting it counts as closed, a little longer as
-        // open. The last closed sample was up to 50 µs before the contact opened.
+        // Open for nearly the time of the setting it counts as closed, a little longer as open. The last closed
+        // sample was up to 50 µs before the contact opened.
         board.set_switch(0, true);
         let open = board.now();
         while board.now() < open + debounce * MS - MS / 5 {
@@ -79,7 +78,7 @@ fn no_order_slips_in_between_two_bounces() {
     }
 }
 
-/// Without it a release is one at the first open sample.
+/// Without debouncing the first open sample counts as a release.
 #[test]
 fn without_debounce_an_open_switch_is_open_at_once() {
     let mut queues = Queues::default();
@@ -92,7 +91,7 @@ fn without_debounce_an_open_switch_is_open_at_once() {
     assert_eq!(say(&mut board, "PO G-5 E"), "Y Y Y");
 }
 
-/// Another axis, and one that has no switch by now, are not held.
+/// Another axis is not held, nor an axis that no longer has a switch.
 #[test]
 fn a_bounce_holds_its_own_axis_and_only_while_it_has_a_switch() {
     let mut queues = Queues::default();
@@ -107,8 +106,8 @@ fn a_bounce_holds_its_own_axis_and_only_while_it_has_a_switch() {
     assert_eq!(say(&mut board, "$switches=0 PO G-5 E"), "Y Y Y Y");
 }
 
-/// Homing as a host does it: fast onto the switch, off it, slowly back onto it. The switch
-/// bounces whenever it moves, and stands where it closes at −100.
+/// Homing as a host does it: fast to the switch, away from it, and slowly to it again. The switch bounces
+/// whenever it changes, and closes at −100.
 #[test]
 fn a_switch_that_bounces_is_found_at_the_same_step_each_time() {
     let mut queues = Queues::default();
@@ -119,7 +118,7 @@ fn a_switch_that_bounces_is_found_at_the_same_step_each_time() {
         for order in ["PO S5 T60 R50 G-500 E", "PO G+40 E", "PO S5 T5 R1 G-60 E"] {
             wait(&mut board, 60);
             assert!(say(&mut board, order).ends_with('Y'), "{round} {order}");
-            // A contact chatters for 3 ms after its lever passes −100.
+            // The contact chatters for 3 ms after its lever passes −100.
             let (mut inside, mut moved) = (board.position(0).unwrap() <= -100, 0);
             while board.is_busy() {
                 board.run_until(board.now() + MS / 5);

@@ -1,5 +1,5 @@
-//! What a board does besides stepping: drivers, switches, a silent host, and
-//! settings that outlast a loss of power.
+//! The duties of a board besides stepping: drivers, switches, a silent host, and settings that survive a loss
+//! of power.
 
 use crate::conversation::{Board, MS, board, say, wait};
 use crate::edges::{check_timing, steps_of};
@@ -29,11 +29,11 @@ fn the_drivers_are_on_before_the_first_step() {
         assert!(!board.enable_level());
         board.run_to_rest();
         let first = steps_of(board.recorder(), 0)[0].0 - on;
-        // The first step also has the planner's lead of 4,000 ticks, and one millisecond
-        // because the present one has begun already.
+        // Added to the first step: the planner's lead of 4,000 ticks, and one millisecond because the present
+        // one has already begun.
         let slack = if ms == 0 { 4_400 } else { MS + 4_400 };
         assert!((lead * MS..=lead * MS + slack).contains(&first), "{ms} ms: {first} ticks");
-        // The second travel finds them on, once the motor has rested for a start interval.
+        // At the second travel the drivers are on, once the motor has rested for a start interval.
         wait(&mut board, 23);
         let again = board.now();
         say(&mut board, "PO G-50 E");
@@ -59,8 +59,7 @@ fn an_axis_that_starts_during_the_delay_waits_for_the_rest_of_it() {
     }
 }
 
-/// The present millisecond has begun when the drivers are switched on: it is none of
-/// the delay's.
+/// The millisecond in which the drivers are switched on has already begun, and does not count.
 #[test]
 fn the_delay_is_never_shorter_than_it_is_set() {
     for phase in (0..MS).step_by(1_000) {
@@ -82,7 +81,7 @@ fn the_delay_is_never_shorter_than_it_is_set() {
     }
 }
 
-/// Nor is the rest after which they are switched off.
+/// Nor is the rest after which the drivers are switched off shorter.
 #[test]
 fn the_rest_is_never_shorter_than_it_is_set() {
     for phase in (0..MS).step_by(700) {
@@ -117,7 +116,7 @@ fn the_drivers_are_off_after_a_rest() {
     wait(&mut board, 4);
     assert!(!board.enable_level());
     assert_eq!(say(&mut board, "V1"), "2000");
-    // A travel of a few steps switches them on for as long.
+    // A travel of a few steps also switches them on for this time.
     say(&mut board, "PO S999 T999 G+1 E");
     assert!(board.enable_level());
     wait(&mut board, 290);
@@ -140,10 +139,10 @@ fn by_default_the_drivers_stay_on_after_the_first_travel() {
 
 // ---- Switches ----
 
-/// Y ends its travel forward; its switch is open while its pin is high.
+/// The switch of Y is at its forward end; it is open while its pin is high.
 const SWITCHED: &str = "$switches=2 $switch-forward=2";
 
-/// A switch that has opened counts as open then, in ms.
+/// The time after which a switch that has opened counts as open, in ms.
 const DEBOUNCED: u64 = 27;
 
 #[test]
@@ -170,7 +169,7 @@ fn a_switch_stops_its_axis_and_no_other() {
     );
 }
 
-/// Why the axes have stopped: a letter each.
+/// The reasons why the axes have stopped, one letter each.
 fn stops(board: &mut Board<'_>) -> String {
     let info = say(board, "?");
     info.split(' ').find_map(|word| word.strip_prefix("stop=")).unwrap().to_owned()
@@ -231,8 +230,8 @@ fn towards_a_closed_switch_nothing_moves_and_away_from_it_everything_does() {
     }
     wait(&mut board, 100);
     assert_eq!((board.position(1), steps(&mut board, 0)), (Some(stopped), 0));
-    // A travel of 0 steps leads nowhere; the way back is free, though the
-    // switch is still closed and DIR has yet to turn.
+    // A travel of 0 steps is allowed. The way back is free, though the switch is still closed and DIR has yet
+    // to turn.
     assert_eq!(say(&mut board, "A2 PO A2 G+0 E"), "Y Y Y Y Y");
     assert_eq!(say(&mut board, "PO A2 G-20 E"), "Y Y Y Y");
     board.run_to_rest();
@@ -244,8 +243,8 @@ fn towards_a_closed_switch_nothing_moves_and_away_from_it_everything_does() {
     assert_eq!(board.position(1), Some(stopped - 15));
 }
 
-/// On the way too: a target towards a closed switch is refused, and one that
-/// is turned for is given up where its switch closes.
+/// During a travel too, a target towards a closed switch is refused, and a travel that turns towards a switch
+/// ends where the switch closes.
 #[test]
 fn a_change_of_mind_obeys_the_switches() {
     let mut queues = Queues::default();
@@ -311,7 +310,7 @@ fn a_silent_host_has_everything_brake() {
         assert_eq!(say(&mut board, "F"), "B");
     }
     wait(&mut board, 499);
-    // Half a line is none.
+    // Half a line does not count.
     board.receive(b'F');
     assert!(board.is_endless());
     wait(&mut board, 30);
@@ -322,7 +321,7 @@ fn a_silent_host_has_everything_brake() {
     assert_eq!(say(&mut board, "F F"), "E R");
 }
 
-/// A host that speaks again is watched again: each silence is one of its own.
+/// A host that speaks again is watched again: each silence is separate.
 #[test]
 fn a_host_may_fall_silent_more_than_once() {
     let mut queues = Queues::default();
@@ -336,7 +335,7 @@ fn a_host_may_fall_silent_more_than_once() {
         assert!(!board.is_endless(), "{round}: it runs on");
         board.run_to_rest();
     }
-    // And one that speaks while the axes brake has not been silent for the next order.
+    // A host that speaks while the axes brake has not been silent for the next order.
     say(&mut board, "g+");
     wait(&mut board, 305);
     assert!(!board.is_endless() && board.is_busy());
@@ -368,9 +367,9 @@ fn drivers_times_follow_their_settings_at_once() {
         say(&mut board, order);
         board.run_to_rest();
     }
-    // A pause as long as the pulse.
+    // A pause is as long as the pulse.
     check_timing(board.recorder(), 20 * 16, 300 * 16, 200 * 16, 2 * 20 * 16);
-    // And what a step costs with such a pulse.
+    // And the cost of a step with such a pulse.
     let info = say(&mut board, "?");
     let max = info.split(' ').find_map(|word| word.strip_prefix("max=")).unwrap();
     let max: u32 = max.parse().unwrap();
@@ -385,7 +384,7 @@ fn drivers_times_follow_their_settings_at_once() {
 fn an_order_that_is_refused_as_a_whole_leaves_its_axes_idle() {
     let mut queues = Queues::default();
     let mut board = board(&mut queues);
-    // Each alone is slow enough; together they are not.
+    // Each axis alone is slow enough; all together are not.
     say(&mut board, "PO A0 s60000 t60000 a100000000 d100000000 G+5");
     assert_eq!(say(&mut board, "E"), "E");
     assert_eq!(last(&mut board), "too-fast");
@@ -451,7 +450,7 @@ fn a_killed_curve_leaves_nothing_to_the_next_travel() {
     assert_eq!(say(&mut board, "j64000000 g+"), "Y Y");
     wait(&mut board, 5);
     assert_eq!(say(&mut board, "t100000 K I1"), "Y Y Y");
-    // Three steps get nowhere near the top speed, which the board hasn't for two axes.
+    // Three steps do not nearly reach the top speed, which the board can't do for two axes.
     assert_eq!(say(&mut board, "PO G+3 A2 G-59 E"), "Y Y Y Y Y");
 }
 
@@ -465,7 +464,7 @@ fn nothing_is_set_while_anything_moves() {
     assert_eq!(say(&mut board, "$reset $pulse-us"), "E pulse-us=2");
 }
 
-/// What a board finds whose power went this many ms after its last line.
+/// The EEPROM of a board whose power was lost this many ms after its last line.
 fn after(eeprom: Eeprom, lines: &str, ms: u64) -> Eeprom {
     let mut queues = Queues::default();
     let mut board: Board<'_> =
@@ -498,7 +497,7 @@ fn settings_outlast_a_loss_of_power() {
     assert_eq!(after(eeprom, "$pulse-us=2 $reset", 400), eeprom, "nothing changed");
 }
 
-/// Settings are written behind a motor's back.
+/// Settings are written while a motor moves.
 #[test]
 fn a_travel_does_not_wait_for_the_eeprom() {
     let mut queues = Queues::default();

@@ -1,4 +1,4 @@
-//! Homing on the virtual board, whose switches stand where they stand.
+//! Homing on the virtual board, with switches at given positions.
 
 use stepwright::Rate;
 use stepwright_cycle::{Clock, End, Homing, HomingError, Motor, Refusal};
@@ -19,7 +19,7 @@ fn home(board: &mut Board, mut homing: Homing) -> Result<(), HomingError> {
     Ok(())
 }
 
-/// Steps that the shaft has made, by the edges.
+/// The steps of the shaft, by the edges.
 fn shaft(board: &mut Board) -> i64 {
     board.with_recorder(|edges| {
         let (mut forward, mut at) = (true, 0);
@@ -37,14 +37,14 @@ fn shaft(board: &mut Board) -> i64 {
 #[test]
 fn home_is_where_the_switch_closes() {
     for clock in [Clock::Deadlines, Clock::Tick { period: 50 }] {
-        // On the way to it, on it, and a step beside it.
+        // Before the switch, at it, and one step beside it.
         for min in [-700, -1, 0, 5] {
             let mut board = board(clock, Stand { min: Some(min), max: Some(1_000) });
             let homing = Homing::new(0, End::Min, 5_000, 50).delays(200, 1_000);
             home(&mut board, homing).unwrap();
             assert_eq!(shaft(&mut board), min, "{clock:?}");
             assert_eq!(board.cycle().position(0), Some(-500));
-            // And to the other side.
+            // And at the other end.
             let homing = Homing::new(0, End::Max, 5_000, 50).delays(200, 1_000);
             home(&mut board, homing).unwrap();
             assert_eq!(shaft(&mut board), 1_000);
@@ -64,7 +64,7 @@ fn what_keeps_a_motor_from_home_is_said() {
     assert_eq!(home_in(far, 899, 10), Err(HomingError::NotFound));
     assert_eq!(home_in(far, 900, 10), Ok(()));
     assert_eq!(home_in(Stand::default(), 100, 10), Err(HomingError::NotFound));
-    // It stands 40 steps within the switch.
+    // The motor begins 40 steps beyond the switch.
     let within = Stand { min: Some(40), max: None };
     assert_eq!(home_in(within, 100, 39), Err(HomingError::StillClosed));
     assert_eq!(home_in(within, 100, 41), Ok(()));

@@ -1,4 +1,4 @@
-//! What the documentation of `move_line_to` says of an axis with few steps.
+//! The statements of the documentation of `move_line_to` about an axis with few steps.
 
 use stepwright::profile::Unfit;
 use stepwright::{Accel, Axis, AxisLimits, MoveError, Refusal, Speed};

@@ -1,5 +1,5 @@
-//! Random orders and stops: every pulse on an independent curve, every
-//! position the sum of the edges, every driver's time kept.
+//! Random orders and stops: every pulse is on an independent curve, every position is the sum of the edges, and
+//! the drivers' times are kept.
 
 use crate::curve::Curve;
 use crate::edges::{check_timing, steps_of};
@@ -14,9 +14,9 @@ use stepwright_sim::{Description, Edge, Queues, VirtualBoard, virtual_steppers};
 struct Job {
     axis: u8,
     order: Order,
-    /// Brake so long after the order, in ms; `None`: let it run out.
+    /// When to brake, in ms after the order; `None`: not at all.
     brake: Option<u32>,
-    /// Ticks of patience before the next job.
+    /// Ticks before the next job.
     pause: u32,
 }
 
@@ -53,7 +53,7 @@ fn job() -> impl Strategy<Value = Job> {
         .prop_map(|(axis, start, top, up, down, travel, brake, pause)| {
             let v = |m| Speed::from_millisteps(m).unwrap();
             let order = Order { start: v(start), top: v(top), up, down, jerk: None, travel };
-            // What never ends by itself must be stopped.
+            // An endless travel has to be stopped.
             let brake = match travel {
                 Travel::Endless(_) => brake.or(Some(300)),
                 Travel::By(_) => brake,
@@ -62,8 +62,8 @@ fn job() -> impl Strategy<Value = Job> {
         })
 }
 
-/// The curve of an order, from the values as the core holds them: the slopes of its ramps are
-/// given, in 10⁻⁶ (steps/s)² per step.
+/// The curve of an order, from the values that the core holds. The slopes of its ramps are given in 10⁻⁶
+/// (steps/s)² per step.
 fn curve(order: &Order, rate: Rate, (a2, d2): (u64, u64)) -> Curve {
     Curve {
         hz: f64::from(rate.hz()),
@@ -78,11 +78,11 @@ fn curve(order: &Order, rate: Rate, (a2, d2): (u64, u64)) -> Curve {
     }
 }
 
-/// The curves that an order may keep.
+/// The curves that an order may follow.
 ///
-/// A slope is a whole number of 10⁻⁶ (steps/s)² per step. Of a ramp in steps it is
-/// (top² − start²)/steps, rounded. The planner's numbers hold 32 bits, so a quotient this near
-/// to a half may be rounded to the other side. Over some seconds that is more than a tick.
+/// A slope is a whole number of 10⁻⁶ (steps/s)² per step. For a ramp in steps it is (top² − start²)/steps,
+/// rounded. The planner's numbers have 32 bits, so a quotient near a half may be rounded to either side. Over
+/// some seconds that is more than a tick.
 fn curves(order: &Order, rate: Rate) -> Vec<Curve> {
     let squared = |speed: Speed| f64::from(speed.millisteps()).powi(2);
     let sides = |ramp, slope: u64| match ramp {
@@ -102,17 +102,16 @@ fn curves(order: &Order, rate: Rate) -> Vec<Curve> {
     sides(order.up, a2).into_iter().flat_map(both).map(|s| curve(order, rate, s)).collect()
 }
 
-/// What the planner's 32-bit numbers may add to a time: a part in 2²⁹.
+/// The error that the planner's 32-bit numbers may add to a time: a part in 2²⁹.
 fn drift(time: f64) -> f64 {
     time * 2f64.powi(-29)
 }
 
-/// Every pulse within `slack` ticks (and the [`drift`]) of the curve, or of
-/// the curve and, from some pulse between `asked` and a horizon later, its
-/// shortest stop.
+/// Whether every pulse is within `slack` ticks (and the [`drift`]) of the curve, or of the curve up to some
+/// pulse between `asked` and a horizon later, and from there on of its shortest stop.
 ///
 /// # Errors
-/// How far the pulses are off.
+/// By how much the pulses are off.
 fn on_curve(
     pulses: &[u64],
     curve: &Curve,
@@ -130,10 +129,9 @@ fn on_curve(
         return Ok(());
     }
     let asked = asked.ok_or_else(|| format!("{} pulses, {curve:?}", pulses.len()))?;
-    // The last pulse that was committed when the brake took hold.
+    // The last pulse that was committed when the brake took effect.
     let early = pulses.partition_point(|&t| t <= asked).saturating_sub(1);
-    // Within the horizon, which before the first pulse does not run. Or where steps are slow,
-    // those of three runs.
+    // Within the horizon, which begins with the first pulse. If steps are slow, the steps of three runs.
     let late = pulses.partition_point(|&t| t <= asked.max(first) + horizon).max(early + 4);
     let late = late.min(pulses.len() - 1);
     let mut why = String::new();
@@ -144,7 +142,7 @@ fn on_curve(
         }
         let begin = curve.time(last as f64);
         let off = |i: u32| time(last + i as usize) - begin - curve.stop_time(last as f64, steps, i);
-        // A fall leaves out a part in 2²⁸ of v²: it begins earlier by this part of half its time.
+        // A fall omits a part in 2²⁸ of v²: it begins earlier by this part of half its time.
         let early = drift(curve.stop_time(last as f64, steps, steps));
         let over = |i: u32| off(i).abs() - drift(time(last + i as usize)) - early;
         let worst = (0..=steps).map(over).fold(0.0, f64::max);
@@ -193,7 +191,7 @@ fn play<C: Count>(description: Description, jobs: &[Job], slack: f64) {
         assert_eq!(board.position(job.axis), Some(wanted[usize::from(job.axis)]));
         assert_eq!(steps.last().map_or(0, |s| s.1), wanted[usize::from(job.axis)]);
         let pulses: Vec<u64> = fresh.iter().map(|s| s.0).collect();
-        // Committed: what is queued, one run that plays and one beyond.
+        // Committed: the queue, the run that plays and one more run.
         let horizon = u64::from(description.board.horizon + rate.micros(2 * 8_000));
         let curves = curves(&job.order, rate);
         let tried = curves.iter().map(|c| on_curve(&pulses, c, asked, horizon, slack));
@@ -210,7 +208,7 @@ fn cases() -> u32 {
     std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(300)
 }
 
-/// Fitted to a quarter of a tick, and played to the bit: on the curve to a tick.
+/// Fitted to a quarter of a tick and played exactly: within a tick of the curve.
 fn exact(mut description: Description) -> Description {
     let rate = description.board.rate;
     description.board.fit = Fit::EXACT.lasting(rate.micros(8_000));
@@ -218,7 +216,7 @@ fn exact(mut description: Description) -> Description {
     description
 }
 
-/// A fall of 861 steps that takes 8 s. Its slope is 48,543,050.505 before it is rounded.
+/// A fall of 861 steps that takes 8 s. Its slope is 48,543,050.505 before rounding.
 #[test]
 fn a_slope_near_a_half_may_be_rounded_either_way() {
     let v = |m| Speed::from_millisteps(m).unwrap();
@@ -235,8 +233,8 @@ fn a_slope_near_a_half_may_be_rounded_either_way() {
     play::<u16>(exact(Description::uno()), &[job], 1.0);
 }
 
-/// Ramps of 8 and 15 steps meet at their top speed, in 23 steps. Rounded, the two parts of the step
-/// between them are a little more than a step; what is left of it was taken for a whole one.
+/// Ramps of 8 and 15 steps that meet at their top speed, in 23 steps. Rounded, the two parts of the step
+/// between them are a little more than a step; the remainder must not be taken for a whole step.
 #[test]
 fn ramps_that_meet_at_the_top_have_no_level_step() {
     let v = |m| Speed::from_millisteps(m).unwrap();
@@ -248,7 +246,7 @@ fn ramps_that_meet_at_the_top_have_no_level_step() {
     play::<u16>(Description::uno(), &[job], 17.0);
 }
 
-/// An AVR has 24 bits for a wait, which may be 268 s: what falls off is made up for by the next one.
+/// An AVR has 24 bits for a wait of up to 268 s: the next step makes up for the lost bits.
 #[test]
 fn a_step_behind_a_wait_of_minutes_lacks_a_part_of_it_at_most() {
     for milli in [4, 11, 19, 100, 333, 2_000] {

@@ -1,4 +1,4 @@
-//! What an order leaves to the next one: nothing, if it was ended early or refused.
+//! An order that was ended early or refused has no effect on the next one.
 
 use std::cell::Cell;
 
@@ -20,7 +20,7 @@ fn say<P: SimProgram, const L: usize>(board: &mut ProgramBoard<P, L>, lines: &[&
     board.run_until(board.now() + 16_000 * ms);
 }
 
-/// A change that waits for a step is not for another travel.
+/// A change that waits for a step does not apply to another travel.
 #[test]
 fn a_killed_travel_takes_its_changes_along() {
     let (top, accel) = (Speed::from_steps(1_000).unwrap(), Accel::from_steps(1_000).unwrap());
@@ -41,12 +41,12 @@ fn a_killed_travel_takes_its_changes_along() {
     };
     let whole = intervals(&[], 0);
     assert_eq!(whole.len(), 99);
-    // Killed on its way, and over before the change.
+    // Killed on its way, and ended before the change.
     assert_eq!(intervals(&[":C50,400000", ":G500"], 100), whole);
     assert_eq!(intervals(&[":C50,400000", ":G20"], 1_000), whole);
 }
 
-/// One update a second, whatever was refused meanwhile.
+/// One update per second, whatever is refused meanwhile.
 #[test]
 fn a_refused_speed_leaves_the_clock_of_the_one_before() {
     let wire = ":W1,66,48,0,0,1,0,0,16,48,32";
@@ -63,7 +63,7 @@ fn a_refused_speed_leaves_the_clock_of_the_one_before() {
     assert_eq!(steps(&[":M1,192,5,0,100,1000,200,1009"]), alone);
 }
 
-/// What was to be done later is not done to another cycle.
+/// A pending act does not apply to another cycle.
 #[test]
 fn a_cycle_takes_its_acts_along() {
     let legs = [const { Cell::new(Leg::Wait { count: 0, delay: 0 }) }; 4];
@@ -72,7 +72,7 @@ fn a_cycle_takes_its_acts_along() {
     let cycles = CycleBoard::new(motors, stands, Clock::Deadlines, rate, Vec::new());
     let mut board: CycleLineBoard<'_, Vec<_>, 3> = CycleLineBoard::new(cycles, &legs);
     let motor = ":M0,10,1000,0,0,0,0,0";
-    // Finished after 20 ms: it ends after 5.
+    // An act at 20 ms finishes the cycle, which ends after 5 ms.
     say(&mut board, &[motor, ":S0,0,5,1000", ":T2,320000", ":G1"], 100);
     assert_eq!(board.position(0), Some(50));
     say(&mut board, &[":S0,0,60,1000", ":G2"], 200);

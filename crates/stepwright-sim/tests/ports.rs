@@ -15,7 +15,7 @@ mod interrupt;
 #[path = "../examples/07_your_own_board.rs"]
 mod your_own_board;
 
-/// Time passes here only.
+/// Time passes only here.
 struct OwnBoard(TimerProbe<your_own_board::Timer>);
 
 impl TestPort for OwnBoard {
@@ -28,7 +28,7 @@ impl TestPort for OwnBoard {
     }
     fn idle(&mut self) {
         let timer = self.0.timer();
-        // The counter of an example that jumps does not match in between.
+        // The counter of the example jumps, so it does not match in between.
         if !timer.compare.is_after(timer.count) {
             self.0.on_compare();
         }
@@ -48,7 +48,7 @@ fn the_timer_of_your_own_board_keeps_the_contract() {
     assert!(checked.is_ok_and(|checked| checked.wrapped), "{checked:?}");
 }
 
-/// A thread is the interrupt.
+/// A thread stands for the interrupt.
 struct Threaded(Arc<Mutex<TimerProbe<interrupt::Timer>>>);
 
 impl TestPort for Threaded {
@@ -71,7 +71,7 @@ fn the_timer_of_the_interrupt_keeps_the_contract() {
     let serving = thread::spawn(move || {
         interrupt::serve(|| own.lock().unwrap().on_compare(), &over);
     });
-    // A thread may have to wait for a processor, for seconds.
+    // A thread may wait seconds for a processor.
     let checked = check(&mut Threaded(probe), 60_000_000);
     done.store(true, Ordering::Relaxed);
     serving.join().unwrap();

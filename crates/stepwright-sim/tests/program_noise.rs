@@ -1,5 +1,5 @@
-//! Orders of Austin's laws, of the timed driver and of motor cycles over a line with noise: with
-//! checksums a flipped bit moves nothing.
+//! Orders of Austin's laws, the timed driver and motor cycles over a line with noise: with checksums a flipped
+//! bit moves nothing.
 
 use std::cell::Cell;
 
@@ -16,7 +16,7 @@ fn summed(line: &str) -> Vec<u8> {
     format!("{line}*{:02X}\r", line.bytes().fold(0, crc)).into_bytes()
 }
 
-/// Sends these lines, 50 ms apart, and lets a second pass: the answers.
+/// Sends these lines, 50 ms apart, lets a second pass, and returns the answers.
 fn play<P: SimProgram, const L: usize>(
     board: &mut ProgramBoard<P, L>,
     lines: &[Vec<u8>],
@@ -30,7 +30,7 @@ fn play<P: SimProgram, const L: usize>(
         }
         board.run_until(board.now() + 800_000);
         answers.extend(board.take_answers());
-        // A master says the line again, and none behind it; what is left stops what moves.
+        // A host repeats the refused line before it sends others; the lines below stop a motion.
         if answers.contains(&b'E') {
             break;
         }
@@ -44,12 +44,12 @@ fn play<P: SimProgram, const L: usize>(
     String::from_utf8(answers).unwrap()
 }
 
-/// Flips every bit of each line of an order, its end too. `steps` plays lines on a new board: the
-/// answers, and how many steps it made. (A digit of a checksum may become the small letter: that is
-/// the same order.)
+/// Flips every bit of each line of an order, including its end. `steps` plays lines on a new board, and returns
+/// the answers and the number of steps. A flip may turn a digit of the checksum into a small letter: that is
+/// the same order.
 fn try_every_bit(order: &[&str], mut steps: impl FnMut(&[Vec<u8>]) -> (String, usize)) {
     let order: Vec<_> = order.iter().map(|line| summed(line)).collect();
-    // What ends the last line, and stops what has begun.
+    // Lines that end an incomplete last line, and stop a motion.
     let end = [summed("F"), summed("Z")];
     let (answers, whole) = steps(&[&order[..], &end].concat());
     assert!(whole > 0 && !answers.contains('E'), "{whole} steps: {answers}");
@@ -59,7 +59,8 @@ fn try_every_bit(order: &[&str], mut steps: impl FnMut(&[Vec<u8>]) -> (String, u
             lines[which][bit / 8] ^= 1 << (bit % 8);
             let same = lines[which].eq_ignore_ascii_case(&order[which]);
             let (answers, made) = steps(&[&lines[..], &end].concat());
-            // A row's letter is no digit of the checksum: the other case of it is another row.
+            // Only in the checksum do small letters count as capitals: a row's letter in the other case is
+            // another row.
             let digit = bit / 8 >= order[which].len() - 3;
             let wanted = if same && digit { whole } else { 0 };
             assert_eq!(made, wanted, "line {which}, bit {bit}: {answers}");
@@ -94,7 +95,7 @@ fn legs() -> [Cell<Leg>; 4] {
     [const { Cell::new(Leg::Wait { count: 0, delay: 0 }) }; 4]
 }
 
-/// Three motors that play cycles.
+/// A board with three motors that plays cycles.
 fn cycles(legs: &[Cell<Leg>]) -> CycleLineBoard<'_, Vec<Edge>, 3> {
     let (motors, stands) = ([Motor::new(1, 1); 3], [Stand::default(); 3]);
     let rate = Rate::from_hz(16_000_000).unwrap();
@@ -118,7 +119,7 @@ fn a_flipped_bit_of_a_cycle_moves_nothing() {
     }
 }
 
-/// Whoever writes without checksums is answered without.
+/// A line without a checksum is answered without one.
 #[test]
 fn a_line_without_a_checksum_has_an_answer_without() {
     let mut queues = Queues::default();

@@ -5,13 +5,13 @@ use stepwright_sim::{Description, Edge, Pin, Queues, VirtualBoard};
 
 type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
 
-/// What a board answers to a line.
+/// The answer of a board to a line.
 fn ask(board: &mut Board, line: &str) -> String {
     line.bytes().chain(*b"\r").for_each(|byte| board.receive(byte));
     String::from_utf8(board.take_answers()).unwrap().trim_end().to_owned()
 }
 
-/// A board whose pulses are so wide.
+/// A board with pulses of this width.
 fn with_pulse(queues: &mut Queues, description: Description, micros: u32) -> Board<'_> {
     let mut board = Board::new(queues, description, Vec::new());
     assert_eq!(ask(&mut board, "$max-speed=200000"), "Y");
@@ -19,7 +19,7 @@ fn with_pulse(queues: &mut Queues, description: Description, micros: u32) -> Boa
     board
 }
 
-/// Orders 2,000 steps and more of as many axes: whether they are admitted.
+/// Orders 2,000 steps and more of each axis. Returns whether the order is admitted.
 fn order(board: &mut Board, speeds: &[u32]) -> bool {
     assert_eq!(ask(board, "PO"), "Y");
     for (n, &speed) in speeds.iter().enumerate() {
@@ -35,7 +35,7 @@ fn long(speed: u32) -> u64 {
     u64::from(speed).pow(2) / 40_000 + 2_000
 }
 
-/// As many axes whose steps meet in every phase.
+/// The speeds of this many axes, whose steps meet in every phase.
 fn alike(axes: u32) -> impl Fn(u32) -> Vec<u32> {
     move |top| (0..axes).map(|n| top - top * 3 * n / 1_000).collect()
 }
@@ -52,7 +52,7 @@ fn highest(description: Description, micros: u32, speeds: &impl Fn(u32) -> Vec<u
     speeds(low)
 }
 
-/// No step late, every pulse as wide as it should be, and as wide a pause.
+/// Checks that no step is late, and that pulses and pauses are at least as wide as set.
 fn keeps(description: Description, micros: u32, speeds: impl Fn(u32) -> Vec<u32>) {
     let speeds = highest(description, micros, &speeds);
     let mut queues = Queues::default();
@@ -89,7 +89,7 @@ fn a_board_that_has_nothing_to_do_but_hold_its_pulses_keeps_what_it_admits() {
     }
 }
 
-/// A step that waits for another axis's pulse has to catch up before the next such wait.
+/// A step that waits for the pulse of another axis has to catch up before the next such wait.
 #[test]
 fn a_fast_axis_beside_slow_ones_catches_up() {
     let quick = Description::quick(Rate::from_hz(16_000_000).unwrap(), [70, 93, 118]);
@@ -102,7 +102,7 @@ fn a_fast_axis_beside_slow_ones_catches_up() {
     }
 }
 
-/// What `?` says is the highest speed of one axis, whatever the pulse.
+/// The speed `max` of `?` is the highest of one axis, for every pulse width.
 #[test]
 fn the_highest_speed_is_the_pulses() {
     for micros in WIDTHS {

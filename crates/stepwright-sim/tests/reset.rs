@@ -1,9 +1,9 @@
-//! A board after a reset: where it stands is known if it is still true.
+//! A board after a reset: its position is known only if it is still true.
 
 use crate::conversation::{Board, MS, say};
 use stepwright_sim::{Description, Mark, Queues, Remains, Reset, VirtualBoard};
 
-/// What is left of a board this many ms after these lines.
+/// The state that a board leaves this many ms after these lines.
 fn after(lines: &str, ms: u64) -> Remains {
     let mut queues = Queues::default();
     let mut board: Board<'_> = VirtualBoard::new(&mut queues, Description::uno(), Vec::new());
@@ -12,14 +12,14 @@ fn after(lines: &str, ms: u64) -> Remains {
     board.remains()
 }
 
-/// What a board says of its first axis after a reset, and of all that are unknown.
+/// The position of the first axis after a reset, and whether all positions are known.
 fn found(reset: Reset, remains: Remains) -> (String, bool) {
     let mut queues = Queues::default();
     let mut board: Board<'_> =
         VirtualBoard::restarted(&mut queues, Description::uno(), Vec::new(), reset, remains);
     let info = say(&mut board, "?");
     let known = info.contains(" uncertain=0 ");
-    // Why, if it is not.
+    // The reason, if they are not known.
     assert!(info.contains(if known { " stop=--- " } else { " uncertain=7 stop=RRR " }), "{info}");
     assert_eq!(board.position(0).is_some(), known);
     let position = say(&mut board, "V1");
@@ -46,8 +46,7 @@ fn the_table_of_resets_holds() {
     }
 }
 
-/// From the order on, and until the last step has been made: a board is marked
-/// before it steps and not unmarked while it does.
+/// A board is marked from an order until the last step is made: before it steps, and as long as it steps.
 #[test]
 fn the_mark_is_there_whenever_a_step_is_made() {
     let mut queues = Queues::default();

@@ -1,5 +1,5 @@
-//! Travels of a motor lie a start interval apart, whatever lies between them: another order,
-//! a turn, a new target at the end, a soft stop.
+//! Travels of a motor are at least a start interval apart, whatever is between them: another order, a turn, a
+//! new target at the end, a soft stop.
 
 use crate::edges;
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
@@ -15,7 +15,7 @@ fn say(board: &mut Board, lines: &str) {
     }
 }
 
-/// The intervals between the pulses of an axis, in ticks, after something was done.
+/// The intervals between the pulses of an axis, in ticks, after `tell` has given the board its lines.
 fn intervals(axis: u8, tell: impl FnOnce(&mut Board)) -> Vec<u64> {
     let mut queues = Queues::default();
     let mut board = Board::new(&mut queues, Description::uno(), Vec::new());
@@ -26,7 +26,7 @@ fn intervals(axis: u8, tell: impl FnOnce(&mut Board)) -> Vec<u64> {
     steps.windows(2).map(|pair| pair[1].0 - pair[0].0).collect()
 }
 
-/// Single steps at 20 steps/s, each ordered the moment that the one before is ready.
+/// Single steps at 20 steps/s, each ordered as soon as the axis is ready.
 #[test]
 fn orders_of_a_step_keep_the_start_interval() {
     let between = intervals(0, |board| {
@@ -39,7 +39,7 @@ fn orders_of_a_step_keep_the_start_interval() {
     assert!(between.iter().all(|t| (50 * MS..54 * MS).contains(t)), "{between:?}");
 }
 
-/// From rest it is the first interval of a ramp: √(2/10,000) s, 14.1 ms.
+/// From rest the interval is the first one of a ramp: √(2/10,000) s, 14.1 ms.
 #[test]
 fn from_rest_it_is_the_first_interval_of_a_ramp() {
     let between = intervals(0, |board| {
@@ -53,7 +53,7 @@ fn from_rest_it_is_the_first_interval_of_a_ramp() {
     assert!(between.iter().all(|&t| t >= first && t < first + 4 * MS), "{between:?}");
 }
 
-/// Where the ramp is over within the first step, it is one interval of the top speed.
+/// If the ramp is over within the first step, the interval is one of the top speed.
 #[test]
 fn from_rest_it_is_no_shorter_than_at_the_top_speed() {
     let between = intervals(0, |board| {
@@ -66,7 +66,7 @@ fn from_rest_it_is_no_shorter_than_at_the_top_speed() {
     assert!(between.iter().all(|t| (2 * MS..6 * MS).contains(t)), "{between:?}");
 }
 
-/// What has passed since the last step counts: an order long after begins at once.
+/// The time since the last step counts: a late order begins at once.
 #[test]
 fn an_order_long_after_does_not_wait() {
     let mut queues = Queues::default();
@@ -80,7 +80,7 @@ fn an_order_long_after_does_not_wait() {
     assert!(last - told < MS, "{} ticks", last - told);
 }
 
-/// A target behind: through rest, and back.
+/// A target behind the axis: through rest, and back.
 #[test]
 fn a_reversal_keeps_it_too() {
     let between = intervals(0, |board| {
@@ -92,7 +92,7 @@ fn a_reversal_keeps_it_too() {
     assert!((25 * MS..29 * MS).contains(longest), "{longest}");
 }
 
-/// A new target when the last step is planned, and yet to be made.
+/// A new target after the last step was planned and before it is made.
 #[test]
 fn a_target_at_the_end_keeps_it_too() {
     let between = intervals(0, |board| {
@@ -105,7 +105,7 @@ fn a_target_at_the_end_keeps_it_too() {
     assert!(between.iter().all(|&t| t + 1 >= 50 * MS && t < 54 * MS), "{between:?}");
 }
 
-/// After a soft stop; and axes that are ordered together wait for the one that must.
+/// After a soft stop. Axes that are ordered together wait for the axis that has to wait.
 #[test]
 fn a_stop_and_a_group_keep_it_too() {
     let mut queues = Queues::default();
@@ -122,8 +122,7 @@ fn a_stop_and_a_group_keep_it_too() {
     assert!(x - stopped >= 25 * MS - 100 && x.abs_diff(y) < 1_000, "{stopped} {x} {y}");
 }
 
-/// A kill at rest shortens nothing, whatever was refused before: the rest is that of the
-/// last travel.
+/// A kill at rest does not shorten the rest of the last travel, even after a refused order.
 #[test]
 fn a_refused_order_and_a_kill_leave_the_rest_as_it_is() {
     let between = intervals(0, |board| {

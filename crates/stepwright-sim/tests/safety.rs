@@ -1,5 +1,4 @@
-//! What guards a machine, on the boards that have room for it: the lease, and the inputs
-//! that stop everything.
+//! The guards of a machine, on boards that have room for them: the lease, and the inputs that stop everything.
 
 use crate::conversation::{Board, board, say, wait};
 use stepwright_sim::Queues;
@@ -19,12 +18,12 @@ fn a_lease_holds_as_long_as_lines_come() {
     assert_eq!(say(&mut board, "L300 A0 T100 g+"), "Y Y Y Y");
     for _ in 0..20 {
         wait(&mut board, 298);
-        // A line that is refused is a line too.
+        // A refused line counts as a line.
         assert_eq!(say(&mut board, "x"), "E");
         assert!(board.is_endless());
     }
     wait(&mut board, 298);
-    // Half a line is none.
+    // Half a line does not count.
     board.receive(b'F');
     assert!(board.is_endless(), "the silence is shorter still");
     wait(&mut board, 5);
@@ -37,7 +36,7 @@ fn a_lease_holds_as_long_as_lines_come() {
     );
 }
 
-/// A lease has run out then, moving or not: who comes next may know nothing of it.
+/// After its time a lease is over, moving or not: the next host may not know of it.
 #[test]
 fn a_lease_ends_with_its_silence_and_when_it_is_given_back() {
     for end in ["moving", "at rest", "given back"] {
@@ -60,7 +59,7 @@ fn a_lease_ends_with_its_silence_and_when_it_is_given_back() {
     }
 }
 
-/// The shorter silence of the two counts, and the setting outlives the lease.
+/// The shorter of the two times counts, and the setting outlives the lease.
 #[test]
 fn a_lease_and_the_time_out_of_the_settings_both_hold() {
     for (timeout, lease, first) in [(100, 300, 100), (300, 100, 100), (300, 0, 300)] {
@@ -78,7 +77,7 @@ fn a_lease_and_the_time_out_of_the_settings_both_hold() {
     }
 }
 
-/// It may be asked for and changed on the way, and the change holds at once.
+/// A lease may be requested and changed while an axis moves, and takes effect at once.
 #[test]
 fn a_lease_is_changed_on_the_way() {
     let mut queues = Queues::default();
@@ -95,7 +94,7 @@ fn a_lease_is_changed_on_the_way() {
 
 // ---- Inputs ----
 
-/// An input, by its setting and its letter of `stop=`.
+/// An input: its setting, its letter in `stop=`, and how to set it.
 type Input = (&'static str, &'static str, fn(&mut Board<'_>, bool));
 
 const INPUTS: [Input; 2] = [
@@ -120,14 +119,14 @@ fn an_active_input_stops_what_moves_at_once_and_refuses_orders() {
             wait(&mut board, 2);
             assert!(!board.is_busy(), "{setting} {level}");
             let stopped = board.recorder().len();
-            // At 500 steps/s: no more than one step of each axis, and no ramp.
+            // At 500 steps/s: at most one step of each axis, and no ramp.
             assert!(stopped - edges <= 6, "{setting} {level}: {}", stopped - edges);
             assert_eq!(word(&mut board, "stop"), letter.repeat(3));
             assert_eq!(
                 (word(&mut board, "uncertain"), say(&mut board, "V1")),
                 ("7".into(), "E".into())
             );
-            // Nothing starts while it is active, however it is ordered.
+            // Nothing starts while the input is active, by any kind of order.
             for order in ["g+", "A0 g-", "PO G+5 E", "PO G+0 E"] {
                 assert!(say(&mut board, order).ends_with('E'), "{setting} {level}: {order}");
                 assert_eq!(word(&mut board, "last"), "fault", "{order}");
@@ -197,7 +196,7 @@ fn a_kill_switches_the_drivers_off_where_it_is_set_to() {
         assert_eq!(board.enable_level(), off == 1, "{how} {off}");
         board.set_emergency(true);
         wait(&mut board, 100);
-        // The next order switches them on, and waits for them.
+        // The next order switches the drivers on, and waits for them.
         let steps = board.recorder().len();
         assert_eq!(say(&mut board, "I1 PO G+5 E"), "Y Y Y Y");
         assert!(!board.enable_level());

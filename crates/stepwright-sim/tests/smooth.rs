@@ -1,5 +1,5 @@
-//! How even the Uno's ramps are, by the deadlines of its planner: the figures
-//! that the peers were measured by.
+//! How even the Uno's ramps are, by the deadlines of its planner: the figures by which other systems were
+//! measured.
 
 use crate::edges::steps_of;
 use stepwright::profile::Ramp;
@@ -7,7 +7,7 @@ use stepwright::{Accel, Axis, Order, Speed, Travel};
 use stepwright_oracle::IdealTrapezoid;
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
-/// Times of all pulses of a travel from rest to rest, in ticks at 16 MHz.
+/// The times of all pulses of a travel from rest to rest, in ticks at 16 MHz.
 fn pulses(steps: i32, accel: u32, top: u32) -> Vec<u64> {
     let mut queues = Queues::default();
     let mut board: VirtualBoard<u16, Vec<Edge>> =

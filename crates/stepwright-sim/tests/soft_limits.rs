@@ -1,9 +1,9 @@
-//! What guards a machine, on the whole virtual board: limits are kept by its steps.
+//! The soft limits of a machine, on the whole virtual board: its steps keep them.
 
 use crate::conversation::{Board, MS, say};
 use stepwright_sim::{Description, Queues, VirtualBoard};
 
-/// Says the lines, and looks every ms, until the board rests, where it was.
+/// Says the lines, looks every ms until the board rests, and returns the extreme positions.
 fn farthest(board: &mut Board<'_>, lines: &str) -> (i64, i64) {
     assert!(!say(board, lines).contains('E'), "{lines}");
     let (mut least, mut most) = (i64::MAX, i64::MIN);
@@ -34,7 +34,7 @@ fn a_g_never_passes_its_soft_limit() {
     }
 }
 
-/// Whatever is asked for on the way: nearer, back, faster, slower.
+/// The limits hold for any change on the way: nearer, back, faster, slower.
 #[test]
 fn changes_on_the_way_keep_within_the_limits() {
     for change in ["@+3000", "@+10", "@-7", "t200", "t12000", "a90000", "a100", "d1"] {

@@ -1,5 +1,4 @@
-//! The motors as a user holds them: random calls, judged by the edges alone, and what is
-//! refused.
+//! The motors as a program uses them: random calls, checked by the edges alone, and refusals.
 
 use proptest::prelude::*;
 use stepwright::profile::Unfit;
@@ -13,7 +12,7 @@ use stepwright_sim::{
 type Motors<'q> = VirtualSteppers<'q, Vec<Edge>>;
 
 const MILLI: u32 = 16_000;
-/// Ticks a second.
+/// Ticks per second.
 const HZ: f64 = 16e6;
 
 fn limits(speed: u32, accel: u32) -> AxisLimits {
@@ -25,7 +24,7 @@ fn with_motors(test: impl FnOnce(&mut Motors)) {
     test(&mut virtual_steppers(&mut queues, Description::uno(), Vec::new()));
 }
 
-/// A main loop that calls `poll` only when that asked for it.
+/// A main loop that calls `poll` only when `poll` has asked for it.
 fn pass(motors: &mut Motors, mut ticks: u32) {
     loop {
         let wait = match motors.poll() {
@@ -84,17 +83,17 @@ fn call() -> impl Strategy<Value = Call> {
     ]
 }
 
-/// An axis, as whoever reads the documentation expects it.
+/// An axis, as a reader of the documentation expects it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Model {
-    /// By the edges.
+    /// The steps by the edges.
     counted: i64,
     forward: bool,
-    /// What `set_position` has added to that.
+    /// The offset that `set_position` has added.
     offset: i64,
     unknown: bool,
     moving: bool,
-    /// Where the present move ends; none for a run and for a stop.
+    /// The end of the present move; `None` for a run and for a stop.
     target: Option<i64>,
     run: Option<bool>,
 }
@@ -130,12 +129,12 @@ fn expected_move(model: &Model, target: i64) -> Result<(), MoveError> {
 struct Story<'a, 'q> {
     motors: &'a mut Motors<'q>,
     models: [Model; 3],
-    /// Where the present travels began.
+    /// The positions at which the present travels began.
     begun: [i64; 3],
 }
 
 impl Story<'_, '_> {
-    /// Counts the steps since it looked last, and holds all that is told against them.
+    /// Counts the steps since the last look, and compares everything that the motors report.
     fn look(&mut self) {
         for edge in std::mem::take(self.motors.engine().recorder()) {
             let model = &mut self.models[usize::from(edge.axis)];
@@ -164,7 +163,7 @@ impl Story<'_, '_> {
                 (false, ..) => assert_eq!(left, Some(0)),
                 (true, Some(_), _) => assert_eq!(left, None),
                 (true, None, Some(target)) => assert_eq!(left, Some(target - model.position())),
-                // A stop ends where it can: known from now on.
+                // A stop ends where it can; its end is known from now on.
                 (true, None, None) => model.target = left.map(|left| model.position() + left),
             }
         }
@@ -218,7 +217,7 @@ impl Story<'_, '_> {
                 } else if speed.unsigned_abs() > top.steps() {
                     assert_eq!(result, Err(MoveError::AboveLimit { max: top }));
                 } else if model.run == Some(speed > 0) && model.moving {
-                    // Below the start speed that its run began with it can't go on.
+                    // Below the start speed with which the run began it can't go on.
                     let below = MoveError::Refused(Refusal::Unfit(Unfit::BelowStart));
                     let gentle = MoveError::Refused(Refusal::Unfit(Unfit::TooGentle));
                     assert!([Ok(()), Err(below), Err(gentle)].contains(&result), "{result:?}");
@@ -261,7 +260,7 @@ impl Story<'_, '_> {
                     assert!(!self.motors.is_moving(axis), "{axis:?} moves after a kill");
                     let unknown = self.motors.position(axis).is_none();
                     let model = &mut self.models[axis.index()];
-                    // An order that had not reached the engine yet has moved nothing.
+                    // An order that had not reached the engine has moved nothing.
                     let may_rest =
                         !model.unknown && model.moving && before == self.begun[axis.index()];
                     assert!(unknown == (model.moving || model.unknown) || may_rest);
@@ -279,7 +278,7 @@ impl Story<'_, '_> {
                 }
             }
             Call::Rest => {
-                // An axis of a line may be slow, and be given a far target.
+                // An axis of a line may be slow, and may get a far target.
                 for _ in 0..5_000 {
                     if self.motors.any_moving() {
                         pass(self.motors, MILLI);
@@ -296,9 +295,8 @@ impl Story<'_, '_> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// Whatever is called, and however long it moves in between: a motor is where it says,
-    /// by its edges; ends where it was told to; and no step is late, though `poll` is called
-    /// no more often than it asks for.
+    /// For all calls, and any time of motion in between: the position of a motor agrees with its edges, a move
+    /// ends on its target, and no step is late, though `poll` is called no more often than it asks.
     #[test]
     fn motors_are_where_they_say(calls in prop::collection::vec((call(), 0..400_000u32), 1..25)) {
         with_motors(|motors| {
@@ -315,8 +313,8 @@ proptest! {
         });
     }
 
-    /// Along a line no axis is faster, or speeds up more, than its own limits; all begin
-    /// together and end together. (Three ramps of up to some 41,000 steps/s² are admitted.)
+    /// On a line each axis keeps its own limits of speed and acceleration, and all axes begin and end together.
+    /// (Three ramps of up to some 41,000 steps/s² are admitted.)
     #[test]
     fn a_line_keeps_the_limits_of_each(
         ends in prop::array::uniform3(-4_000..4_000i64),
@@ -342,7 +340,7 @@ proptest! {
                     let least = HZ / top - 40.0;
                     assert!((pair[1] - pair[0]) as f64 >= least, "{axis:?} at {}", pair[0]);
                 }
-                // From rest n steps take √(2n/a) at least, and so does the end.
+                // From rest n steps take at least √(2n/a), and so do the last n steps.
                 for n in [10, 100, 1_000].into_iter().filter(|n| 2 * n < times.len()) {
                     let least = (2.0 * n as f64 / f64::from(accels[axis.index()])).sqrt() * HZ;
                     let (up, down) = (times[n] - times[0], times[times.len() - 1] - times[times.len() - 1 - n]);
@@ -355,7 +353,7 @@ proptest! {
             for pair in spans.windows(2) {
                 assert!(pair[0].0.abs_diff(pair[1].0) < 200, "{spans:?}");
                 let length = (pair[0].1 - pair[0].0) as f64;
-                // The slowest axis of 20 steps: speeds are rounded to 0.001 steps/s.
+                // The slowest axis has 20 steps: speeds are rounded to 0.001 steps/s.
                 assert!(pair[0].1.abs_diff(pair[1].1) as f64 <= 0.002 * length + 200.0, "{spans:?}");
             }
         });
@@ -435,7 +433,7 @@ fn what_can_not_be_done_is_refused_with_what_can() {
     });
 }
 
-/// The default is what its documentation says, for every axis.
+/// Every axis has the default limits of the documentation.
 #[test]
 fn limits_are_the_defaults_until_they_are_set() {
     with_motors(|motors| {
@@ -458,7 +456,7 @@ fn limits_are_the_defaults_until_they_are_set() {
     });
 }
 
-/// A run is as fast as it was told, also while it runs, and brakes where it is told to stop.
+/// A run has its requested speed, also if that changes while it runs, and brakes when it is told to stop.
 #[test]
 fn a_run_has_the_speed_it_was_told() {
     with_motors(|motors| {
@@ -476,7 +474,7 @@ fn a_run_has_the_speed_it_was_told() {
         assert!((-3_002..=-2_998).contains(&speed(motors)));
         assert_eq!(motors.distance_to_go(Axis::Z), None);
         motors.stop(AxisSet::ALL);
-        // v²/2d, and what was planned ahead.
+        // v²/2d, and the steps that were planned ahead.
         let left = motors.distance_to_go(Axis::Z).unwrap();
         assert!((-240..=-112).contains(&left), "{left}");
         let end = motors.position(Axis::Z).unwrap() + left;
@@ -485,8 +483,8 @@ fn a_run_has_the_speed_it_was_told() {
     });
 }
 
-/// Speed and acceleration change on the way, once what is planned has been made: judged by the
-/// intervals of the edges. The move still ends on its target.
+/// Speed and acceleration change on the way, once the planned steps have been made: checked by the intervals of
+/// the edges. The move still ends on its target.
 #[test]
 fn a_move_takes_another_speed_and_acceleration_on_the_way() {
     with_motors(|motors| {
@@ -495,10 +493,10 @@ fn a_move_takes_another_speed_and_acceleration_on_the_way() {
         assert_eq!(motors.set_top_speed(Axis::X, v(1)), Err(MoveError::Refused(Refusal::Resting)));
         motors.move_to(Axis::X, 9_000).unwrap();
         pass(motors, 300 * MILLI);
-        // Down to 1,000 steps/s at 20,000 steps/s²: 150 ms and 24 ms of what is planned.
+        // Down to 1,000 steps/s at 20,000 steps/s²: 150 ms, and 24 ms of planned steps.
         motors.set_top_speed(Axis::X, v(1_000)).unwrap();
         pass(motors, 400 * MILLI);
-        // Up again, at a tenth of the acceleration: 1.5 s. Then down to rest at a quarter of it.
+        // Up again, with a tenth of the acceleration: 1.5 s. Then down to rest with a quarter of it.
         motors.set_acceleration(Axis::X, a(2_000)).unwrap();
         motors.set_deceleration(Axis::X, a(5_000)).unwrap();
         motors.set_top_speed(Axis::X, v(4_000)).unwrap();
@@ -518,10 +516,10 @@ fn a_move_takes_another_speed_and_acceleration_on_the_way() {
         near(0.29, 4_000.0);
         near(0.52, 1_000.0);
         near(0.69, 1_000.0);
-        // From within 24 ms on it speeds up by 2,000 steps/s².
+        // After at most 24 ms it speeds up by 2,000 steps/s².
         let gain = (at(1.7) - at(0.9)) / 0.8;
         assert!((gain - 2_000.0).abs() < 20.0, "{gain} steps/s²");
-        // And slows down by 5,000 at the end: v² over the last 400 steps.
+        // It slows down by 5,000 steps/s² at the end: v² over the last 400 steps.
         let square = |n: usize| (20.0 / (times[n] - times[n - 20])).powi(2);
         let loss = (square(8_600) - square(8_900)) / 2.0 / 300.0;
         assert!((loss - 5_000.0).abs() < 50.0, "{loss} steps/s²");
@@ -542,8 +540,8 @@ fn a_move_takes_another_speed_and_acceleration_on_the_way() {
     });
 }
 
-/// A main loop that sleeps for as long as `poll` said makes no step late: on fast timers too, where a
-/// run of slow steps is more entries than a queue has room for.
+/// A main loop that sleeps for the time that `poll` returns makes no step late, also on fast timers, where a
+/// run of slow steps needs more entries than a queue has room for.
 #[test]
 fn who_sleeps_for_as_long_as_poll_says_is_never_late() {
     for hz in [16_000_000, 42_000_000, 84_000_000, 200_000_000] {
@@ -564,8 +562,7 @@ fn who_sleeps_for_as_long_as_poll_says_is_never_late() {
     }
 }
 
-/// An axis that makes a single step of a line has its own limits, also where it is given another
-/// target on the way.
+/// An axis that makes a single step of a line keeps its own limits, also if it gets another target on the way.
 #[test]
 fn the_single_step_of_a_line_keeps_the_limits_of_its_axis() {
     for start in [0, 20] {
@@ -587,7 +584,7 @@ fn the_single_step_of_a_line_keeps_the_limits_of_its_axis() {
                 let [first, second] = [three[1] - three[0], three[2] - three[1]];
                 (1.0 / second - 1.0 / first) / ((first + second) / 2.0)
             };
-            // The first steps lie on a ramp from rest, whose own mean is less.
+            // The first steps are on a ramp from rest, whose mean acceleration is less.
             let steepest = times.windows(3).map(gain).fold(0.0, f64::max);
             assert!(steepest < 30.1, "{steepest} steps/s²");
         });

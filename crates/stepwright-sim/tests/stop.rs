@@ -1,5 +1,5 @@
-//! Soft stops on the line: a travel that was ordered at its start speed has no ramps, so it
-//! gets another top speed only once it has them, and stops along them.
+//! Soft stops on the serial line. A travel that was ordered at its start speed has no ramps: its top speed can
+//! change only once it has ramps, and it stops along them.
 
 use crate::edges;
 use stepwright::Rate;
@@ -8,7 +8,7 @@ use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
 
-/// Says these lines, and returns what was answered, a blank between.
+/// Says these lines, and returns the answers, separated by blanks.
 fn say(board: &mut Board, lines: &str) -> String {
     for line in lines.split_whitespace() {
         line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));
@@ -19,7 +19,7 @@ fn say(board: &mut Board, lines: &str) -> String {
 
 const MS: u64 = 16_000;
 
-/// An endless travel at 1,000 steps/s, to which a second later something is said.
+/// An endless travel at 1,000 steps/s, to which `change` is said after a second.
 fn told(change: &str, answers: &str, then: impl FnOnce(&mut Board)) {
     let mut queues = Queues::default();
     let mut board = Board::new(&mut queues, Description::uno(), Vec::new());
@@ -48,7 +48,7 @@ fn a_travel_without_ramps_gets_no_other_speed() {
     told("d200000 t50000", "Y E", |_| {});
 }
 
-/// What stops an endless travel at 50,000 steps/s, and the steps that it still made.
+/// Stops an endless travel at 50,000 steps/s, and returns the steps that it still made.
 fn stopped(stop: impl FnOnce(&mut Board)) -> i64 {
     let mut made = 0;
     told("a200000 d100000 t50000", "Y Y Y", |board| {
@@ -64,7 +64,7 @@ fn stopped(stop: impl FnOnce(&mut Board)) -> i64 {
 
 #[test]
 fn a_stop_ends_within_the_braking_distance() {
-    // 24 ms at 50,000 steps/s are planned ahead at most, and then it falls.
+    // At most 24 ms at 50,000 steps/s are planned ahead, then it falls.
     let way = (50_000 * 50_000 - 1_000 * 1_000) / 200_000;
     let most = way + 24 * 50 + 1;
     let made = stopped(|board| assert_eq!(say(board, "Z"), "Y"));
@@ -86,11 +86,11 @@ fn a_silent_host_is_stopped_for_within_the_braking_distance() {
     assert!((way..=way + 26 * 50).contains(&made), "{made} steps");
 }
 
-/// Other limits after Z: it stops along them, and neither comes back to where it would have
-/// stopped nor speeds up to get there.
+/// Other limits after Z: the axis stops along them. It neither comes back to where it would have stopped, nor
+/// speeds up to get there.
 #[test]
 fn other_limits_change_the_stop_and_not_its_end() {
-    // From 45,000 to 50,000 steps/s: the fall has begun, and what is planned of it is made.
+    // From 45,000 to 50,000 steps/s: the fall has begun, and its planned part is made.
     let way = |d: i64| 45_000 * 45_000 / 2 / d..50_000 * 50_000 / 2 / d + 24 * 50;
     for (limits, way) in [("d20000", way(20_000)), ("d400000 a500000 t60000", way(400_000))] {
         told("a200000 d100000 t50000", "Y Y Y", |board| {
@@ -112,8 +112,8 @@ fn other_limits_change_the_stop_and_not_its_end() {
     }
 }
 
-/// Where a corner was played as a level step a fall is no faster than its own steps take, so
-/// that no change finds it too fast for its end.
+/// If a corner was played as a step at constant speed, a fall is no faster than its own steps allow, so no
+/// change finds it too fast for its end.
 #[test]
 fn a_change_where_the_fall_begins_goes_not_beyond_the_end() {
     let rate = stepwright::Rate::from_hz(1_787_804).unwrap();
@@ -131,8 +131,7 @@ fn a_change_where_the_fall_begins_goes_not_beyond_the_end() {
     }
 }
 
-/// Nothing is planned beyond the first step while an axis waits for it: a stop then is obeyed
-/// there.
+/// Nothing is planned beyond the first step while an axis waits for it: a stop then takes effect at that step.
 #[test]
 fn at_slow_speeds_a_stop_leaves_the_present_step() {
     let mut queues = Queues::default();
@@ -168,8 +167,8 @@ fn steps_of_axis(edges: &[Edge]) -> Vec<u64> {
     edges::steps_of(edges, 0).into_iter().map(|step| step.0).collect()
 }
 
-/// In a step of a slow travel it is told to go 100 times as fast, and some time later to stop: what
-/// is planned of the rise by then lasts for 24 ms, whenever that is.
+/// During a step of a slow travel the speed is raised to 100 times, and some time later the travel is stopped:
+/// the planned part of the rise lasts at most 24 ms, whenever the stop comes.
 #[test]
 fn a_stop_in_a_slow_step_ends_the_rise() {
     for (order, change) in [
@@ -179,7 +178,7 @@ fn a_stop_in_a_slow_step_ends_the_rise() {
         for stop in (52..1_200).step_by(7) {
             let mut queues = Queues::default();
             let mut uno = Description::uno();
-            // It would refuse such a ramp.
+            // Otherwise the board would refuse such a ramp.
             uno.board.runs = u16::MAX;
             let mut board = Board::new(&mut queues, uno, Vec::new());
             assert!(!say(&mut board, order).contains('E'));
@@ -200,7 +199,7 @@ fn a_stop_in_a_slow_step_ends_the_rise() {
     }
 }
 
-/// The same however wide the timer's counter is, and however fast it counts.
+/// The same for every width and rate of the timer's counter.
 #[test]
 fn a_stop_and_a_change_hold_for_all_of_a_wait() {
     fn stopped<C: Count>(hz: u32, said: &str, to: Option<i64>) {
@@ -225,7 +224,7 @@ fn a_stop_and_a_change_hold_for_all_of_a_wait() {
         match to {
             Some(to) => {
                 assert_eq!(steps.len(), 10_000, "{hz}: {said}");
-                // By the new limits from the first step on: v² ≤ 20² + 2·163·n.
+                // With the new limits from the first step on: v² ≤ 20² + 2·163·n.
                 for (n, pair) in (1u32..).zip(steps.windows(2)).take(50) {
                     let v = f64::from(hz) / (pair[1] - pair[0]) as f64;
                     assert!(v * v < 1.01 * (400.0 + 326.0 * f64::from(n)), "{hz}: step {n}: {v}");
@@ -247,8 +246,8 @@ fn a_stop_and_a_change_hold_for_all_of_a_wait() {
     }
 }
 
-/// What is queued is known however often the queue was filled, in the fall to a slow speed too:
-/// nothing is planned ahead of slow steps.
+/// The planned steps are known however often the queue was filled, also in the fall to a slow speed: nothing is
+/// planned ahead of slow steps.
 #[test]
 fn a_stop_after_slowing_down_leaves_the_step_in_progress() {
     let mut most = 0;
@@ -269,8 +268,8 @@ fn a_stop_after_slowing_down_leaves_the_step_in_progress() {
             let before = steps_of_axis(board.recorder()).len();
             board.run_to_rest();
             let steps = steps_of_axis(board.recorder());
-            // After 24 ms, or at slow speeds the step in progress: a part of a step that is left
-            // over, and the fall, from the speed that it had.
+            // After 24 ms, or at slow speeds after the step in progress: the remaining part of a step, and the
+            // fall from the speed at that time.
             let ahead = &steps[before.saturating_sub(2)..];
             let v = 16e6 / (ahead[1] - ahead[0]) as f64;
             let way = v * v / 2.0 / f64::from(ramp) + 2.01;

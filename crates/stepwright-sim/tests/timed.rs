@@ -1,4 +1,4 @@
-//! The Arduino driver's three validation cases on the virtual board, number for number.
+//! The three validation cases of the Arduino driver on the virtual board, number for number.
 //!
 //! The logs are in `stepwright_sim::timed::published`.
 
@@ -51,7 +51,7 @@ fn case_1_slower() {
         assert_eq!(dump.end, 0);
     }
 
-    // The end: 7 updates are never made, and after the stop all is 0 but the time.
+    // The end: 7 updates are never made, and after the stop all numbers except the time are 0.
     board.run_for_millis(1_500);
     assert!(!board.is_moving());
     assert_eq!(board.steps().len(), 8_900);
@@ -72,8 +72,7 @@ fn case_1s_updates() {
     }
 }
 
-/// A new top that took effect at once would give other counts than the log: this is what
-/// tells the models apart.
+/// A new top that took effect at once would give other counts than the log: this distinguishes the models.
 #[test]
 fn case_1_at_once_is_three_steps_off() {
     let mut board = board(Model::Ideal);
@@ -93,7 +92,7 @@ fn case_2_faster() {
         for dump in &dumps {
             assert_eq!((dump.control.bits(), dump.status), (0xF2, Status::NONE));
         }
-        // The log ends before the eleventh; then the speed is fixed.
+        // The log ends before the eleventh update; after that the speed is fixed.
         board.run_for_millis(1_000);
         let dump = board.dump();
         assert_eq!((dump.top, dump.modification, dump.counts), (32_332, 1_164, 0));
@@ -101,8 +100,8 @@ fn case_2_faster() {
     }
 }
 
-/// Every update of case 2, and that the first comes at 1200 ms: with the fourth step of 300
-/// ms, since the interrupt looks only when it steps.
+/// Every update of case 2. The first comes at 1200 ms, with the fourth step of 300 ms, since the interrupt
+/// checks only when it steps.
 #[test]
 fn case_2s_updates() {
     let mut board = board(Model::Ideal);
@@ -144,7 +143,7 @@ fn case_3_polled_with_a_callback() {
         assert_eq!(board.dump().control.bits(), 0xE2);
         let (mut calls, mut counts, mut after) = (Vec::new(), 0u32, 0u32);
         let mut last = board.millis();
-        // The main loop: a millisecond a turn.
+        // The main loop: one millisecond per turn.
         for _ in 0..60_000 {
             board.run_for_millis(1);
             counts += 1;
@@ -164,7 +163,7 @@ fn case_3_polled_with_a_callback() {
     }
 }
 
-/// Austin: current on at the start, off after the last step. The phase survives.
+/// Austin: current on at the start, off after the last step. The phase is kept.
 #[test]
 fn an_l6219_rests_after_its_last_step() {
     let mut board = TimedBoard::new(UNO, Model::Ideal, L6219_QUARTER, 0);
@@ -183,7 +182,8 @@ fn an_l6219_rests_after_its_last_step() {
     assert_eq!(board.phase(), 8);
 }
 
-/// Pins that an Uno has not got, or that are the serial line's: `E`, and the motor stays wired as it was.
+/// Pins that an Uno does not have, or that belong to the serial line, are answered `E`, and the motor stays
+/// wired as before.
 #[test]
 fn pins_of_another_board_are_refused_and_change_nothing() {
     let mut board = TimedLineBoard::uno();
@@ -201,7 +201,7 @@ fn pins_of_another_board_are_refused_and_change_nothing() {
     {
         assert_eq!(say(bad), "E pins\r", "{bad}");
     }
-    // It has no motor yet.
+    // The timer has no motor yet.
     assert_eq!(say(moves), "-4\r");
     for good in [":W1,68,252,0,0,1,0,0,16,48,32", ":W1,66,48,0,0,1,0,0,16,48,32"] {
         assert_eq!(say(good), "Y\r", "{good}");

@@ -13,7 +13,7 @@ use crate::program::{ProgramBoard, SimProgram};
 /// Clocks of the timer in a millisecond.
 const MILLIS: u64 = 16_000;
 
-/// A virtual Uno that hears the rows of `stepwright_timed::line`.
+/// A virtual Uno that takes the rows of `stepwright_timed::line`.
 ///
 /// ```
 /// use stepwright_sim::timed::TimedLineBoard;
@@ -28,7 +28,7 @@ const MILLIS: u64 = 16_000;
 pub type TimedLineBoard = ProgramBoard<TimedMotor, LONGEST>;
 
 impl TimedLineBoard {
-    /// Switches one on.
+    /// Switches a virtual Uno on.
     pub fn uno() -> TimedLineBoard {
         let coils = Coils::new(Lines::default(), stepwright::drive::sequence::SHIELD, 0);
         let station = TimedStation::new(Motion::new(coils), Hardware::avr16(16_000_000));
@@ -53,7 +53,7 @@ impl TimedMotor {
     }
 }
 
-/// Whether an Uno has these pins of a port, but for the serial line's: `AnyPort::of` of `stepwright-avr`.
+/// Whether an Uno has these pins of a port, except those of the serial line: `AnyPort::of` of `stepwright-avr`.
 const fn has_pins(port: u8, mask: u8) -> bool {
     let pins = match port {
         b'B' | b'C' => 0b0011_1111,
@@ -102,7 +102,7 @@ impl BoardProgram for TimedMotor {
     fn carry_out(&mut self, line: &Line) -> Result<Said, Fault<Unwired>> {
         let mut now = self.millis();
         if matches!(line, Line::Move(..)) {
-            // As a millisecond begins.
+            // At the beginning of a millisecond.
             now += 1;
             self.station.motor().run_until(u64::from(now) * MILLIS);
         }

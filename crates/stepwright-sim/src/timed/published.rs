@@ -1,33 +1,32 @@
-//! The Arduino driver's validation cases as they are published: the orders, and what the main
-//! loop's dumps say.
+//! The validation cases of the Arduino driver as published: the orders, and the dumps of the main loop.
 //!
-//! Of the logs stands here what can be checked: not the pattern, not the host's times, and
-//! numbers that are torn, because they changed while they were printed, are mended.
+//! Only what can be checked is here: the logs' patterns and the host's times are left out, and numbers that
+//! changed while they were printed are repaired.
 
 use stepwright_timed::{Control, SetSpeed};
 
-/// One of the cases.
+/// A validation case.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// The call.
     pub order: SetSpeed,
-    /// The dumps, in their order.
+    /// The dumps, in order.
     pub log: &'static [Row],
 }
 
-/// Of a dump the top, its modification, the steps left, the time and the updates left.
+/// The top, its modification, the steps left, the time and the updates left of a dump.
 pub type Row = [u32; 5];
 
-/// `millis()` at the call, in both logs.
+/// The value of `millis()` at the call, in both logs.
 pub const CALL_MS: u32 = 1_009;
-/// From the call to the first dump of the main loop, and from there to each next.
+/// The time from the call to the first dump of the main loop.
 pub const FIRST_DUMP_MS: f64 = 166.9;
-/// Likewise.
+/// The time between two dumps.
 pub const DUMP_EVERY_MS: f64 = 1_001.0;
 
 const VARIABLE: Control = Control::DRV_EN.and(Control::SPEED_VARIABLE).and(Control::VARIABLE_PWR);
 
-/// Slower while spinning, until 8900 steps are made.
+/// Slower while the motor spins, until 8900 steps are made.
 pub const CASE_1: Case = Case {
     order: SetSpeed {
         control: VARIABLE.and(Control::IRQ_TIMING),
@@ -40,7 +39,7 @@ pub const CASE_1: Case = Case {
     log: CASE_1_LOG,
 };
 
-/// Faster while spinning, without an end.
+/// Faster while the motor spins, without an end.
 pub const CASE_2: Case = Case {
     order: SetSpeed {
         control: VARIABLE.and(Control::IRQ_TIMING).and(Control::FASTER),
@@ -53,14 +52,13 @@ pub const CASE_2: Case = Case {
     log: CASE_2_LOG,
 };
 
-/// The same checked by the main loop, every [`POLL_MS`], until 10000 steps are made. It has
-/// no log.
+/// As case 2, but checked by the main loop every [`POLL_MS`], until 10000 steps are made. It has no log.
 pub const CASE_3: Case = Case {
     order: SetSpeed { control: VARIABLE.and(Control::FASTER), limit: 10_000, ..CASE_2.order },
     log: &[],
 };
 
-/// How often case 3's main loop checks.
+/// How often the main loop of case 3 checks.
 pub const POLL_MS: u32 = 50;
 
 const CASE_1_LOG: &[Row] = &[

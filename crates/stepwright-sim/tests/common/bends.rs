@@ -1,13 +1,12 @@
-//! The independent curve of a travel with a limited jerk, whose mind is changed on
-//! the way: pieces of constant jerk, in f64, from the physics alone. It shares no
-//! formula with the planner: ramps are set up by their durations, top speeds out
-//! of reach and the times of pulses are found by halving intervals.
+//! The independent curve of a travel with a limited jerk that is changed on the way: pieces of constant jerk,
+//! in f64, from physics alone. It shares no formula with the planner: ramps are built from their durations, and
+//! unreachable top speeds and the times of pulses are found by bisection.
 //!
-//! A change first lets the acceleration go, at the jerk; from the next pulse on the
-//! level the rest is the quickest way. What already falls to its end does so.
+//! A change first brings the acceleration to 0 at the jerk limit. From the next pulse at constant speed on, the
+//! rest is the quickest way. A leg that already falls to its end is not changed.
 //!
-//! Where rounding, or how far a half-planned run was, decides between two ways, both
-//! are followed; one must be the pulses'.
+//! If rounding, or the progress of a half-planned run, decides between two ways, both are followed; the pulses
+//! must keep one of them.
 
 use super::legs::{Gap, Said};
 use stepwright::Change;
@@ -22,7 +21,7 @@ pub struct Limits {
     pub jerk: f64,
 }
 
-/// So long with this acceleration at first, changing at this jerk.
+/// A time with this acceleration at its beginning, which changes at this jerk.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     time: f64,
@@ -30,7 +29,7 @@ struct Piece {
     jerk: f64,
 }
 
-/// Where it is, how fast, and how that changes.
+/// Position, speed and acceleration.
 #[derive(Clone, Copy, Debug)]
 struct State {
     x: f64,
@@ -49,19 +48,19 @@ impl State {
     }
 }
 
-/// A stretch in one direction, from a pulse on.
+/// A stretch in one direction, from one pulse on.
 #[derive(Clone, Debug)]
 struct Leg {
     v: f64,
     pieces: Vec<Piece>,
-    /// Where the last fall begins.
+    /// The steps before the last fall.
     fall: f64,
     steps: f64,
-    /// Seconds that its pieces last too long: steps in doubt that it doesn't have.
+    /// Seconds by which its pieces last too long: doubtful steps that the leg does not have.
     excess: f64,
 }
 
-/// From one speed to another, within this acceleration.
+/// The ramp from one speed to another, within this acceleration.
 fn ramp(from: f64, to: f64, a: f64, jerk: f64) -> Vec<Piece> {
     let change = (to - from).abs();
     if change == 0.0 {
@@ -77,15 +76,15 @@ fn ramp(from: f64, to: f64, a: f64, jerk: f64) -> Vec<Piece> {
     ]
 }
 
-/// How far these pieces lead.
+/// The steps that these pieces make.
 fn way(v: f64, pieces: &[Piece]) -> f64 {
     let begin = State { x: 0.0, v, a: 0.0 };
     pieces.iter().fold(begin, |state, piece| state.after(piece, piece.time)).x
 }
 
-/// So far on the level.
+/// A piece at constant speed over these steps.
 fn wait(way: f64, v: f64) -> Piece {
-    // An endless one is longer than any test.
+    // An endless piece is longer than any test.
     let time = if way > 0.0 { (way / v).min(1e9) } else { 0.0 };
     Piece { time, a: 0.0, jerk: 0.0 }
 }
@@ -99,16 +98,16 @@ fn peak(pieces: &[Piece]) -> f64 {
     pieces.iter().map(|piece| piece.a.abs()).fold(0.0, f64::max)
 }
 
-/// Steps that a bend may be longer or shorter by where speeds near v are told to
-/// 2⁻²⁸: dv/a in time, where a comes or goes, and never more than a bend of dv lasts.
-/// What it does to the pulses' times can't be seen; that it may cost a step can.
+/// By how many steps a bend may be longer or shorter if speeds near v are known to 2⁻²⁸: dv/a in time where a
+/// begins or ends, and at most the duration of a bend of dv. The effect on the pulses' times is invisible, but
+/// it may cost a step.
 fn doubt(v: f64, a: f64, jerk: f64) -> f64 {
     let dv = v * 2f64.powi(-28);
     v * (dv / a).min((2.0 * dv / jerk).sqrt())
 }
 
 impl Leg {
-    /// The quickest way over this many steps (infinitely many too) to rest, from a level.
+    /// The quickest way from constant speed over this many steps to rest; the steps may be infinite.
     fn over(v: f64, steps: f64, limits: &Limits) -> Leg {
         let first = |top: f64| ramp(v, top, if top > v { limits.a } else { limits.d }, limits.jerk);
         let both = |top: f64| way(v, &first(top)) + way(top, &fall(top, limits));
@@ -125,7 +124,7 @@ impl Leg {
         Leg { v, pieces: Vec::new(), fall: 0.0, steps, excess: 0.0 }.joined(first(top), top, limits)
     }
 
-    /// These pieces, which lead to a level at `top`, then the level, then the fall.
+    /// The leg with these pieces up to the speed `top`, then constant speed, then the fall.
     fn joined(mut self, pieces: Vec<Piece>, top: f64, limits: &Limits) -> Leg {
         let fall = fall(top, limits);
         self.pieces.extend(pieces);
@@ -137,13 +136,13 @@ impl Leg {
         self
     }
 
-    /// Seconds that its ramps last: their times are computed from their ends.
+    /// Seconds that the ramps last, as their times are computed from their ends.
     fn ramps(&self) -> f64 {
         let bent = |piece: &&Piece| piece.a != 0.0 || piece.jerk != 0.0;
         self.pieces.iter().filter(bent).map(|piece| piece.time).sum()
     }
 
-    /// Seconds from pulse 0 to pulse s, and the state there.
+    /// Seconds from pulse 0 to pulse s, and the state at s.
     fn at(&self, s: f64) -> (f64, State) {
         let (mut time, mut state) = (0.0, State { x: 0.0, v: self.v, a: 0.0 });
         state.a = self.pieces.first().map_or(0.0, |piece| piece.a);
@@ -152,10 +151,10 @@ impl Leg {
         }
         for piece in &self.pieces {
             let end = state.after(piece, piece.time);
-            // The last pulse comes when all is over: near rest a rounding of place is
-            // an age.
+            // The last pulse comes at the end of all pieces: near rest, a rounding of the position takes very
+            // long.
             if end.x >= s && s < self.steps {
-                // Newton's way, halving where that leads out of bounds.
+                // Newton's method, with bisection if a step leads out of bounds.
                 let (mut least, mut most, mut t) = (0.0, piece.time, piece.time);
                 for _ in 0..200 {
                     let here = state.after(piece, t);
@@ -180,30 +179,29 @@ impl Leg {
     }
 }
 
-/// Follows the pulses of one travel, of which it knows all that was said.
+/// Follows the pulses of one travel, and knows everything that was said.
 #[derive(Clone)]
 pub struct Follower<'a> {
     /// Time and position of each pulse, in ticks and steps from the origin.
     pulses: &'a [(u64, i64)],
     hz: f64,
     limits: Limits,
-    /// `None`: on and on.
+    /// `None`: endless.
     target: Option<i64>,
     leg: Leg,
     forward: bool,
-    /// It was told to stop, and no target since.
+    /// It was told to stop, and got no target since.
     braking: bool,
-    /// The pulse that is pulse 0 of the leg, by number and by position.
+    /// Pulse 0 of the leg, by number and by position.
     first: usize,
     place: i64,
-    /// When the leg's pulse 0 should come, and how long ago its time was taken
-    /// from a pulse.
+    /// When pulse 0 of the leg is due, and how long ago that time was taken from a pulse.
     time: f64,
     since: f64,
     slack: f64,
-    /// The highest and the lowest acceleration that was in force.
+    /// The highest and the lowest acceleration that were in force.
     accels: [f64; 2],
-    /// Likewise the top speed.
+    /// The same for the top speed.
     tops: [f64; 2],
 }
 
@@ -243,8 +241,8 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// The shortest and the longest rest between two legs, in ticks: an interval of the start
-    /// speed, or from rest the first of a ramp; one of the top speed, if that is longer.
+    /// The shortest and the longest rest between two legs, in ticks: an interval of the start speed, or from
+    /// rest the first interval of a ramp, but at least an interval of the top speed.
     fn rests(&self) -> [f64; 2] {
         let start = self.limits.start;
         let first = |a: f64| if start > 0.0 { 1.0 / start } else { (2.0 / a).sqrt() };
@@ -268,8 +266,7 @@ impl<'a> Follower<'a> {
             let passed = passed * self.hz;
             let off = time as f64 - self.time - passed;
             let age = self.since + passed.max(self.leg.ramps() * self.hz);
-            // Where a long ease has ended, what rounding left of its steps is gone at the
-            // low speed.
+            // After a long ease, the rounding of its steps is made up for at the low speed.
             let left = if s as f64 <= self.leg.fall { s as f64 * 2f64.powi(-28) } else { 0.0 };
             let slack = self.slack + (self.leg.excess + left / state.v.max(1e-3)) * self.hz;
             if off.abs() > slack + age * 2f64.powi(-26) {
@@ -279,8 +276,7 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// The present leg has come to its end, short of the target or beyond it:
-    /// the next one begins, from rest.
+    /// The present leg has ended, before or beyond the target: begins the next one, from rest.
     fn turn(&mut self, gap: &Gap) -> Follows<()> {
         let steps = self.leg.steps as usize;
         self.check(steps)?;
@@ -308,14 +304,13 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Whether this is what was planned while the present leg was.
+    /// Whether this was said while the present leg was being planned.
     fn covers(&self, said: &Said) -> bool {
         let s = (i64::from(said.planned) - self.place) * self.sign();
         said.forward == self.forward && (0..).contains(&s) && s as f64 <= self.leg.steps
     }
 
-    /// Goes on to where this was said, and does it, in every way that it may have been
-    /// taken.
+    /// Goes on to where this was said, and applies it in every way in which it may have been taken.
     pub fn hear(mut self, said: &Said, gap: &Gap) -> Follows<Vec<Self>> {
         while !self.covers(said) {
             self.turn(gap)?;
@@ -345,7 +340,7 @@ impl<'a> Follower<'a> {
         let last = &self.leg.pieces[self.leg.pieces.len().saturating_sub(3)..];
         let near = 1e-6 * (1.0 + self.leg.fall.abs()) + doubt(top, peak(last), self.limits.jerk);
         if s == self.leg.steps || s + 1.0 > self.leg.fall - near {
-            // It falls already, or may.
+            // It falls already, or may fall.
             let mut way = self.clone();
             if said.change.is_none() {
                 way.target = Some(self.place + self.sign() * self.leg.steps as i64);
@@ -359,7 +354,7 @@ impl<'a> Follower<'a> {
         Ok(ways)
     }
 
-    /// Whether they are the same from here on.
+    /// Whether both are the same from here on.
     pub fn is_like(&self, other: &Self) -> bool {
         let state = |way: &Self| (way.first, way.place, way.target, way.leg.pieces.len());
         let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-9 * a.abs();
@@ -370,7 +365,7 @@ impl<'a> Follower<'a> {
             && pieces.all(|(a, b)| near(a.time, b.time))
     }
 
-    /// At pulse s the acceleration goes, and all is set up again.
+    /// From pulse s on the acceleration goes to 0, and the rest is planned anew.
     fn turn_over(mut self, s: f64, ways: &mut Vec<Self>) {
         let stop = self.braking;
         let (passed, state) = self.leg.at(s);
@@ -396,7 +391,7 @@ impl<'a> Follower<'a> {
             }
             ways.push(way);
         };
-        // The whole steps that may come of a way in doubt.
+        // The whole numbers of steps that a doubtful way may have.
         let near = |x: f64, doubt: f64| {
             let by = 1e-9 + x * 2f64.powi(-27) + doubt;
             let [least, most] = [x - by, x + by].map(|x| x.ceil().max(0.0) as u32);
@@ -425,7 +420,7 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// All has been said: follows to the end.
+    /// Follows to the end, after all has been said.
     pub fn finish(mut self, gap: &Gap) -> Follows<()> {
         let target = self.target.ok_or("it never ends")?;
         while self.place + self.sign() * self.leg.steps as i64 != target {

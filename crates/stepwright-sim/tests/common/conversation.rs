@@ -1,17 +1,17 @@
-//! A virtual Uno, and what a master says to it.
+//! A virtual Uno, and the lines of a host.
 
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
 pub type Board<'q> = VirtualBoard<'q, u16, Vec<Edge>>;
 
-/// Ticks of a millisecond.
+/// Ticks per millisecond.
 pub const MS: u64 = 16_000;
 
 pub fn board(queues: &mut Queues) -> Board<'_> {
     VirtualBoard::new(queues, Description::uno(), Vec::new())
 }
 
-/// Says these lines, one after the other; the answers.
+/// Says these lines one after the other, and returns the answers.
 pub fn say(board: &mut Board<'_>, lines: &str) -> String {
     for line in lines.split_whitespace() {
         line.bytes().chain([b'\r']).for_each(|byte| board.receive(byte));

@@ -1,4 +1,4 @@
-//! The independent curve: what an order should do, and a stop on its way.
+//! The independent curve: the course of an order, and of a stop on its way.
 
 use stepwright_oracle::IdealTrapezoid;
 
@@ -15,13 +15,13 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// As the oracle has it.
+    /// The curve by the oracle.
     fn ideal(&self) -> IdealTrapezoid<f64> {
         let slopes = (2.0 * self.a, 2.0 * self.d);
         IdealTrapezoid::new((self.start, self.start), self.top, slopes, self.length)
     }
 
-    /// Speed at pulse n.
+    /// The speed at pulse n.
     pub fn speed(&self, n: f64) -> f64 {
         self.ideal().speed(n)
     }
@@ -31,8 +31,7 @@ impl Curve {
         self.ideal().time(n) * self.hz
     }
 
-    /// Steps that a stop from pulse n takes: the way to rest, rounded up. Two
-    /// answers where a hair decides.
+    /// The steps of a stop from pulse n: the way to rest, rounded up. Two answers where rounding decides.
     pub fn stop_steps(&self, n: f64) -> [u32; 2] {
         let way = self.stop_way(n);
         let hair = 1e-7 * way.max(1.0);
@@ -45,13 +44,13 @@ impl Curve {
         (v * v - start * start) / (2.0 * self.d)
     }
 
-    /// Ticks from pulse n to the i-th of `steps` steps to rest: on at the same
-    /// speed for what is left over of a step, then the fall.
+    /// Ticks from pulse n to the i-th of `steps` steps to rest: the rest of a step at constant speed, then the
+    /// fall.
     pub fn stop_time(&self, n: f64, steps: u32, i: u32) -> f64 {
         let v = self.speed(n);
         let start = self.start.min(self.top).min(v);
         let wait = (f64::from(steps) - self.stop_way(n)).max(0.0);
-        // From the end, where a difference of squares would lose everything.
+        // From the end, as a difference of squares would lose all precision.
         let left = f64::from(steps - i).min(self.stop_way(n));
         let speed = (start * start + 2.0 * self.d * left).sqrt();
         (wait.min(i.into()) / v + (v - speed) / self.d) * self.hz

@@ -1,9 +1,8 @@
-//! What a driver sees: steps and times rebuilt from edges alone.
+//! Steps and times as a driver sees them, from edges alone.
 
 use stepwright_sim::{Edge, Pin};
 
-/// The steps of one axis, rebuilt from the edges of STEP and DIR: times and
-/// the position after each.
+/// The steps of one axis, from the edges of STEP and DIR: the times and the position after each.
 pub fn steps_of(edges: &[Edge], axis: u8) -> Vec<(u64, i64)> {
     let (mut forward, mut position) = (true, 0i64);
     let mut steps = Vec::new();
@@ -20,7 +19,7 @@ pub fn steps_of(edges: &[Edge], axis: u8) -> Vec<(u64, i64)> {
     steps
 }
 
-/// Pulse width, direction set-up and hold, as the driver sees them.
+/// Checks the pulse width, and the set-up and hold times of DIR, as a driver sees them.
 pub fn check_timing(edges: &[Edge], pulse: u64, setup: u64, hold: u64, min: u64) {
     for axis in 0..3 {
         let (mut rise, mut turn, mut high) = (None::<u64>, None::<u64>, false);

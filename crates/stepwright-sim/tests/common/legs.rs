@@ -1,8 +1,8 @@
-//! The independent curve of a travel whose mind is changed on the way: legs
-//! from rest to rest, and each cut where a change took hold.
+//! The independent curve of a travel that is changed on the way: legs from rest to rest, each cut where a
+//! change took effect.
 //!
-//! In f64 on the Nano slave's line, from the physics alone: constant
-//! accelerations between speeds. It shares no formula with the planner.
+//! In f64, with the commands of the serial line, from physics alone: constant accelerations between speeds. It
+//! shares no formula with the planner.
 
 use stepwright::Change;
 
@@ -17,23 +17,22 @@ pub struct Limits {
     pub hair: f64,
 }
 
-/// A stretch in one direction: a first ramp up or down, a level, a fall.
+/// A stretch in one direction: a first ramp up or down, constant speed, and a fall.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg {
-    /// Speed at its pulse 0, on the level, and at the end.
+    /// The speeds at pulse 0, between the ramps, and at the end.
     v0: f64,
     v_top: f64,
     v_end: f64,
     d: f64,
-    /// Steps from pulse 0 to where the level begins and ends, and to rest.
+    /// The steps from pulse 0 to the beginning and the end of the constant speed, and to rest.
     level: f64,
     fall: f64,
     pub steps: f64,
 }
 
-/// How much longer than the room there is a fall may be, as a part of it, and
-/// still be said to fit. Rounding decides between these two: a story is followed
-/// with the one and, if that fails, with the other.
+/// By how much longer than the available way a fall may be and still count as fitting, as a part of it.
+/// Rounding decides between these two: a story is followed with the first and, if that fails, with the second.
 pub const HAIRS: [f64; 2] = [1.0 / (1u64 << 31) as f64, 1.0 / (1 << 26) as f64];
 
 impl Leg {
@@ -42,12 +41,12 @@ impl Leg {
         ((v * v - limits.start * limits.start) / (2.0 * limits.d)).max(0.0)
     }
 
-    /// How much of it a hair is.
+    /// The part of that way that a hair is.
     fn hair(v: f64, limits: &Limits) -> f64 {
         limits.hair * v * v / (2.0 * limits.d)
     }
 
-    /// The shortest stop at a pulse, from this speed.
+    /// The shortest stop that ends at a pulse, from this speed.
     pub fn brake(v: f64, limits: &Limits) -> Leg {
         let way = Leg::way(v, limits);
         let steps = (way - Leg::hair(v, limits)).max(0.0).ceil();
@@ -55,8 +54,8 @@ impl Leg {
         Leg { v0: v, v_top: v, v_end: limits.start.min(v), d: limits.d, level: 0.0, fall, steps }
     }
 
-    /// The quickest way over this many steps, infinitely many too, from this speed
-    /// to rest; a stop where they are not enough.
+    /// The quickest way from this speed over this many steps to rest; the steps may be infinite. A stop if they
+    /// are too few.
     pub fn over(v: f64, steps: f64, limits: &Limits) -> Leg {
         let &Limits { start, top, a, d, .. } = limits;
         if steps < Leg::way(v, limits) - Leg::hair(v, limits) {
@@ -65,7 +64,7 @@ impl Leg {
         let mut leg = Leg { v0: v, v_top: top, v_end: start, d, level: 0.0, fall: 0.0, steps };
         leg.fall = steps - ((top * top - start * start) / (2.0 * d)).max(0.0);
         if v > top {
-            // To the new top speed in whole steps; straight to rest if they don't fit.
+            // To the new top speed in whole steps, or straight to rest if they don't fit.
             let ease = (v * v - top * top) / (2.0 * d) - Leg::hair(v, limits);
             leg.level = ease.max(0.0).ceil();
             if leg.level > leg.fall + Leg::hair(v, limits) {
@@ -84,7 +83,7 @@ impl Leg {
         leg
     }
 
-    /// Speed at pulse s.
+    /// The speed at pulse s.
     pub fn speed(&self, s: f64) -> f64 {
         if s < self.level {
             let part = s / self.level;
@@ -96,7 +95,7 @@ impl Leg {
         }
     }
 
-    /// Seconds from pulse 0 to pulse s: each stretch at its mean speed.
+    /// Seconds from pulse 0 to pulse s, with each stretch at its mean speed.
     pub fn time(&self, s: f64) -> f64 {
         let mean =
             |steps: f64, v: f64, w: f64| if steps > 0.0 { 2.0 * steps / (v + w) } else { 0.0 };
@@ -107,8 +106,8 @@ impl Leg {
     }
 }
 
-/// When something was said, by what had been planned: where to, in steps from
-/// the travel's origin, and whether forward.
+/// When something was said, by the planned position then, in steps from the travel's origin, and the planned
+/// direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Said {
     pub planned: i32,
@@ -117,29 +116,28 @@ pub struct Said {
     pub change: Option<Change>,
 }
 
-/// Follows the pulses of one travel, of which it knows all that was said.
+/// Follows the pulses of one travel, and knows everything that was said.
 pub struct Follower<'a> {
     /// Time and position of each pulse, in ticks and steps from the origin.
     pulses: &'a [(u64, i64)],
     hz: f64,
     limits: Limits,
-    /// `None`: on and on.
+    /// `None`: endless.
     target: Option<i64>,
     leg: Leg,
     forward: bool,
-    /// It was told to stop, and no target since.
+    /// It was told to stop, and got no target since.
     braking: bool,
-    /// The pulse that is pulse 0 of the leg, by number and by position.
+    /// Pulse 0 of the leg, by number and by position.
     first: usize,
     place: i64,
-    /// When the leg's pulse 0 should come, and how long ago its time was taken
-    /// from a pulse.
+    /// When pulse 0 of the leg is due, and how long ago that time was taken from a pulse.
     time: f64,
     since: f64,
     slack: f64,
-    /// The highest and the lowest acceleration that was in force.
+    /// The highest and the lowest acceleration that were in force.
     accels: [f64; 2],
-    /// Likewise the top speed.
+    /// The same for the top speed.
     tops: [f64; 2],
     worst: f64,
 }
@@ -185,8 +183,8 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// The shortest and the longest rest between two legs, in ticks: an interval of the start
-    /// speed, or from rest the first of a ramp; one of the top speed, if that is longer.
+    /// The shortest and the longest rest between two legs, in ticks: an interval of the start speed, or from
+    /// rest the first interval of a ramp, but at least an interval of the top speed.
     fn rests(&self) -> [f64; 2] {
         let start = self.limits.start;
         let first = |a: f64| if start > 0.0 { 1.0 / start } else { (2.0 / a).sqrt() };
@@ -222,8 +220,7 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// The present leg has come to its end, short of the target or beyond it:
-    /// the next one begins, from rest.
+    /// The present leg has ended, before or beyond the target: begins the next one, from rest.
     fn turn(&mut self, gap: &Gap) {
         let steps = self.leg.steps as usize;
         self.check(steps);
@@ -242,13 +239,13 @@ impl<'a> Follower<'a> {
         self.leg = Leg::over(self.limits.start, way - 1.0, &self.limits);
     }
 
-    /// Whether this is what was planned while the present leg was.
+    /// Whether this was said while the present leg was being planned.
     fn covers(&self, said: &Said) -> bool {
         let s = (i64::from(said.planned) - self.place) * self.sign();
         said.forward == self.forward && (0..).contains(&s) && s as f64 <= self.leg.steps
     }
 
-    /// Goes on to where this was said, and does it.
+    /// Goes on to where this was said, and applies it.
     pub fn hear(&mut self, said: &Said, gap: &Gap) {
         while !self.covers(said) {
             self.turn(gap);
@@ -273,7 +270,7 @@ impl<'a> Follower<'a> {
             Some(Change::Decel(d)) => self.limits.d = d.millisteps() as f64 / 1e3,
         }
         if s as f64 == self.leg.steps {
-            // Planned to its end: what comes now comes after it.
+            // The leg is planned to its end: the change takes effect after it.
             if said.change.is_none() {
                 self.target = Some(said.planned.into());
             }
@@ -294,7 +291,7 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// All has been said: follows to the end. The largest deviation, in ticks.
+    /// Follows to the end, after all has been said. Returns the largest deviation, in ticks.
     pub fn finish(mut self, gap: &Gap) -> f64 {
         let target = self.target.expect("it never ends");
         while self.place + self.sign() * self.leg.steps as i64 != target {

@@ -1,5 +1,4 @@
-//! Stories of a travel whose mind is changed on the way, at random, played on the
-//! virtual board.
+//! Random stories of a travel that is changed on the way, played on the virtual board.
 
 use std::cell::Cell;
 
@@ -12,7 +11,7 @@ use stepwright::timer::Count;
 use stepwright::{Accel, Axis, Change, Order, Refusal, Speed, Travel};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
-/// A change of mind, this many µs after the one before.
+/// A change, this many µs after the one before.
 #[derive(Clone, Debug)]
 pub struct Whim {
     pub after: u32,
@@ -21,12 +20,12 @@ pub struct Whim {
 
 #[derive(Clone, Copy, Debug)]
 pub enum What {
-    /// So far from where it is planned to, or from the origin.
+    /// A target this far from the planned position, or from the origin.
     Near(i32),
     Absolute(i32),
-    /// The target that it has.
+    /// The present target again.
     Again,
-    /// In thousandths.
+    /// In thousandths of the unit.
     Top(u32),
     Accel(u32),
     Decel(u32),
@@ -92,19 +91,19 @@ pub fn story() -> impl Strategy<Value = Story> {
     )
 }
 
-/// What has come of a story.
+/// The result of a story.
 pub struct Told {
-    /// Time and position of each pulse of the axis.
+    /// The time and position of each pulse of the axis.
     pub pulses: Vec<(u64, i64)>,
-    /// The changes that were taken.
+    /// The accepted changes.
     pub said: Vec<Said>,
-    /// From the last pulse of a leg to the first of the next.
+    /// The time from the last pulse of a leg to the first pulse of the next.
     pub gap: Gap,
     pub hz: f64,
 }
 
 impl Story {
-    /// Its first target, if it has one, and whether it leads forward.
+    /// The first target, if there is one, and whether it is forward.
     pub fn target(&self) -> (Option<i64>, bool) {
         match self.order.travel {
             Travel::By(steps) => (Some(steps.into()), steps > 0),
@@ -113,7 +112,7 @@ impl Story {
     }
 }
 
-/// Lets a story happen on the virtual board; `None` if its order is refused.
+/// Plays a story on the virtual board; `None` if its order is refused.
 pub fn play<C: Count>(description: Description, story: &Story) -> Option<Told> {
     let mut queues = Queues::default();
     let mut board: VirtualBoard<C, Vec<Edge>> =
@@ -130,7 +129,7 @@ pub fn play<C: Count>(description: Description, story: &Story) -> Option<Told> {
         Travel::Endless(_) => 50,
     };
     if board.is_endless() {
-        // What never ends by itself must be ended.
+        // An endless travel has to be ended.
         whims.push(Whim { after: 300_000, what: What::Absolute(100) });
     }
     for whim in whims {
@@ -178,14 +177,14 @@ pub fn play<C: Count>(description: Description, story: &Story) -> Option<Told> {
     let pulses = steps_of(board.recorder(), story.axis);
     assert_eq!(board.position(story.axis), Some(pulses.last().map_or(0, |last| last.1)));
     let hz = f64::from(rate.hz());
-    // From the last pulse of a leg to the first of the next: the foreground
-    // comes by every 50 µs, and then hold, set-up and lead count.
+    // From the last pulse of a leg to the first of the next: the foreground runs every 50 µs, and then hold,
+    // set-up and lead are added.
     let least = f64::from(timing.hold + timing.setup + description.board.lead) - 1.0;
     let gap = Gap { least, most: least + f64::from(rate.micros(200)) };
     Some(Told { pulses, said, gap, hz })
 }
 
-/// Tells this many stories, of five changes each, or what `STEPWRIGHT_CASES` says.
+/// Plays this many stories, of five changes each, or as many as `STEPWRIGHT_CASES` says.
 pub fn tell_all<S: Strategy>(cases: u32, stories: S, tell: impl Fn(S::Value) -> usize) {
     let asked = std::env::var("STEPWRIGHT_CASES").ok().and_then(|n| n.parse().ok());
     let cases = asked.unwrap_or(cases);
@@ -201,11 +200,11 @@ pub fn tell_all<S: Strategy>(cases: u32, stories: S, tell: impl Fn(S::Value) -> 
         panic!("{failure}");
     }
     println!("{} changes in {cases} stories", taken.get());
-    // Stories in which nobody changes his mind would prove nothing.
+    // Stories without changes would prove nothing.
     assert!(taken.get() >= 3 * cases as usize, "only {} changes", taken.get());
 }
 
-/// Fitted to a quarter of a tick, and played to the bit: on the curve to a tick.
+/// Fitted to a quarter of a tick and played exactly: within a tick of the curve.
 pub fn exact(mut description: Description) -> Description {
     let rate = description.board.rate;
     description.board.fit = Fit::EXACT.lasting(rate.micros(8_000));

@@ -1,11 +1,10 @@
-//! The slave's answers on their way out, pulled a byte at a time.
+//! The slave's answers, sent a byte at a time.
 //!
-//! All of them stand in one text in flash, line by line, and a `#` stands for
-//! a number that is asked for when it is its turn. So an answer takes no more
-//! RAM than the digits of one number: at 115200 baud a byte takes 87 µs, and a
-//! board that wrote the longest answer in one go would stand still for 16 ms
-//! or keep 190 bytes for it. `core::fmt` is not used; on an AVR it alone would
-//! fill several kilobytes of flash.
+//! All answers are in one text in flash, line by line. A `#` in it stands for a number, which is
+//! requested only when it is due. So an answer takes no more RAM than the digits of one number: at
+//! 115200 baud a byte takes 87 µs, and a board that wrote the longest answer in one go would block
+//! for 35 ms or need 400 bytes of RAM. `core::fmt` is not used; on an AVR it alone would fill
+//! several kilobytes of flash.
 
 use crate::can;
 use crate::flash::{Text, flash};
@@ -13,7 +12,7 @@ use crate::machine::REASONS;
 use crate::setting::{NAMES, Setting};
 use crate::text::Decimal;
 
-/// Every answer, and then the words that `last=` can have.
+/// All answers, then the words of `last=`.
 const LINES: &[&[u8]] = &[
     b"Y\nE\nR\nB\n#\nstepwright #.# axes=# max=# late=# refused=# last=# uncertain=#\n",
     b"stop=########\n",
@@ -21,7 +20,7 @@ const LINES: &[&[u8]] = &[
     can::LINE,
     b"closed=#\n",
     NAMES,
-    // No answer, but looked for among the names.
+    // Not an answer; [`setting_named`] looks for it among the names.
     b"reset=#\n",
     REASONS.as_bytes(),
 ];
@@ -52,14 +51,14 @@ const fn joined() -> [u8; LENGTH] {
     bytes
 }
 
-/// The lines of the text, by number.
+/// Line numbers of the text.
 pub(crate) mod line {
     pub(crate) const YES: u8 = 0;
     pub(crate) const NO: u8 = 1;
     pub(crate) const READY: u8 = 2;
     pub(crate) const BUSY: u8 = 3;
     pub(crate) const POSITION: u8 = 4;
-    /// With the lines behind it: `stop=`, `errors=`, `can=` and `closed=`.
+    /// With the lines after it: `stop=`, `errors=`, `can=` and `closed=`.
     pub(crate) const INFO: u8 = 5;
     /// The first setting.
     pub(crate) const SETTINGS: u8 = 10;
@@ -67,7 +66,7 @@ pub(crate) mod line {
     pub(crate) const REASONS: u8 = SETTINGS + super::RESET + 1;
 }
 
-/// What the `#` stand for, by number.
+/// The numbers of the values that the `#` stand for.
 pub(crate) mod value {
     pub(crate) const POSITION: u8 = 0;
     pub(crate) const MAJOR: u8 = 1;
@@ -88,31 +87,31 @@ pub(crate) mod value {
     pub(crate) const SETTINGS: u8 = CLOSED + 1;
 }
 
-/// The digits are all.
+/// The digits are set; no byte precedes them.
 pub(crate) const DIGITS: u8 = 0;
 /// There is no such value.
 pub(crate) const NOTHING: u8 = 1;
 
-/// An answer, as far as it has yet to be sent.
+/// An answer: the part that is not sent yet.
 #[derive(Clone, Debug)]
 pub(crate) struct Answer {
-    /// Where in the text.
+    /// The position in the text.
     at: u16,
-    /// Where to go on after a word of `last=`; 0: no such word is being sent.
+    /// The position after the word of `last=`; 0 while no such word is being sent.
     after: u16,
     /// The number of the next `#`.
     value: u8,
-    /// Lines of the text that are still to be sent, with spaces between them.
+    /// The lines of the text that are still to be sent, with spaces between them.
     lines: u8,
     number: Decimal,
 }
 
 impl Answer {
-    /// There is nothing to send.
+    /// Nothing to send.
     pub(crate) const NONE: Answer =
         Answer { at: 0, after: 0, value: 0, lines: 0, number: Decimal::NONE };
 
-    /// From now on this many lines of the text are the answer.
+    /// Begins an answer of this many lines of the text.
     pub(crate) fn begin(&mut self, first: u8, lines: u8) {
         (self.at, self.value) = find(first);
         self.lines = lines;
@@ -123,10 +122,9 @@ impl Answer {
         self.lines != 0
     }
 
-    /// The next byte. `number` sets the digits of value `n` when its turn has
-    /// come and gives [`DIGITS`], or the byte that stands before them or for the
-    /// value, or [`NOTHING`]; `last` is the word of `last=`:
-    /// 0 for `none`, else 1 more than the reason.
+    /// The next byte. When value `n` is due, `number` sets its digits and returns [`DIGITS`], or
+    /// the byte to send before them or for the value, or [`NOTHING`]. `last` is the word of
+    /// `last=`: 0 for `none`, else 1 more than the reason.
     pub(crate) fn next(
         &mut self,
         last: u8,
@@ -166,7 +164,7 @@ impl Answer {
     }
 }
 
-/// Where a line begins, and the number of its first `#`.
+/// The position where a line begins, and the number of its first `#`.
 #[inline(never)]
 fn find(line: u8) -> (u16, u8) {
     let (mut at, mut left, mut value) = (0u16, line, 0u8);
@@ -183,10 +181,10 @@ fn find(line: u8) -> (u16, u8) {
     (at, value)
 }
 
-/// The index that stands for `reset`.
+/// The index of `reset`.
 pub(crate) const RESET: u8 = Setting::COUNT as u8;
 
-/// The index of the setting with this name, or [`RESET`]; none has `=` in it.
+/// The index of the setting with this name, or [`RESET`]. No name contains `=`.
 #[inline(never)]
 pub(crate) fn setting_named(name: &[u8]) -> Option<u8> {
     let (mut at, _) = find(line::SETTINGS);
@@ -204,7 +202,7 @@ pub(crate) fn setting_named(name: &[u8]) -> Option<u8> {
         if same && length == name.len() {
             return Some(index);
         }
-        // Over the `#` and the end of the line.
+        // Skips the `#` and the end of the line.
         at = at.wrapping_add(2);
     }
     None

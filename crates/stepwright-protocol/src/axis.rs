@@ -4,12 +4,12 @@ use crate::grammar::{Argument, Shape};
 use crate::raw_line::RawLine;
 use crate::text::Piece;
 
-/// The most axes one slave can have. One digit names each.
+/// The most axes that a slave can have: one digit names each.
 pub const MAX_AXES: u8 = 8;
 
 /// One axis: 1 … 8 on the line, 0 … 7 as an index.
 ///
-/// Whether the board has that many is the slave's business, not this type's.
+/// The slave checks whether the board has that many axes; this type does not.
 ///
 /// ```
 /// use stepwright_protocol::AxisId;
@@ -32,17 +32,17 @@ impl AxisId {
         }
     }
 
-    /// The axis at this place; one that is none is the first.
+    /// The axis with this index, modulo [`MAX_AXES`].
     pub(crate) const fn at(index: u8) -> AxisId {
         AxisId(index % MAX_AXES)
     }
 
-    /// Its number on the line, 1 … 8.
+    /// The number on the line, 1 … 8.
     pub const fn number(self) -> u8 {
         self.0.wrapping_add(1)
     }
 
-    /// Its place in an array, 0 … 7.
+    /// The index in an array, 0 … 7.
     pub const fn index(self) -> usize {
         self.0 as usize
     }
@@ -53,7 +53,7 @@ impl AxisId {
     }
 }
 
-/// Which axes the following lines address: what `A` selects.
+/// The axes that the following lines address, as `A` selects them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Selection {
     /// `A1` … `A8`.
@@ -63,10 +63,10 @@ pub enum Selection {
 }
 
 impl Selection {
-    /// What holds at power-up and after PO: axis 1.
+    /// The selection at power-up and after PO: axis 1.
     pub const FIRST: Selection = Selection::One(AxisId::FIRST);
 
-    /// Does a line that is addressed so concern `axis`?
+    /// Whether a line with this selection addresses `axis`.
     pub fn contains(self, axis: AxisId) -> bool {
         match self {
             Selection::One(one) => one == axis,

@@ -1,9 +1,9 @@
-//! What a board can do: the words of `can=` in the answer to `?`.
+//! The abilities of a board: the words of `can=` in the answer to `?`.
 
-/// Makes [`Ability`] of the table.
+/// Makes [`Ability`] from the table.
 macro_rules! abilities {
     ($($ability:ident, $here:expr, $word:literal, $doc:literal;)*) => {
-        /// Something that some boards can do and others have no room for.
+        /// An ability that some boards have and others have no room for.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u8)]
         pub enum Ability {
@@ -14,14 +14,14 @@ macro_rules! abilities {
             /// Every ability, in the order of the words.
             pub const ALL: [Ability; [$($word),*].len()] = [$(Ability::$ability),*];
 
-            /// Its word on the line.
+            /// The word on the line.
             pub const fn name(self) -> &'static str {
                 match self { $(Ability::$ability => $word),* }
             }
         }
 
         impl Abilities {
-            /// Those of this build.
+            /// The abilities of this build.
             pub const OWN: Abilities =
                 Abilities(0 $(| ($here as u8) << Ability::$ability as u8)*);
         }
@@ -50,21 +50,21 @@ abilities! {
 pub struct Abilities(u8);
 
 impl Abilities {
-    /// None of them.
+    /// No abilities.
     pub const NONE: Abilities = Abilities(0);
 
-    /// Whether this is one of them.
+    /// Whether the set has this ability.
     pub const fn has(self, ability: Ability) -> bool {
         self.0 & 1 << ability as u8 != 0
     }
 
-    /// These and this one.
+    /// The set with this ability added.
     pub const fn with(self, ability: Ability) -> Abilities {
         Abilities(self.0 | 1 << ability as u8)
     }
 
-    /// Reads words with commas between them. Words of a later version are
-    /// skipped, and so is `none`.
+    /// Reads words separated by commas. Unknown words, which a later version may send, are skipped,
+    /// and so is `none`.
     pub fn parse(words: &[u8]) -> Abilities {
         let mut can = Abilities::NONE;
         for word in words.split(|byte| *byte == b',') {
@@ -77,8 +77,7 @@ impl Abilities {
         can
     }
 
-    /// `can=` and its words, or `none`: with an end of line behind it, and
-    /// more of them up to this length.
+    /// `can=` and the words, or `none`, filled up to this length with ends of line, at least one.
     const fn padded(self) -> [u8; LONGEST] {
         let mut line = [b'\n'; LONGEST];
         let mut to = write(&mut line, 0, "can=");
@@ -98,17 +97,17 @@ impl Abilities {
         line
     }
 
-    /// `can=` and its words, or `none`.
+    /// `can=` and the words, or `none`.
     pub(crate) fn line(self) -> impl Iterator<Item = u8> + Clone {
         self.padded().into_iter().take_while(|byte| *byte != b'\n')
     }
 }
 
-/// The line of the answers' text that says what this build can do.
+/// The line of the answers' text with the abilities of this build.
 pub(crate) const LINE: &[u8] = OWN.split_at(length(OWN)).0;
 const OWN: &[u8] = &Abilities::OWN.padded();
 
-/// More than all words and their commas take.
+/// More than the length of all words with their commas.
 const LONGEST: usize = 64;
 
 const fn write(line: &mut [u8; LONGEST], from: usize, word: &str) -> usize {
@@ -120,7 +119,7 @@ const fn write(line: &mut [u8; LONGEST], from: usize, word: &str) -> usize {
     from + at
 }
 
-/// Up to the first end of line, with it.
+/// The length up to and including the first end of line.
 const fn length(line: &[u8]) -> usize {
     let mut at = 0;
     while line[at] != b'\n' {

@@ -1,4 +1,4 @@
-//! What a master can say: one line, one command.
+//! The lines that a master sends: one command per line.
 
 use core::fmt::{self, Write};
 
@@ -13,15 +13,15 @@ use crate::raw_line::RawLine;
 use crate::text::{Bytes, Piece, Pieces};
 
 impl Command {
-    /// The longest line that is understood, without its CR, in bytes. Every
-    /// command fits, with room for some leading zeros.
+    /// The longest line that is understood, without its CR, in bytes. Every command fits, with room
+    /// for some leading zeros.
     pub const LONGEST: usize = 24;
 
     /// Reads a complete line, without its CR.
     ///
     /// # Errors
-    /// [`BadLine`] for everything that is not exactly a line of the grammar;
-    /// spaces and the other case of a letter are not.
+    /// [`BadLine`] for everything that is not exactly a line of the grammar. Spaces and the other
+    /// case of a letter are not allowed.
     pub fn parse(line: &[u8]) -> Result<Command, BadLine> {
         let mut raw = RawLine::NOTHING;
         raw.read(line).map_err(|refusal| match refusal {
@@ -31,8 +31,8 @@ impl Command {
         Command::of(&raw)
     }
 
-    /// The line of a top speed: `t`, or `m` where it is no whole number of steps/s. `None`
-    /// for a standstill.
+    /// The line for a top speed: `t`, or `m` where the speed is not a whole number of steps/s.
+    /// `None` for a standstill.
     ///
     /// ```
     /// # use stepwright_protocol::Command;
@@ -57,20 +57,20 @@ impl Command {
 impl Pieces for Command {
     fn piece(&self, n: u8) -> Option<Piece> {
         let Some(at) = n.checked_sub(1) else { return Some(Piece::Text(self.letters())) };
-        // The CR stands behind the last piece of the argument.
+        // The CR follows the last piece of the argument.
         let before = at.checked_sub(1).is_none_or(|last| self.argument(last).is_some());
         self.argument(at).or_else(|| before.then_some(Piece::Text(text!("\r"))))
     }
 }
 
-/// The line as a person reads it, without its CR.
+/// The line for a person to read, without its CR.
 impl fmt::Display for Command {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.bytes().filter(|byte| *byte != CR).try_for_each(|byte| f.write_char(byte.into()))
     }
 }
 
-/// Why a line is not a command.
+/// The reason why a line is not a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BadLine {
     /// Nothing before the CR.
@@ -83,11 +83,11 @@ pub enum BadLine {
     Long,
     /// `$` and a name that no setting has.
     Setting,
-    /// A byte of it is known to be lost or wrong.
+    /// A byte of the line was lost or damaged.
     Garbled,
 }
 
-/// What is wrong with a line of which it is known why it was refused.
+/// Converts the reason of a refusal.
 impl From<Refusal> for BadLine {
     fn from(refusal: Refusal) -> BadLine {
         match refusal {
@@ -186,15 +186,15 @@ pub(crate) mod tests {
             prop_assert_eq!(shown.as_bytes(), line);
         }
 
-        /// Two lines whose CR was lost must not become a third.
+        /// Two lines that have lost the CR between them must not become a valid third line.
         #[test]
         fn two_lines_run_together_are_none(a in any_command(), b in any_command()) {
             let joined = a.to_string() + &b.to_string();
             prop_assert!(Command::parse(joined.as_bytes()).is_err());
         }
 
-        /// Whatever is read is the same line again, up to leading zeros, the
-        /// sign of zero and P0.
+        /// A line that parses is the line that is written again, up to leading zeros, the sign of
+        /// zero and P0.
         #[test]
         fn what_is_read_was_written(line in "[PSTRG@gEFZKIVALstadj?!O0-9+-]{0,6}") {
             if let Ok(command) = Command::parse(line.as_bytes()) {
@@ -274,7 +274,7 @@ pub(crate) mod tests {
             b"G\xb11",
             b"$pulse-us=",
             b"$pulse-us=x",
-            // The letters that stand for the lines behind a `$`.
+            // The internal letters of the lines that begin with `$`.
             b"n",
             b"=",
             b"=5",

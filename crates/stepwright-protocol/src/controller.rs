@@ -1,4 +1,4 @@
-//! The slave's machine: motors whose orders have their own limits.
+//! Motors whose orders have their own limits, as the slave's machine.
 
 use core::hint::black_box;
 use core::task::Poll;
@@ -9,7 +9,7 @@ use crate::motion_params::whole_speed;
 use crate::{AxisId, Machine, Refusal};
 
 impl AxisId {
-    /// The axis of N that a line means; `None` if there are fewer.
+    /// The axis of N that a line addresses; `None` if there are fewer.
     #[inline(always)]
     pub fn of<const N: usize>(self) -> Option<Axis<N>> {
         Axis::new(self.index()).ok()
@@ -67,7 +67,7 @@ impl<E: Control, const N: usize, const Q: usize> Machine for OrderedMotors<'_, E
     }
 
     fn max_rate(&self) -> u32 {
-        // Rounded down, by the division that there is.
+        // `whole_speed` rounds up; this rounds down with the same division.
         whole_speed(self.max_speed().millisteps().saturating_sub(999))
     }
 
@@ -93,7 +93,7 @@ impl From<stepwright::Refusal> for Refusal {
             Core::Unfit(Unfit::TooSlow | Unfit::Standstill | Unfit::BelowStart) => Refusal::TooSlow,
             Core::Unfit(Unfit::TooGentle) => Refusal::TooGentle,
             Core::Unfit(Unfit::TooLong) => Refusal::Travel,
-            // Not a constant: a table of constants would lie in an AVR's RAM.
+            // Not a constant: a table of constants would take RAM on an AVR.
             Core::Unfit(Unfit::NoRamp | Unfit::Uneven | Unfit::Jerk) => black_box(Refusal::Ramp),
         }
     }

@@ -1,6 +1,6 @@
-//! The CRC-8 of a line: `sum.rs` says why this one.
+//! The CRC-8 of a line. `sum.rs` explains the choice.
 
-/// The CRC-8 of one more byte, begun with 0.
+/// Updates a CRC-8 with one more byte. The initial value is 0.
 ///
 /// ```
 /// let sum = b"123456789".iter().fold(0, |sum, byte| stepwright_protocol::crc(sum, *byte));

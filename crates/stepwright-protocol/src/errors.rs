@@ -1,13 +1,11 @@
-//! What has gone wrong on a board since it was told to forget: `errors=` in the answer
-//! to `?`.
+//! The errors of a board since they were last cleared: `errors=` in the answer to `?`.
 
 use crate::flash::text;
 
-/// Makes [`BoardError`] of the table.
+/// Makes [`BoardError`] from the table.
 macro_rules! errors {
     ($($error:ident $letter:literal, $name:literal, $words:literal, $doc:literal;)*) => {
-        /// Something that has gone wrong. A letter of `errors=` in the answer to `?`, kept
-        /// until `!`.
+        /// An error of a board. A letter of `errors=` in the answer to `?`, kept until `!`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u8)]
         pub enum BoardError {
@@ -18,28 +16,28 @@ macro_rules! errors {
             /// Every error, in the order of the letters.
             pub const ALL: [BoardError; COUNT as usize] = [$(BoardError::$error),*];
 
-            /// Its name, for programs.
+            /// The name, for programs.
             pub const fn name(self) -> &'static str {
                 match self { $(BoardError::$error => $name),* }
             }
 
-            /// What has happened, for a person.
+            /// A description, for a person.
             pub const fn words(self) -> &'static str {
                 match self { $(BoardError::$error => $words),* }
             }
         }
 
-        /// How many there are.
+        /// The number of errors.
         pub(crate) const COUNT: u8 = [$($letter),*].len() as u8;
 
-        /// The letter of this error, which takes no RAM.
+        /// The letter of this error, read from flash: it takes no RAM.
         fn letter(index: u8) -> Option<u8> {
             text!(concat!($($letter),*)).byte(index.into())
         }
     };
 }
 
-// Those of `Stop` first, with its letters: they lock a board with `safe-start`.
+// The errors with the letters of `Stop` come first: they lock a board with `safe-start`.
 errors! {
     Switch "S", "switch", "a limit switch", "a limit switch has stopped an axis.";
     Timeout "T", "timeout", "the silence of the host", "no line came for too long.";
@@ -57,7 +55,7 @@ pub(crate) const SUM: u8 = b'c';
 /// The letter of [`BoardError::Garbled`].
 pub(crate) const GARBLED: u8 = b'g';
 
-/// The bits of the stops.
+/// The bits of the errors that are stops: all below [`BoardError::Late`].
 const STOPS: u16 = (1 << BoardError::Late as u8) - 1;
 
 /// A set of errors.
@@ -72,25 +70,25 @@ const STOPS: u16 = (1 << BoardError::Late as u8) - 1;
 pub struct Errors(u16);
 
 impl Errors {
-    /// None of them.
+    /// No errors.
     pub const NONE: Errors = Errors(0);
 
-    /// Whether this is one of them.
+    /// Whether the set has this error.
     pub const fn has(self, error: BoardError) -> bool {
         self.0 >> error as u8 & 1 != 0
     }
 
-    /// These and this one.
+    /// The set with this error added.
     pub const fn with(self, error: BoardError) -> Errors {
         Errors(self.0 | 1 << error as u8)
     }
 
-    /// Those that there are, in the order of the letters.
+    /// The errors of the set, in the order of the letters.
     pub fn iter(self) -> impl Iterator<Item = BoardError> {
         BoardError::ALL.into_iter().filter(move |error| self.has(*error))
     }
 
-    /// Reads letters. Those of a later version are skipped, and so is `-`.
+    /// Reads letters. Unknown letters, which a later version may send, are skipped, and so is `-`.
     pub fn parse(letters: &[u8]) -> Errors {
         let mut errors = Errors::NONE;
         for letter in letters {
@@ -116,7 +114,7 @@ impl Errors {
         self.0 & STOPS != 0
     }
 
-    /// The letter at this place, if the error is there; `-` at the first place of none.
+    /// The letter at this index, if the set has its error. `-` at index 0 of an empty set.
     pub(crate) fn letter(self, index: u8) -> Option<u8> {
         if self.0 == 0 && index == 0 {
             return Some(b'-');

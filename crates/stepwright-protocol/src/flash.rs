@@ -1,24 +1,22 @@
 //! Fixed texts, kept where they cost no RAM.
 //!
-//! An AVR has two memories: a constant that is read in the ordinary way is
-//! copied to RAM at power-up. [`text!`] leaves it in flash, and
-//! [`Text::byte`] reads it there, a byte at a time (about 10 cycles). On every
-//! other chip a text is a constant like any other.
+//! An AVR has two memories: a constant that is read in the ordinary way is copied to RAM at
+//! power-up. [`text!`] leaves it in flash, and [`Text::byte`] reads it there, a byte at a time
+//! (about 10 cycles). On every other chip a text is an ordinary constant.
 
 use core::fmt;
 
 /// A fixed text of ASCII characters, or a table of bytes.
 ///
-/// The slice names the place and the length. On an AVR the place is one in
-/// flash, so that only `Text::byte` may look at it.
+/// The slice holds the address and the length. On an AVR the address is one in flash, so only
+/// `Text::byte` may read it.
 #[derive(Clone, Copy)]
 pub struct Text(&'static [u8]);
 
-/// A [`Text`] of this many bytes, an array that is computed by the compiler.
+/// A [`Text`] of this many bytes. The compiler computes the array.
 macro_rules! flash {
     ($length:expr, $bytes:expr) => {{
-        // SAFETY: a section that the linker knows, and nothing else in it but
-        // constants.
+        // SAFETY: the linker knows this section, and it holds nothing but constants.
         #[cfg_attr(target_arch = "avr", allow(unsafe_code))]
         #[cfg_attr(target_arch = "avr", unsafe(link_section = ".progmem.data"))]
         static BYTES: [u8; $length] = $bytes;
@@ -56,8 +54,7 @@ pub const fn bytes<const LENGTH: usize>(literal: &str) -> [u8; LENGTH] {
 #[macro_export]
 macro_rules! flash_text {
     ($literal:expr) => {{
-        // SAFETY: a section that the linker knows, and nothing else in it but
-        // constants.
+        // SAFETY: the linker knows this section, and it holds nothing but constants.
         #[cfg_attr(target_arch = "avr", unsafe(link_section = ".progmem.data"))]
         static BYTES: [u8; $literal.len()] = $crate::flash_bytes($literal);
         $crate::Text::at(&BYTES)
@@ -65,20 +62,20 @@ macro_rules! flash_text {
 }
 
 impl Text {
-    /// The text that [`flash!`] or [`flash_text!`](crate::flash_text) has put there: on an AVR
-    /// its bytes are read from flash.
+    /// The text that [`flash!`] or [`flash_text!`](crate::flash_text) has put at this place. On an
+    /// AVR its bytes are read from flash.
     #[doc(hidden)] // the macros use it
     pub const fn at(place: &'static [u8]) -> Text {
         Text(place)
     }
 
-    /// Byte `at`, counted from 0; `None` behind the last.
+    /// Byte `at`, counted from 0; `None` past the end.
     #[cfg(not(target_arch = "avr"))]
     pub(crate) fn byte(self, at: u16) -> Option<u8> {
         self.0.get(usize::from(at)).copied()
     }
 
-    /// Byte `at`, counted from 0; `None` behind the last.
+    /// Byte `at`, counted from 0; `None` past the end.
     #[cfg(target_arch = "avr")]
     #[allow(unsafe_code)]
     pub(crate) fn byte(self, at: u16) -> Option<u8> {
@@ -87,9 +84,9 @@ impl Text {
         }
         let place = self.0.as_ptr().wrapping_add(usize::from(at));
         let byte: u8;
-        // SAFETY: `flash!` has put `len` bytes there, in the first 64 KB of
-        // flash, which `lpm` reaches: the linker puts `.progmem.data` right
-        // behind the vectors. It changes no memory and no flags.
+        // SAFETY: `flash!` has put `len` bytes there, in the first 64 KB of flash, which `lpm`
+        // reaches: the linker puts `.progmem.data` right after the vectors. The instruction changes
+        // no memory and no flags.
         unsafe {
             core::arch::asm!("lpm {byte}, Z", byte = out(reg) byte, in("Z") place,
                 options(pure, readonly, nostack, preserves_flags));
@@ -97,13 +94,13 @@ impl Text {
         Some(byte)
     }
 
-    /// What stands behind its first byte.
+    /// The text without its first byte.
     pub(crate) fn rest(self) -> Text {
         Text(self.0.get(1..).unwrap_or_default())
     }
 
-    /// Word `n` of a text of words, each with a NUL behind it; behind the last
-    /// one an empty text. One such text takes less flash than many texts do.
+    /// Word `n` of a text of words, each terminated by a NUL; past the last word an empty text. One
+    /// such text takes less flash than many separate ones.
     #[inline(never)]
     pub(crate) fn word(self, n: u8) -> Text {
         let (mut left, mut from, mut at) = (n, 0, 0u16);
@@ -120,7 +117,7 @@ impl Text {
         Text(&[])
     }
 
-    /// Whether these are its bytes.
+    /// Whether the text consists of these bytes.
     pub(crate) fn is(self, bytes: &[u8]) -> bool {
         self.0.len() == bytes.len()
             && bytes.iter().zip(0..).all(|(byte, at)| self.byte(at) == Some(*byte))

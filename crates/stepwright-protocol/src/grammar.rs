@@ -1,6 +1,6 @@
-//! The lines of the protocol, a row each. [`Command`], its parser, its writer, the rule
-//! when a line is taken, the table in the documentation and the help of the command are
-//! made from the rows: a new line is a row here and an arm in `slave.rs`.
+//! The lines of the protocol, one row each. [`Command`], its parser, its writer, the condition for
+//! taking a line, the table in the documentation and the help of the command are made from the
+//! rows: a new line needs a row here and an arm in `slave.rs`.
 
 use core::fmt;
 
@@ -15,29 +15,29 @@ use crate::raw_line::RawLine;
 use crate::setting::{Setting, Value};
 use crate::text::Piece;
 
-/// When a line is taken, and what stands behind its letter: a bit each.
+/// The conditions for taking a line, and the parts after its letter: a bit each.
 pub(crate) mod flag {
-    /// A sign stands behind the letter.
+    /// A sign follows the letter.
     pub(crate) const SIGN: u8 = 1;
     /// A number ends the line.
     pub(crate) const NUMBER: u8 = 2;
     /// The number may be 0.
     pub(crate) const ZERO: u8 = 4;
-    /// It begins with `$`: its letter is not the first byte of a line.
+    /// The line begins with `$`: the letter of its row is not its first byte.
     pub(crate) const SETTING: u8 = 8;
-    /// It has to be clear which axes are meant.
+    /// Refused while it is not clear which axes are addressed.
     pub(crate) const NAMED: u8 = 16;
-    /// Inside an order.
+    /// Taken only in an open order.
     pub(crate) const OPEN: u8 = 32;
-    /// While every selected axis is ready.
+    /// Taken only while every selected axis is ready.
     pub(crate) const IDLE: u8 = 64;
-    /// While every axis of the board is ready.
+    /// Taken only while every axis of the board is ready.
     pub(crate) const REST: u8 = 128;
 }
 
-/// What stands behind the letter of a line.
+/// The part of a line after its letter.
 pub(crate) trait Argument: Copy {
-    /// Its form.
+    /// The form of the argument.
     const SHAPE: Shape;
     /// The argument of this line, `None` outside its range.
     fn of(raw: &RawLine) -> Option<Self>;
@@ -52,7 +52,7 @@ pub(crate) struct Shape {
     sign: bool,
     /// The smallest and the largest number at its end.
     number: Option<(u32, u32)>,
-    /// How it is written down where it is neither.
+    /// Its description if it has neither sign nor number.
     words: &'static str,
 }
 
@@ -72,19 +72,19 @@ impl Shape {
         Shape { sign: true, ..Shape::number(0, largest) }
     }
 
-    /// The name of a setting, or what is written behind the `$`.
+    /// The name of a setting, or the text after the `$`.
     pub(crate) const fn setting(words: &'static str) -> Shape {
         Shape { words, ..Shape::NONE }
     }
 
-    /// A row of the chip's table: the letter, the flags and the place of the largest number.
+    /// The chip's row: the letter, the flags and the position of the largest number.
     const fn row(self, letter: u8, when: u16) -> [u8; ROW] {
         let (mut flags, mut largest) = (when as u8, 0);
         if self.sign {
             flags |= flag::SIGN;
         }
         if let Some((smallest, most)) = self.number {
-            // −2³¹ is one, too.
+            // −2³¹ is allowed too.
             largest = most + self.sign as u32;
             flags |= flag::NUMBER | if smallest == 0 { flag::ZERO } else { 0 };
         }
@@ -96,7 +96,7 @@ impl Shape {
     }
 }
 
-/// The largest numbers of all rows. A chip holds each once.
+/// The largest numbers of all rows. A chip holds each number once.
 const LARGEST: [u32; 9] = [
     0,
     MAX_AXES as u32,
@@ -153,7 +153,7 @@ impl Argument for Value {
 /// The bytes of a row.
 const ROW: usize = 3;
 
-/// The row of a letter, as a chip has it.
+/// The row of a letter in the chip's table: the index of the row after it.
 #[derive(Clone, Copy)]
 pub(crate) struct Row(u8);
 
@@ -174,19 +174,19 @@ impl Row {
         }
     }
 
-    /// When the line is taken, and what stands behind the letter: bits of [`flag`].
+    /// The conditions for taking the line, and the parts after its letter: bits of [`flag`].
     pub(crate) fn flags(self) -> u8 {
         byte(self.0.wrapping_sub(2))
     }
 
-    /// The largest number at its end.
+    /// The largest allowed number.
     pub(crate) fn largest(self) -> u32 {
         let from = byte(self.0.wrapping_sub(1));
         (0..4).fold(0, |number, n| number << 8 | u32::from(byte(from.wrapping_add(n))))
     }
 }
 
-/// A byte of the rows; 0 behind the last.
+/// A byte of the rows; 0 past the end.
 #[cfg_attr(target_arch = "avr", inline(never))]
 fn byte(at: u8) -> u8 {
     const { assert!(LENGTH <= 256) };
@@ -217,22 +217,22 @@ impl Form {
         self.text
     }
 
-    /// What it does, or what it asks for.
+    /// The effect of the line, or the value that it asks for.
     pub const fn help(&self) -> &'static str {
         self.help
     }
 
-    /// Whether it means the same on a board with another program.
+    /// Whether the line means the same on a board with another program.
     pub fn is_common(&self) -> bool {
         ["Z", "K", "I", "F", "V", "?"].contains(&self.text)
     }
 
-    /// The answer, when it is not refused.
+    /// The answer, unless the line is refused.
     pub const fn answer(&self) -> &'static str {
         self.answer
     }
 
-    /// When it is taken.
+    /// The condition for taking the line.
     pub const fn when(&self) -> &'static str {
         match self.flags & !(NAMED | SETTING) {
             ANY => "at any time",
@@ -245,7 +245,7 @@ impl Form {
         }
     }
 
-    /// The form that this line seems to be meant for: that of its letters.
+    /// The form whose letters this line begins with.
     pub fn of(line: &[u8]) -> Option<&'static Form> {
         let named = |form: &&Form| line.starts_with(form.text.as_bytes());
         match line {
@@ -260,7 +260,7 @@ impl Form {
     }
 }
 
-/// As a person reads it: the letters, and the range of what stands behind them.
+/// For a person to read: the letters, and the range of the argument.
 impl fmt::Display for Form {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.text)?;
@@ -275,7 +275,7 @@ impl fmt::Display for Form {
     }
 }
 
-/// Makes the rows, [`Command`] and what reads and writes it.
+/// Makes the rows, [`Command`], and the code that reads and writes it.
 macro_rules! lines {
     (@argument) => { () };
     (@argument $argument:ty) => { $argument };
@@ -287,9 +287,9 @@ macro_rules! lines {
         $letter:tt $text:literal $name:ident $(($value:ident: $argument:ty))?:
             $when:expr, $answer:literal, $help:literal;
     )*) => {
-        /// A line of the master, understood. Every value is inside its range.
+        /// A parsed line of the master. Every value is inside its range.
         ///
-        /// `PO` to `V` but `@` are the Nano slave's, the rest Stepwright's extensions.
+        /// `PO` to `V` except `@` are the Nano slave's lines, the rest are Stepwright's extensions.
         ///
         /// ```
         /// use stepwright_protocol::{BadLine, Command, Distance};
@@ -318,7 +318,7 @@ macro_rules! lines {
             }),*];
         }
 
-        /// How many rows there are.
+        /// The number of rows.
         const COUNT: usize = [$($help),*].len();
 
         /// The rows of the chip, a 0, and the largest numbers.
@@ -375,22 +375,23 @@ const OPEN: u16 = flag::OPEN as u16;
 const IDLE: u16 = flag::IDLE as u16;
 const REST: u16 = flag::REST as u16;
 const SETTING: u16 = flag::SETTING as u16;
-/// While the axis is ready, and on the way outside an order. Its arm in the slave looks.
+/// Taken while the axis is ready, and during motion outside an order. The arm in the slave checks
+/// this.
 const CHANGE: u16 = 256;
-/// While the axis that it names is ready. Its arm in the slave looks.
+/// Taken while the axis that the line names is ready. The arm in the slave checks this.
 const READY: u16 = 1024;
-/// While the axis moves. Its arm in the slave looks.
+/// Taken while the axis moves. The arm in the slave checks this.
 const MOVING: u16 = 512;
 
 /// The letter of a top speed in 0.001 steps/s.
 pub(crate) const MILLI: u8 = b'm';
-/// For the letter of `$name`.
+/// The internal letter of `$name`.
 pub(crate) const ONE: u8 = b'n';
-/// For the letter of `$name=number`.
+/// The internal letter of `$name=number`.
 pub(crate) const SET: u8 = b'=';
-/// For the letter of `$reset`.
+/// The internal letter of `$reset`.
 pub(crate) const RESET: u8 = b'r';
-/// At any time.
+/// Taken at any time.
 const ANY: u16 = 0;
 
 lines! {
@@ -436,7 +437,7 @@ mod tests {
     use std::string::{String, ToString};
     use std::{format, fs};
 
-    /// The table of the documentation, which is this file's.
+    /// The table in the documentation, made from the rows.
     fn table() -> String {
         let mut table = String::from(
             "| line | what it does | when it is taken | answer |\n|---|---|---|---|\n",
@@ -478,7 +479,7 @@ mod tests {
             assert!(letters.insert(letter), "{letter}");
             let row = Row::of(letter).unwrap();
             let form = Form::ALL[usize::from(at) / ROW];
-            // −2³¹ is one of those with a sign.
+            // −2³¹ has a sign.
             let sign = u32::from(form.shape.sign);
             assert_eq!(row.largest(), form.shape.number.map_or(0, |(_, largest)| largest + sign));
             assert_eq!(row.flags() & flag::NUMBER != 0, form.shape.number.is_some());

@@ -1,4 +1,4 @@
-//! Bytes into lines.
+//! Splits bytes into lines.
 
 use crate::BadLine;
 
@@ -8,10 +8,10 @@ const LF: u8 = b'\n';
 
 /// Collects up to `N` bytes (at most 65,535) and hands them out at the CR.
 ///
-/// LF before and behind a line is skipped; within it LF is a byte as any other, for a
-/// single flipped bit makes an LF of the `*` before a checksum, and `G+4*33` would be
-/// `G+433`. A longer line is remembered as such, not kept, and everything starts again
-/// after its CR, so a stream that starts in the middle, is cut, or is plain noise costs at
+/// LF before and after a line is skipped. Within a line LF is a byte like any other, because a
+/// single flipped bit turns the `*` before a checksum into an LF, and `G+4*33` would become
+/// `G+433`. A line that is too long is not kept, only reported. Collection restarts after every CR,
+/// so a stream that starts in the middle, is cut, or is plain noise costs at most one line.
 /// most one line.
 #[derive(Clone, Debug)]
 pub(crate) struct Collector<const N: usize> {
@@ -26,23 +26,23 @@ impl<const N: usize> Collector<N> {
         Collector { bytes: [0; N], len: 0, bad: None }
     }
 
-    /// All zeros, which [`begin`](Collector::begin) makes a new one.
+    /// All zeros; [`begin`](Collector::begin) makes it a new collector.
     pub(crate) const fn blank() -> Collector<N> {
         Collector { bad: Some(BadLine::Empty), ..Collector::new() }
     }
 
-    /// Nothing has come yet.
+    /// Starts empty.
     pub(crate) fn begin(&mut self) {
         self.bad = None;
     }
 
-    /// Takes a byte. At a CR: the line without it, or what is wrong with it.
+    /// Takes a byte. At a CR: the line without the CR, or the error.
     pub(crate) fn push(&mut self, byte: u8) -> Option<Result<&[u8], BadLine>> {
         if self.collect(byte) { Some(self.take()) } else { None }
     }
 
-    /// Takes a byte. True at a CR: the line is complete, and is to be
-    /// [taken](Collector::take) before the next byte comes.
+    /// Takes a byte. Returns true at a CR: the line is complete, and the caller must
+    /// [take](Collector::take) it before the next byte.
     pub(crate) fn collect(&mut self, byte: u8) -> bool {
         match byte {
             CR => return true,
@@ -59,7 +59,7 @@ impl<const N: usize> Collector<N> {
         false
     }
 
-    /// The line that is complete, or what is wrong with it. The next one begins.
+    /// The complete line, or the error. Begins the next line.
     pub(crate) fn take(&mut self) -> Result<&[u8], BadLine> {
         let len = core::mem::take(&mut self.len);
         match self.bad.take() {
@@ -68,7 +68,7 @@ impl<const N: usize> Collector<N> {
         }
     }
 
-    /// The line that is complete, which stays; `None` if something is wrong with it.
+    /// The complete line, without taking it; `None` if it is bad.
     pub(crate) fn look(&self) -> Option<&[u8]> {
         if self.bad.is_some() {
             return None;
@@ -76,19 +76,19 @@ impl<const N: usize> Collector<N> {
         self.bytes.get(..usize::from(self.len)).map(trimmed)
     }
 
-    /// Marks the line that is being collected: it is bad, whatever it says.
+    /// Marks the line that is being collected as bad, whatever its bytes are.
     pub(crate) fn garble(&mut self) {
         self.bad = Some(BadLine::Garbled);
     }
 
-    /// Throws away what has been collected.
+    /// Discards the collected bytes.
     pub(crate) fn clear(&mut self) {
         self.len = 0;
         self.bad = None;
     }
 }
 
-/// A line without the LF bytes behind it.
+/// A line without the LF bytes at its end.
 fn trimmed(mut line: &[u8]) -> &[u8] {
     while let [before @ .., LF] = line {
         line = before;

@@ -1,4 +1,4 @@
-//! What a controller offers the slave.
+//! The interface between the slave and a controller.
 
 use core::fmt;
 use core::task::Poll;
@@ -8,158 +8,152 @@ use stepwright::{Change, Order};
 
 use crate::{AxisId, Settings};
 
-/// The controller behind the line: axes that travel, stop and know where
-/// they are.
+/// The controller behind the line: axes that travel, stop and know their positions.
 ///
-/// The slave checks the grammar, the ranges, that an axis exists and is idle,
-/// and that an order keeps to the settings' limits. The machine decides whether
-/// it can carry an order out. All calls come from the foreground, from inside
-/// [`Slave::receive`](crate::Slave::receive), [`Slave::work`](crate::Slave::work) and
-/// [`Slave::next_byte`](crate::Slave::next_byte), and none may wait for a motion: an order is
-/// begun, not done, when `commit` is ready.
+/// The slave checks the grammar, the ranges, that an axis exists and is idle, and that an order
+/// keeps to the limits of the settings. The machine decides whether it can carry out an order. All
+/// calls come from the foreground, from inside [`Slave::receive`](crate::Slave::receive),
+/// [`Slave::work`](crate::Slave::work) and [`Slave::next_byte`](crate::Slave::next_byte), and none
+/// may wait for a motion: when `commit` is ready, an order has begun, not ended.
 ///
 /// An implementation MUST keep these promises:
-/// - Nothing moves but by `commit`.
-/// - `axes` never changes, and every axis below it is accepted everywhere.
-///   The slave never names another one.
-/// - After `commit` was ready with `Ok`, `busy` is true for each axis of the order
-///   until its last step has been emitted, whether the travel ran to its end,
-///   was stopped, or was killed. A travel of 0 steps never is.
-/// - A position is the steps emitted since it was last set to 0. It is `None`
-///   from the moment it may be wrong until `zero`.
+/// - Only `commit` starts a motion.
+/// - `axes` never changes, and every axis below it is accepted everywhere. The slave never names
+///   another axis.
+/// - After `commit` was ready with `Ok`, `busy` is true for each axis of the order until its last
+///   step has been emitted, whether the travel ran to its end, was stopped, or was killed. For a
+///   travel of 0 steps it never is.
+/// - A position is the number of steps emitted since it was last set to 0. It is `None` from the
+///   moment it may be wrong until `zero`.
 pub trait Machine {
-    /// How many axes there are: 1 … 8. More than the slave has room for are
-    /// left out.
+    /// The number of axes: 1 … 8. The slave ignores axes beyond its own `AXES`.
     fn axes(&self) -> u8;
 
-    /// Does the axis move, or has it yet to?
+    /// Whether the axis moves, or will move.
     fn busy(&self, axis: AxisId) -> bool;
 
-    /// Takes a travel of one axis; the slave names each axis at most once,
-    /// in the order of their numbers, and then calls `commit`, or `cancel` after
-    /// any error.
+    /// Accepts a travel of one axis. The slave names each axis at most once, in the order of their
+    /// numbers, and then calls `commit`, or `cancel` after any error.
     ///
     /// # Errors
-    /// The reason why it can't be, [`Refusal::Busy`] for an axis that is.
+    /// The reason why the travel is impossible; [`Refusal::Busy`] for a busy axis.
     fn prepare(&mut self, axis: AxisId, order: &Order) -> Result<(), Refusal>;
 
-    /// Does a piece of starting all that was prepared, together, or none of it: called
-    /// until it is ready. Between the pieces `stop`, `kill` and `cancel` may be called, and
-    /// what is ordered is not yet busy. A machine that does it in one piece is ready at once.
+    /// Does a piece of starting all prepared travels together. The slave calls it until it is
+    /// ready: then all have started, or none. Between the pieces `stop`, `kill` and `cancel` may be
+    /// called, and the ordered axes are not yet busy. A machine that needs only one piece is ready
+    /// at once.
     ///
     /// # Errors
-    /// The reason why not. Then no axis has moved, nor will it, and after
-    /// `cancel`, which follows, everything is as it was before the first
-    /// `prepare`.
+    /// The reason. Then no axis has moved or will move, and after `cancel`, which follows, the
+    /// state is as it was before the first `prepare`.
     fn commit(&mut self) -> Poll<Result<(), Refusal>>;
 
-    /// Forgets what was prepared. Nothing may have been.
+    /// Discards the prepared travels, of which there may be none.
     fn cancel(&mut self);
 
-    /// Ramps the axis down from wherever it is on its way; its position stays
-    /// known. An axis that is already ramping down goes on doing so.
+    /// Ramps the axis down from its present speed; its position stays known. An axis that is
+    /// already ramping down continues.
     fn stop(&mut self, axis: AxisId);
 
-    /// Changes the travels that these axes are on, all or none; bit 0 is axis 1.
-    /// The slave names only axes that are busy.
+    /// Changes the travels in progress of these axes, all or none; bit 0 is axis 1. The slave names
+    /// only axes that are busy.
     ///
     /// # Errors
-    /// The reason why not, and all of them go on as they were. A machine that
-    /// can't change a travel answers [`Refusal::Busy`].
+    /// The reason; then all of the travels continue unchanged. A machine that can't change a travel
+    /// returns [`Refusal::Busy`].
     fn change(&mut self, axes: u8, change: Change) -> Result<(), Refusal> {
         let _ = (axes, change);
         Err(Refusal::Busy)
     }
 
-    /// Stops every axis at once. Those that were busy are idle when this
-    /// returns, and their position is unknown; the others keep theirs.
+    /// Stops every axis at once. Axes that were busy are idle when this returns, and their position
+    /// is unknown; the other axes keep theirs.
     fn kill(&mut self);
 
-    /// Steps from 0, + clockwise, also on the way; `None` if uncertain.
+    /// The position in steps from 0, + clockwise, also during motion; `None` if uncertain.
     fn position(&self, axis: AxisId) -> Option<i64>;
 
-    /// Axes whose position is not known: bit 0 is axis 1. Bits of axes that
-    /// there are not may be set.
+    /// The axes whose position is not known: bit 0 is axis 1. Bits of axes that don't exist may be
+    /// set.
     fn uncertain(&self) -> u8 {
         let unknown = AxisId::first(self.axes()).filter(|axis| self.position(*axis).is_none());
         unknown.fold(0, |mask, axis| mask | 1u8.wrapping_shl(axis.index() as u32))
     }
 
-    /// Axes whose limit switch is closed now, of those that the settings name: bit 0 is
-    /// axis 1.
+    /// The axes in the setting `switches` whose limit switch is closed now: bit 0 is axis 1.
     fn closed(&self) -> u8 {
         0
     }
 
-    /// Where the axis is now is 0, and certain. Only for an idle axis.
+    /// Sets the present position of the axis to 0, and certain. Only for an idle axis.
     fn zero(&mut self, axis: AxisId);
 
-    /// The fastest the board can step one axis, in steps/s, rounded down.
+    /// The fastest rate at which the board can step one axis, in steps/s, rounded down.
     fn max_rate(&self) -> u32;
 
-    /// Steps that came late since the last `clear_late`, all axes together;
-    /// it stays at its largest value rather than begin again.
+    /// The late steps of all axes together since the last `clear_late`. The count saturates.
     fn late(&self) -> u32;
 
     /// Sets `late` to 0.
     fn clear_late(&mut self);
 
-    /// Moving axes are to stop, as by [`stop`](Machine::stop), once no line has come for
-    /// this many ms; 0: no longer. It ends with the first such silence.
+    /// Requests that moving axes stop, as by [`stop`](Machine::stop), once no line has come for
+    /// this many ms; 0 withdraws the request. It ends with the first such silence.
     ///
     /// # Errors
-    /// [`Refusal::Line`] from a machine that grants none.
+    /// [`Refusal::Line`] from a machine that grants no lease.
     fn lease(&mut self, millis: u16) -> Result<(), Refusal> {
         let _ = millis;
         Err(Refusal::Line)
     }
 
-    /// The settings, to be read and to be changed; `None` for a machine that
-    /// has none, which refuses every `$`.
+    /// The settings, to read and to change; `None` for a machine without settings, whose slave
+    /// refuses every `$`.
     fn settings(&mut self) -> Option<&mut Settings> {
         None
     }
 
-    /// The settings were changed: it follows them from now on, and keeps them
-    /// when the power goes off. Called only while every axis is idle.
+    /// The settings were changed: the machine follows them from now on, and stores them so that
+    /// they outlast a loss of power. Called only while every axis is idle.
     fn set_up(&mut self) {}
 }
 
 /// Why a line was answered E. `last=` in the answer to `?` is its name.
 ///
-/// The E of an order that had been spoiled gives the reason of the line that
-/// spoiled it, for that one is to be mended.
+/// The E of a spoiled order has the reason of the line that spoiled it, because that line is the
+/// one to correct.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Refusal {
     /// `line`: not a line of this protocol, too long, or garbled.
     Line,
-    /// `sum`: the checksum of the line is that of another line.
+    /// `sum`: the checksum does not match the line.
     Sum,
     /// `range`: a number outside its range.
     Range,
     /// `axis`: the board has no such axis.
     Axis,
-    /// `no-axis`: PO selects axis 1, and an A before it had named another.
+    /// `no-axis`: PO selects axis 1, but an A before it had named another axis.
     NoAxis,
-    /// `busy`: the axis has yet to end its travel.
+    /// `busy`: the axis has not ended its travel.
     Busy,
     /// `no-po`: G or E without a PO before it.
     Closed,
     /// `no-travel`: E without a G or g before it; @ for an axis at rest.
     NoTravel,
-    /// `killed`: E of an order into which a K came.
+    /// `killed`: E of an order during which a K came.
     Killed,
     /// `uncertain`: the position is not known.
     Uncertain,
     /// `too-fast`: the steps would follow closer than the board can make them.
     TooFast,
-    /// `too-steep`: the ramps of all that moves ask for more than the board can plan in time.
+    /// `too-steep`: the board can't plan the ramps of all moving axes in time.
     TooSteep,
     /// `too-slow`: a delay would be longer than the board can wait; t on the way
     /// is below the start speed.
     TooSlow,
-    /// `too-gentle`: the ramps would take more than 2^31 steps, or there are none: t on the
-    /// way of a travel that was ordered at its start speed.
+    /// `too-gentle`: the ramps would take more than 2^31 steps, or there are none: t during a
+    /// travel that was ordered at its start speed.
     TooGentle,
     /// `ramp`: the ramp is steeper or longer than the board can compute.
     Ramp,
@@ -169,24 +163,25 @@ pub enum Refusal {
     NoJerk,
     /// `setting`: no setting of the board has this name.
     Setting,
-    /// `fault`: the axis is out of order: a limit switch, a driver's fault, the emergency stop.
+    /// `fault`: the axis is out of order because of a limit switch, a driver's fault or the
+    /// emergency stop.
     Fault,
-    /// `other`: a reason that this version has no word for.
+    /// `other`: a reason that this version does not know.
     Other,
     /// `stopped`: an axis was stopped, and `safe-start` asks for `!` before an order.
     Stopped,
-    /// `limit`: beyond a soft limit.
+    /// `limit`: the target is beyond a soft limit.
     Limit,
 }
 
-/// The names, as ordinary text and as one that takes no RAM.
+/// Makes the names, as an ordinary text and as a text that takes no RAM.
 macro_rules! names {
     ($($refusal:ident $name:literal)*) => {
         impl Refusal {
             /// Every reason.
             pub const ALL: [Refusal; [$($name),*].len()] = [$(Refusal::$refusal),*];
 
-            /// Its name on the line.
+            /// The name on the line.
             pub const fn name(self) -> &'static str {
                 match self { $(Refusal::$refusal => $name),* }
             }
@@ -196,7 +191,7 @@ macro_rules! names {
             }
         }
 
-        /// `none` and the names, line by line.
+        /// `none` and the names, one per line.
         pub(crate) const REASONS: &str = concat!("none\n", $($name, "\n"),*);
     };
 }
@@ -227,7 +222,7 @@ names! {
 }
 
 impl Refusal {
-    /// The reason with this name; one that is not known is [`Refusal::Other`].
+    /// The reason with this name; [`Refusal::Other`] for an unknown name.
     pub fn named(name: &[u8]) -> Refusal {
         let known = Refusal::ALL.into_iter().find(|known| known.text().is(name));
         known.unwrap_or(Refusal::Other)
@@ -235,9 +230,9 @@ impl Refusal {
 }
 
 impl Refusal {
-    /// What happened, and what to do about it.
+    /// A description of the reason and of the remedy.
     ///
-    /// Apart from the names, so that a chip which never prints them does not
+    /// The descriptions are apart from the names so that a chip which never prints them does not
     /// carry them: constants take RAM on an AVR.
     pub const fn words(self) -> &'static str {
         match self {

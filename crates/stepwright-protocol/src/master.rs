@@ -8,23 +8,21 @@ use crate::reply::Reply;
 use crate::sum;
 use crate::text::Bytes;
 
-/// The longest answer a master takes in, in bytes: with room for a field or
-/// two that a later version may add to [`Reply::LONGEST`].
+/// The longest answer that a master accepts, in bytes. It leaves room for a field or two that a
+/// later version may add to [`Reply::LONGEST`].
 const LONGEST: usize = Reply::LONGEST + Reply::LONGEST / 7;
 
-/// Says one line at a time and knows which answers belong to it.
+/// Sends one line at a time and recognises its answer.
 ///
-/// It holds no clock and does no I/O. [`send`](Master::send) gives the bytes
-/// to put on the line; every byte that comes back goes into
-/// [`receive`](Master::receive), which returns the answer when it is complete.
-/// Lines that can't be the answer are noise and skipped: a banner at power-up,
-/// a reply with a damaged byte.
+/// It holds no clock and does no I/O. [`send`](Master::send) returns the bytes to put on the line.
+/// Pass every byte that comes back to [`receive`](Master::receive), which returns the answer when
+/// it is complete. Lines that can't be the answer are noise and skipped: a banner at power-up, a
+/// reply with a damaged byte.
 ///
-/// The caller keeps the time. A slave answers within milliseconds; when no
-/// answer came for, say, half a second, the line or its answer was lost, and
-/// nobody knows which. Call [`resync`](Master::resync) then, and look at
-/// where the axis is rather than send the line again. Do so after opening a
-/// port too, for half a line may stand in the slave.
+/// The caller keeps the time. A slave answers within milliseconds. When no answer has come for,
+/// say, half a second, the line or its answer was lost, and the master can't know which. Then call
+/// [`resync`](Master::resync), and read the position of the axis rather than send the line again.
+/// Do so after opening a port too, because the slave may hold half a line.
 ///
 /// ```
 /// use stepwright_protocol::{Command, Master, Reply};
@@ -41,23 +39,23 @@ pub struct Master {
     sums: bool,
 }
 
-/// What kind of answer is still to come.
+/// The kind of answer that the master waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Awaited {
     Nothing,
     /// Y or E.
     Verdict,
-    /// R or B, or E where the line was damaged on its way.
+    /// R or B, or E if the line was damaged on its way.
     Status,
     /// A number or E.
     Position,
-    /// The answer to `?`, or E of a slave that knows only the Nano slave's lines.
+    /// The answer to `?`, or E from a slave that knows only the Nano slave's lines.
     Info,
     /// A setting or E.
     Setting,
     /// All settings, or E.
     Settings,
-    /// R or B, and nothing else: the end of a resync.
+    /// R or B only: the end of a resync.
     Step,
 }
 
@@ -82,16 +80,16 @@ impl Default for Master {
 }
 
 impl Master {
-    /// A master that has said nothing yet.
+    /// A master that has sent nothing yet.
     pub const fn new() -> Master {
         Master { line: Collector::new(), awaited: Awaited::Nothing, sums: false }
     }
 
-    /// From now on every line has a checksum, or none. With it only answers whose
-    /// checksum is right are answers.
+    /// Sends every following line with a checksum, or without one. With checksums, the master
+    /// accepts only answers whose checksum is right.
     ///
-    /// For a board whose [`Info`](crate::Info) says that it can
-    /// [`Sum`](crate::Ability::Sum). Another one refuses every such line.
+    /// For a board whose [`Info`](crate::Info) says that it can [`Sum`](crate::Ability::Sum). Other
+    /// boards refuse every such line.
     ///
     /// ```
     /// use stepwright_protocol::{Command, Master, Reply};
@@ -109,7 +107,7 @@ impl Master {
     /// The bytes of a command, to be put on the line.
     ///
     /// # Errors
-    /// [`Waiting`] while the answer to the last line has yet to come.
+    /// [`Waiting`] until the answer to the last line has come.
     pub fn send(&mut self, command: Command) -> Result<Bytes<Command>, Waiting> {
         if self.waiting() {
             return Err(Waiting);
@@ -122,12 +120,12 @@ impl Master {
             Command::Settings => Awaited::Settings,
             _ => Awaited::Verdict,
         };
-        // What came unasked before is not part of the answer.
+        // Bytes that came before, unasked, are not part of the answer.
         self.line.clear();
         Ok(command.bytes().summed(self.sums))
     }
 
-    /// Takes a byte from the line; the answer when it is complete.
+    /// Takes a byte from the line. Returns the answer when it is complete.
     pub fn receive(&mut self, byte: u8) -> Option<Reply> {
         let line = self.line.push(byte)?.ok()?;
         let line = if self.sums { sum::checked(line).ok()? } else { line };
@@ -139,25 +137,24 @@ impl Master {
         Some(reply)
     }
 
-    /// Is an answer still to come?
+    /// Whether an answer is still to come.
     pub fn waiting(&self) -> bool {
         self.awaited != Awaited::Nothing
     }
 
-    /// Stops waiting, so that the next line can be sent at once. Only for K,
-    /// when the slave is silent: a late answer would be taken for K's.
+    /// Stops waiting, so that the next line can be sent at once. Only for K, when the slave is
+    /// silent: the master would take a late answer for K's.
     pub fn give_up(&mut self) {
         self.awaited = Awaited::Nothing;
     }
 
-    /// Gets in step again: the bytes to put on the line after it has been
-    /// silent for a while. [`receive`](Master::receive) then skips what comes
-    /// until the slave's status, Ready or Busy.
+    /// Gets in step again: returns the bytes to put on the line after it has been silent for a
+    /// while. [`receive`](Master::receive) then skips all lines up to the slave's status, Ready or
+    /// Busy.
     ///
-    /// The `#` makes whatever half a line stands in the slave a bad one: a
-    /// bare CR would complete it, and `G+40` of `G+4000` or an `E` is a line.
-    /// So an order that was being programmed is spoiled; nothing that moves is
-    /// touched.
+    /// The `#` makes any half line in the slave invalid: a bare CR would complete it, and `G+40` of
+    /// `G+4000`, or an `E`, is a valid line. So an order that was being programmed is spoiled; axes
+    /// that move continue unchanged.
     pub fn resync(&mut self) -> impl Iterator<Item = u8> + Clone + use<> {
         self.awaited = Awaited::Step;
         self.line.clear();
@@ -166,7 +163,7 @@ impl Master {
     }
 }
 
-/// The answer to the last line has yet to come.
+/// The answer to the last line has not come yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Waiting;
 

@@ -1,4 +1,4 @@
-//! How to travel: what S, T, R, s, t, a and d have said of an order.
+//! The motion parameters of an order, as S, T, R, s, t, a and d set them.
 
 use stepwright::{Accel, Change, Jerk, OutOfRange, Speed};
 
@@ -8,25 +8,25 @@ use crate::order::{Order, Ramp, Travel};
 use crate::raw_line::RawLine;
 use crate::{Refusal, Setting, Settings};
 
-/// All of an order but where to, in the numbers of the line. Each is inside
-/// the range of its line: [`RawLine`](crate::raw_line::RawLine) has seen to it.
+/// All parameters of an order except the travel, in the units of the line. Each is inside the range
+/// of its line: [`RawLine`](crate::raw_line::RawLine) has checked it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MotionParams {
     /// Start/stop speed, in steps/s.
     pub(crate) start: u32,
     /// Top speed, in 0.001 steps/s.
     pub(crate) top: u32,
-    /// The ramp up as an acceleration, in steps/s²; 0: `ramp` counts.
+    /// The ramp up as an acceleration, in steps/s²; 0: `ramp` applies.
     pub(crate) accel: u32,
-    /// The ramp down, likewise.
+    /// The ramp down, in the same way.
     pub(crate) decel: u32,
-    /// How fast the acceleration changes, in steps/s³; 0: at once.
+    /// The jerk limit, in steps/s³; 0: the acceleration changes at once.
     pub(crate) jerk: KeptJerk,
-    /// Both ramps in steps, except where an acceleration stands in their place.
+    /// The length of both ramps in steps. An acceleration that is not 0 takes precedence.
     pub(crate) ramp: u16,
 }
 
-/// What is kept of a jerk: without S-curves no more than whether there is one.
+/// The stored form of a jerk: without S-curves only whether there is one.
 #[cfg(feature = "jerk")]
 type KeptJerk = u32;
 #[cfg(not(feature = "jerk"))]
@@ -43,22 +43,22 @@ fn kept(jerk: u32) -> KeptJerk {
 }
 
 impl MotionParams {
-    /// S5 T100 R200, which an axis begins with.
+    /// S5 T100 R200: the parameters of an axis at power-up.
     pub(crate) const INITIAL: MotionParams =
         MotionParams { start: 50, top: 1_000_000, ramp: 200, ..MotionParams::BLANK };
 
-    /// Sets a [blank](MotionParams::BLANK) one to [`INITIAL`](MotionParams::INITIAL). What
-    /// is 0 needs no code, and a constant of them all would take RAM.
+    /// Sets [blank](MotionParams::BLANK) parameters to [`INITIAL`](MotionParams::INITIAL). Fields
+    /// that are 0 need no code, and a constant of all fields would take RAM.
     pub(crate) fn begin(&mut self) {
         (self.start, self.top) = (MotionParams::INITIAL.start, MotionParams::INITIAL.top);
         self.ramp = MotionParams::INITIAL.ramp;
     }
 
-    /// All 0, which is no motion.
+    /// All 0, which is no valid motion.
     pub(crate) const BLANK: MotionParams =
         MotionParams { start: 0, top: 0, accel: 0, decel: 0, jerk: 0, ramp: 0 };
 
-    /// Does what a line of this letter says, [unified](Said::unify).
+    /// Applies a line with this letter, after [`RawLine::unify`].
     pub(crate) fn set(&mut self, letter: u8, number: u32) {
         let place = match letter {
             b's' => &mut self.start,
@@ -70,7 +70,7 @@ impl MotionParams {
                 return;
             }
             _ => {
-                // R takes both ramps back from a and d.
+                // R replaces the accelerations of a and d.
                 (self.accel, self.decel) = (0, 0);
                 self.ramp = number as u16;
                 return;
@@ -79,7 +79,7 @@ impl MotionParams {
         *place = number;
     }
 
-    /// Its limit of jerk, if it has one.
+    /// The jerk limit, if there is one.
     pub(crate) fn jerk(&self) -> Option<Jerk> {
         #[cfg(feature = "jerk")]
         return (self.jerk != 0).then(|| Jerk::clamped(self.jerk));
@@ -87,7 +87,7 @@ impl MotionParams {
         None
     }
 
-    /// What a line changes of a travel in progress: @, t, a or d.
+    /// The change that a line makes to a travel in progress: @, t, a or d.
     pub(crate) fn change(raw: &RawLine) -> Change {
         let number = raw.number;
         match raw.letter {
@@ -130,7 +130,7 @@ impl MotionParams {
         }
     }
 
-    /// Whether the settings of the board allow what t, a or d says on the way.
+    /// Whether the settings of the board allow t, a or d during motion.
     #[inline(always)]
     pub(crate) fn check_change(raw: &RawLine, settings: &Settings) -> Result<(), Refusal> {
         let (number, limit, refusal) = match raw.letter {
@@ -140,13 +140,13 @@ impl MotionParams {
         if number > settings.get(limit) { Err(refusal) } else { Ok(()) }
     }
 
-    /// Whether the settings of the board allow it.
+    /// Whether the settings of the board allow these parameters.
     ///
-    /// The top speed is judged, whether or not a short travel reaches it: so a
-    /// limit does not depend on how far an order goes.
+    /// The top speed is checked even if a short travel does not reach it, so that a limit does not
+    /// depend on the length of the travel.
     #[inline(never)]
     pub(crate) fn check(&self, settings: &Settings) -> Result<(), Refusal> {
-        // A part of a step/s counts as a whole one: a limit is a whole number.
+        // A fraction of a step/s counts as a whole one, because a limit is a whole number.
         let (start, top) = (self.start, whole_speed(self.top));
         if top > settings.get(Setting::MaxSpeed) {
             return Err(Refusal::TooFast);
@@ -158,8 +158,8 @@ impl MotionParams {
         if self.accel > max || self.decel > max {
             return Err(Refusal::Ramp);
         }
-        // A ramp of so few steps that no acceleration says it is allowed only
-        // where there is no limit.
+        // A ramp of so few steps that no acceleration in range expresses it is allowed only without
+        // a limit.
         let limited = max < WholeAccel::LARGEST.get();
         if limited && top > start && (self.accel == 0 || self.decel == 0) {
             // (vt² − vs²) / 2R, multiplied out.
@@ -171,7 +171,7 @@ impl MotionParams {
         Ok(())
     }
 
-    /// The motion parameters of an order: all but the top speed rounded to whole steps.
+    /// The motion parameters of an order. All but the top speed are rounded to whole steps.
     pub(crate) fn of(order: &Order) -> Result<MotionParams, OutOfRange> {
         let (mut steps, mut accel, mut decel) = (None, 0, 0);
         for (ramp, own) in [(order.up, &mut accel), (order.down, &mut decel)] {
@@ -198,7 +198,7 @@ impl MotionParams {
         Ok(MotionParams {
             start: whole(start, (0, 1_000_000), "start speed", "steps/s")?,
             top,
-            // With accelerations on both sides no ramp in steps is asked for.
+            // With accelerations on both sides no ramp in steps is used.
             ramp: steps.map_or(MotionParams::INITIAL.ramp, |steps| steps.get() as u16),
             accel,
             decel,
@@ -218,14 +218,14 @@ fn speed(steps: u32) -> Speed {
     top(steps.wrapping_mul(1000))
 }
 
-/// A top speed of a motion, which is inside the core's range: MAX never comes.
+/// A top speed of a motion. It is inside the core's range, so MAX never occurs.
 #[inline(never)]
 fn top(millisteps: u32) -> Speed {
     Speed::from_millisteps(millisteps).unwrap_or(Speed::MAX)
 }
 
-/// A top speed of up to 1,000,000,000 thousandths in whole steps/s, rounded up. (The
-/// division of any two numbers would cost an 8-bit chip 1,300 bytes.)
+/// A top speed of up to 1,000,000,000 thousandths in whole steps/s, rounded up. (A division of any
+/// two numbers would cost an 8-bit chip 1,300 bytes.)
 #[inline(never)]
 pub(crate) fn whole_speed(millisteps: u32) -> u32 {
     let (mut rest, mut whole) = (millisteps.wrapping_add(999), 0u32);
@@ -241,10 +241,9 @@ pub(crate) fn whole_speed(millisteps: u32) -> u32 {
     whole
 }
 
-/// a · b, to be compared: how often 2048 goes into it, and the rest. Neither a
-/// times a 2048th of b nor 2047 · a may reach 2³²: 1,000,000 times 2,000,000
-/// and 1998 times 100,000,000 don't. (64 bits would cost an 8-bit chip 500
-/// bytes.)
+/// a · b in a form to compare: the quotient by 2048, and the remainder. Neither a times a 2048th of
+/// b nor 2047 · a may reach 2³²: 1,000,000 times 2,000,000 and 1998 times 100,000,000 don't. (64
+/// bits would cost an 8-bit chip 500 bytes.)
 #[inline(never)]
 fn product(a: u32, b: u32) -> (u32, u16) {
     let rest = a.wrapping_mul(b & 2047);
@@ -338,7 +337,7 @@ mod tests {
         {
             assert_eq!(MotionParams { accel, decel, ..ramp }.check(&settings).is_ok(), fits);
         }
-        // Of a ramp that an acceleration stands in for nothing is asked.
+        // The length of a ramp is not checked where an acceleration replaces it.
         let short = MotionParams { accel: 1, decel: 1, ..params(0, 1000, 1) };
         assert_eq!(short.check(&settings), Ok(()));
     }

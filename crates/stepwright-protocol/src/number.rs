@@ -1,4 +1,4 @@
-//! Numbers as a line carries them: whole, decimal, inside their range by type.
+//! Numbers of a line: whole and decimal. The type guarantees the range.
 
 use crate::flash::text;
 use crate::grammar::{Argument, Shape};
@@ -8,8 +8,8 @@ use crate::{BadLine, Refusal};
 
 /// A whole number from `MIN` to `MAX`, both included.
 ///
-/// The bounds are checked where a number enters, from the line or from a
-/// program; whoever holds a `Whole` need not check again.
+/// The bounds are checked where a number enters, from the line or from a program. A `Whole` need
+/// not be checked again.
 ///
 /// ```
 /// use stepwright_protocol::RampSteps;
@@ -32,7 +32,7 @@ pub type TopSpeed = Whole<1, 1_000_000>;
 pub type MilliSpeed = Whole<1, 1_000_000_000>;
 /// An acceleration in steps/s², as `a` and `d` carry it: 1 … 100,000,000.
 pub type WholeAccel = Whole<1, 100_000_000>;
-/// A lease in ms, as `L` carries it: 0 (given back) … 60,000.
+/// A lease in ms, as `L` carries it: 0 (ends the lease) … 60,000.
 pub type LeaseMillis = Whole<0, 60_000>;
 /// A jerk in steps/s³, as `j` carries it: 0 (none) … 4,000,000,000.
 pub type WholeJerk = Whole<0, 4_000_000_000>;
@@ -48,7 +48,7 @@ impl<const MIN: u32, const MAX: u32> Whole<MIN, MAX> {
         if n < MIN || n > MAX { None } else { Some(Whole(n)) }
     }
 
-    /// The value of the range that is nearest to `n`.
+    /// The value of the range nearest to `n`.
     pub const fn clamped(n: u32) -> Self {
         if n < MIN {
             Whole(MIN)
@@ -130,7 +130,7 @@ fn sign(backward: bool) -> Piece {
     Piece::Text(if backward { text!("-") } else { text!("+") })
 }
 
-/// Which way the shaft turns.
+/// The direction in which the shaft turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// `+`, clockwise, positions grow.
@@ -139,10 +139,9 @@ pub enum Direction {
     Backward,
 }
 
-/// Reads one or more decimal digits and nothing else. Leading zeros are fine.
+/// Reads one or more decimal digits and nothing else. Leading zeros are allowed.
 ///
-/// The whole text is looked at even after an overflow, so that `9999999999x`
-/// is called unknown, as `9x` is.
+/// The whole text is checked even after an overflow, so that `9999999999x` is unknown, as `9x` is.
 pub(crate) fn digits(text: &[u8]) -> Result<u32, BadLine> {
     let mut number = 0;
     match read(text, &mut number) {
@@ -152,7 +151,7 @@ pub(crate) fn digits(text: &[u8]) -> Result<u32, BadLine> {
     }
 }
 
-/// [`digits`], in place: [`Refusal::Line`] or [`Refusal::Range`] if not.
+/// Like [`digits`], in place. Fails with [`Refusal::Line`] or [`Refusal::Range`].
 #[inline(never)]
 pub(crate) fn read(text: &[u8], number: &mut u32) -> Result<(), Refusal> {
     let (mut value, mut fits) = (0u32, true);
@@ -161,8 +160,8 @@ pub(crate) fn read(text: &[u8], number: &mut u32) -> Result<(), Refusal> {
         if digit > 9 {
             return Err(Refusal::Line);
         }
-        // Far too large at once, and wrapped by less than a tenth if just so:
-        // the test of one byte is short.
+        // An overflow is either far too large, so that the high byte is at least 26, or it wraps to
+        // a smaller value. The test of one byte is short.
         let [.., high] = value.to_le_bytes();
         let next = value.wrapping_mul(10).wrapping_add(digit.into());
         fits &= high < 26 && next >= value;

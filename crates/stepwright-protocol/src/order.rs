@@ -1,47 +1,45 @@
-//! An order for one axis: how to travel, and where to.
+//! An order for one axis: speeds, ramps and travel.
 
 use stepwright::{Accel, Jerk, OutOfRange, Speed};
 
 use crate::motion_params::MotionParams;
 use crate::number::{Direction, Distance, RampSteps};
 
-/// A complete order, as a machine gets it and as a master sends it.
+/// A complete order, as a machine receives it and as a master sends it.
 ///
-/// The travel jumps to the start speed, follows the ramp up to the top speed,
-/// cruises, follows the ramp down to the start speed and ends there. With
-/// `top` not above `start` it is all at `top`, without ramps. A travel too
-/// short for both ramps turns round in time: it never overshoots.
+/// The travel jumps to the start speed, follows the ramp up to the top speed, cruises, follows the
+/// ramp down to the start speed and ends there. If `top` is not above `start`, the whole travel is
+/// at `top`, without ramps. A travel too short for both ramps brakes earlier: it never overshoots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Order {
     /// Start/stop speed: 0 … 1,000,000 steps/s.
     pub start: Speed,
     /// Top speed: 0.001 … 1,000,000 steps/s.
     pub top: Speed,
-    /// From the start speed up to the top speed.
+    /// The ramp from the start speed up to the top speed.
     pub up: Ramp,
-    /// From the top speed down to the start speed.
+    /// The ramp from the top speed down to the start speed.
     pub down: Ramp,
-    /// How fast the acceleration comes and goes: 1 … 4,000,000,000 steps/s³. None:
-    /// at once.
+    /// The jerk limit: 1 … 4,000,000,000 steps/s³. `None`: the acceleration changes at once.
     pub jerk: Option<Jerk>,
-    /// How far.
+    /// The distance.
     pub travel: Travel,
 }
 
 /// One ramp, up or down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ramp {
-    /// This many steps between start and top speed, at constant acceleration
-    /// (vt² − vs²)/2R: the Nano slave.
+    /// This many steps between start and top speed, at the constant acceleration (vt² − vs²)/2R, as
+    /// on the Nano slave.
     Steps(RampSteps),
     /// This acceleration: 1 … 100,000,000 steps/s².
     Accel(Accel),
 }
 
-/// How far an order goes.
+/// The distance of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Travel {
-    /// Exactly this many steps from the last end position; 0 is done at once.
+    /// Exactly this many steps from the last end position; 0 ends at once.
     By(Distance),
     /// Until it is stopped.
     Endless(Direction),
@@ -71,8 +69,8 @@ impl From<Order> for stepwright::Order {
 }
 
 impl Order {
-    /// The order as the line carries it: start speed and accelerations rounded to whole
-    /// steps, the top speed to thousandths. Show this to the user, for it is what the slave does.
+    /// The order as the line carries it: start speed and accelerations rounded to whole steps, the
+    /// top speed to thousandths. Show this order to the user: it is what the slave carries out.
     ///
     /// # Errors
     /// [`OutOfRange`] if the top speed is 0, if an acceleration rounds to less than 1

@@ -1,5 +1,5 @@
-//! The slave's half of the line for a program with a few features: Austin's laws, the timed
-//! driver, motor cycles.
+//! The slave's half of the line for a program with fewer features: Austin's laws, the timed driver,
+//! motor cycles.
 //!
 //! ```text
 //!   bytes ─► Incoming ─► obey ─► F V I Z K ? : the same for every program
@@ -8,9 +8,9 @@
 //! ```
 //!
 //! The grammar is that of the controller's [`Slave`](crate::Slave): one line, one answer, an
-//! optional checksum. A program adds rows behind a `:`, which begins no line of the controller,
-//! so that no letter means two things. An answer is pulled byte by byte and its numbers are
-//! asked for one by one, so that a board keeps none of it in memory.
+//! optional checksum. A program adds rows that begin with `:`, which begins no line of the
+//! controller, so that no letter has two meanings. An answer is sent byte by byte and its numbers
+//! are requested one by one, so that a board stores none of it.
 
 mod fault;
 mod incoming;
@@ -25,77 +25,77 @@ use crate::line::CR;
 use crate::sum::{self, Tail};
 use crate::text::{Decimal, Piece};
 
-/// Begins each row of a program; the letter and its numbers follow.
+/// The first byte of each row of a program. The letter and its numbers follow.
 pub const ROW: u8 = b':';
 
-/// A program on a board, behind its line.
+/// A program on a board, controlled by its line.
 ///
 /// An implementation MUST keep these promises:
-/// - Nothing moves but by [`carry_out`](BoardProgram::carry_out).
-/// - [`read`](BoardProgram::read) changes nothing: a line is obeyed only when all of its numbers
+/// - Only [`carry_out`](BoardProgram::carry_out) starts a motion.
+/// - [`read`](BoardProgram::read) changes nothing: a line is obeyed only after all of its numbers
 ///   were read and none is left over.
 /// - A position is `None` from the moment it may be wrong until it is set.
 pub trait BoardProgram {
-    /// A row of its own, read.
+    /// A parsed row of the program.
     type Row;
-    /// Its own reasons to refuse.
+    /// The program's own reasons to refuse a row.
     type Reason: OwnFault;
 
-    /// Part `n` of the answer to `?`, counted from 0; `None` behind the last. The line is
-    /// `stepwright-` and the program's name, the board's name, and words `name=value`, of which
-    /// `axes`, `late` and `can` mean the same for every program, and `can` has `sum`.
+    /// Part `n` of the answer to `?`, counted from 0; `None` past the last. The answer is
+    /// `stepwright-` and the program's name, the board's name, and words `name=value`. The words
+    /// `axes`, `late` and `can` mean the same for every program, and `can` contains `sum`.
     fn about(&mut self, n: u8) -> Option<Piece>;
 
-    /// How many axes have a position: 0 … 8.
+    /// The number of axes that have a position: 0 … 8.
     fn axes(&self) -> u8;
 
-    /// Reads the row of this letter and these numbers; `None` if it is none, or a number is
-    /// outside its range, which [`Numbers`] remembers.
+    /// Reads the row with this letter and these numbers. `None` if there is no such row, or if a
+    /// number is outside its range, which [`Numbers`] remembers.
     fn read(&self, letter: u8, numbers: &mut Numbers<'_>) -> Option<Self::Row>;
 
     /// Obeys a row.
     ///
     /// # Errors
-    /// The reason why not. Nothing has changed then.
+    /// The reason. Then nothing has changed.
     fn carry_out(&mut self, row: &Self::Row) -> Result<Said, Fault<Self::Reason>>;
 
-    /// Number `n` of a report, counted from 0; `None` behind the last.
+    /// Number `n` of a report, counted from 0; `None` past the last.
     fn number(&mut self, n: u8) -> Option<i64> {
         let _ = n;
         None
     }
 
-    /// Does anything move, or is it about to?
+    /// Whether anything moves, or is about to.
     fn is_busy(&mut self) -> bool;
 
-    /// Where an axis is, counted from 0; `None` if that is not known.
+    /// The position of an axis, which is counted from 0; `None` if it is not known.
     fn position(&mut self, axis: u8) -> Option<i64>;
 
-    /// The present position of an axis is 0. Called only while nothing moves.
+    /// Sets the present position of an axis to 0. Called only while nothing moves.
     fn set_zero(&mut self, axis: u8);
 
-    /// Slows all axes down to rest, as the program can; the positions stay known.
+    /// Brakes all axes to rest, as the program can; the positions stay known.
     fn stop(&mut self);
 
-    /// Stops all axes at once; the position of an axis that moved is not known then.
+    /// Stops all axes at once; the position of an axis that moved is unknown from then on.
     fn kill(&mut self);
 
-    /// Does a piece of what the program does between two lines. To be called as often as can be.
+    /// Does a piece of the program's work between two lines. Call it as often as possible.
     fn poll(&mut self);
 }
 
-/// How a row is answered.
+/// The answer to a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Said {
-    /// `Y`: it was obeyed.
+    /// `Y`: the row was obeyed.
     Yes,
-    /// This number.
+    /// A number.
     Number(i64),
-    /// The numbers of [`BoardProgram::number`], with commas between them.
+    /// The numbers of [`BoardProgram::number`], separated by commas.
     Report,
 }
 
-/// What is being answered.
+/// The answer that is being sent.
 #[derive(Clone, Copy, Debug)]
 enum Answer<R> {
     Nothing,
@@ -106,15 +106,15 @@ enum Answer<R> {
     Fault(Fault<R>),
 }
 
-/// The slave's half of a program's line: lines in, one answer each. It holds no clock and does no
+/// The slave's half of a program's line: one answer to each line. It holds no clock and does no
 /// I/O.
 ///
-/// Once a line with a checksum was obeyed, a row without one is refused, until a common row without
-/// one is obeyed: a row acts at once, and one that has lost its `*` would be another row.
+/// Once a line with a checksum was obeyed, a row without one is refused, until a common line
+/// without one is obeyed: a row acts at once, and a row that has lost its `*` would be another row.
 #[derive(Clone, Debug)]
 pub struct ProgramSlave<R> {
     answer: Answer<R>,
-    /// The parts of the answer that were begun.
+    /// The number of parts of the answer that were begun.
     part: u8,
     text: Text,
     minus: bool,
@@ -125,7 +125,7 @@ pub struct ProgramSlave<R> {
 }
 
 impl<R: OwnFault> ProgramSlave<R> {
-    /// As at power-up.
+    /// The state at power-up.
     pub const fn new() -> ProgramSlave<R> {
         ProgramSlave {
             answer: Answer::Nothing,
@@ -138,13 +138,13 @@ impl<R: OwnFault> ProgramSlave<R> {
         }
     }
 
-    /// Whether some of the last answer has yet to be pulled.
+    /// Whether part of the last answer is still to be sent.
     pub fn is_answering(&self) -> bool {
         !matches!(self.answer, Answer::Nothing) || self.tail.is_left()
     }
 
-    /// Obeys a line that has come to its end, and prepares its answer; the next line may come.
-    /// Not to be called while it [answers](ProgramSlave::is_answering).
+    /// Obeys a complete line and prepares its answer; then the next line may come. Not to be called
+    /// while the slave [answers](ProgramSlave::is_answering).
     #[inline(never)]
     pub fn obey<P, const LONGEST: usize>(&mut self, line: &mut Incoming<LONGEST>, program: &mut P)
     where
@@ -157,7 +157,7 @@ impl<R: OwnFault> ProgramSlave<R> {
         let row = matches!(line, [ROW, ..]);
         let line = if summed && !damaged { sum::checked(line) } else { Ok(line) };
         match line {
-            // `:G4*33` that has lost its `*` is `:G433`.
+            // `:G4*33` without its `*` is `:G433`.
             Ok(_) if row && self.sums && !summed => self.answer = Answer::Fault(Fault::Sum),
             Ok(line) if !damaged => answer(line, program, &mut self.answer),
             Ok(_) if !summed => self.answer = Answer::Fault(Fault::Line),
@@ -168,8 +168,8 @@ impl<R: OwnFault> ProgramSlave<R> {
         }
     }
 
-    /// The next byte of the answer, its CR included; `None` when it is complete. Its numbers are
-    /// those of the moment when their turn comes.
+    /// The next byte of the answer, including the CR; `None` when the answer is complete. A number
+    /// is read at the moment when it is due.
     #[inline(never)]
     pub fn next_byte<P: BoardProgram<Reason = R>>(&mut self, program: &mut P) -> Option<u8> {
         if let Some(byte) = self.tail.next() {
@@ -179,7 +179,7 @@ impl<R: OwnFault> ProgramSlave<R> {
         Some(self.tail.pass(byte))
     }
 
-    /// The next byte, but for the checksum.
+    /// The next byte, without the checksum.
     fn plain<P: BoardProgram<Reason = R>>(&mut self, program: &mut P) -> Option<u8> {
         loop {
             if core::mem::take(&mut self.minus) {
@@ -248,11 +248,11 @@ impl<R: OwnFault> Default for ProgramSlave<R> {
     }
 }
 
-/// Obeys a line without its end and its checksum, and puts the answer where it stays: a second
-/// place for one would take as much of a small chip's stack again.
+/// Obeys a line without its end and its checksum, and writes the answer in place: a second `Answer`
+/// would take as much of a small chip's stack again.
 ///
-/// Reading and the common rows have frames of their own: the start of a motor has the stack for
-/// itself.
+/// Reading a row and the common lines have stack frames of their own, so that the start of a motor
+/// has the stack for itself.
 #[inline(always)]
 fn answer<P: BoardProgram>(line: &[u8], program: &mut P, to: &mut Answer<P::Reason>) {
     match line {
@@ -270,7 +270,7 @@ fn answer<P: BoardProgram>(line: &[u8], program: &mut P, to: &mut Answer<P::Reas
     }
 }
 
-/// Obeys a row of every program.
+/// Obeys a line that every program has.
 #[inline(never)]
 fn common<P: BoardProgram>(letter: u8, rest: &[u8], program: &mut P, to: &mut Answer<P::Reason>) {
     let axis = match letter {
@@ -300,7 +300,7 @@ fn common<P: BoardProgram>(letter: u8, rest: &[u8], program: &mut P, to: &mut An
     }
 }
 
-/// Reads a row without its `:`: its letter and all of its numbers.
+/// Reads a row without its `:`: the letter and all of its numbers.
 ///
 /// # Errors
 /// [`Fault::Line`], [`Fault::Range`]
@@ -318,7 +318,7 @@ pub fn read_row<T, R>(
     }
 }
 
-/// The number that these are the digits of, and no other behind it.
+/// The number, if the text is one number and nothing else.
 fn only(digits: &[u8]) -> Option<i64> {
     let mut numbers = Numbers::of(digits);
     numbers.next().filter(|_| numbers.is_end())

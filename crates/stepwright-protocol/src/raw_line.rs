@@ -1,4 +1,4 @@
-//! A line taken apart: its letter, and what stands behind it.
+//! A parsed line: its letter and its argument.
 
 use crate::Refusal;
 use crate::answer::setting_named;
@@ -6,18 +6,18 @@ use crate::grammar::{MILLI, ONE, RESET, Row, SET, flag};
 use crate::number;
 use crate::setting::Setting;
 
-/// A line of the grammar, inside its ranges. What a [`Command`](crate::Command)
-/// says in types is here in three plain numbers: a chip that acts upon them at
-/// once needs a quarter of the flash.
+/// A line of the grammar, inside its ranges. The three plain numbers say what a
+/// [`Command`](crate::Command) says in types: a chip that acts on them directly needs a quarter of
+/// the flash.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RawLine {
     /// The line's letter, or [`ONE`], [`SET`] or [`RESET`].
     pub(crate) letter: u8,
-    /// When it is taken: bits of [`flag`].
+    /// The conditions for taking it: bits of [`flag`].
     pub(crate) flags: u8,
-    /// The sign behind it: true for `-`.
+    /// The sign after the letter: true for `-`.
     pub(crate) backward: bool,
-    /// The setting that is named.
+    /// The setting that the line names.
     pub(crate) setting: Setting,
     /// The number at the end; a distance without its sign.
     pub(crate) number: u32,
@@ -28,8 +28,7 @@ impl RawLine {
     pub(crate) const NOTHING: RawLine =
         RawLine { letter: 0, flags: 0, backward: false, setting: Setting::MaxSpeed, number: 0 };
 
-    /// Reads a complete line, without its CR. After an error the letter is
-    /// what it was.
+    /// Reads a complete line, without its CR. An error leaves the letter unchanged.
     ///
     /// # Errors
     /// [`Refusal::Line`], [`Refusal::Range`], [`Refusal::Setting`] or [`Refusal::NoJerk`] for
@@ -57,7 +56,7 @@ impl RawLine {
         }
         if flags & flag::NUMBER != 0 {
             number::read(rest, &mut self.number)?;
-            // Those with a sign are −2³¹ to 2³¹ − 1.
+            // Numbers with a sign are −2³¹ to 2³¹ − 1.
             if self.number > row.largest()
                 || self.number >> 31 != 0 && !self.backward
                 || (self.number == 0 && flags & flag::ZERO == 0)
@@ -72,7 +71,7 @@ impl RawLine {
         Ok(())
     }
 
-    /// Has S say s, and T and t say m, in the units of those.
+    /// Converts S to s, and T and t to m, with their units.
     pub(crate) fn unify(&mut self) {
         if matches!(self.letter, b'S' | b'T') {
             self.number = self.number.wrapping_mul(10);
@@ -84,14 +83,13 @@ impl RawLine {
         }
     }
 
-    /// The distance that it names.
+    /// The distance with its sign.
     pub(crate) fn steps(&self) -> i32 {
         let steps = self.number as i32;
         if self.backward { steps.wrapping_neg() } else { steps }
     }
 
-    /// What stands behind a `$`: `name=number`, `name` alone, `reset` or
-    /// nothing.
+    /// Reads the text after a `$`: `name=number`, `name` alone, `reset` or nothing.
     pub(crate) fn read_setting(&mut self, text: &[u8]) -> Result<(), Refusal> {
         let sign = text.iter().position(|byte| *byte == b'=').unwrap_or(text.len());
         let (name, number) = text.split_at_checked(sign).unwrap_or_default();

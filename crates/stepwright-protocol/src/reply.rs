@@ -1,4 +1,4 @@
-//! What a slave answers: one line for each line.
+//! The answers of a slave: one line for each line.
 
 use crate::Refusal;
 use crate::answer::{Answer, DIGITS, NOTHING, line, value};
@@ -11,7 +11,7 @@ use crate::setting::{self, Listed, Setting, Value};
 use crate::stop::Stops;
 use crate::text::Decimal;
 
-/// The protocol's version, which the answer to `?` begins with: 0.1.
+/// The protocol's version, with which the answer to `?` begins: 0.1.
 pub const VERSION: (u8, u8) = (0, 1);
 
 /// The answer to one line.
@@ -25,58 +25,56 @@ pub const VERSION: (u8, u8) = (0, 1);
 pub enum Reply {
     /// `Y`: accepted.
     Yes,
-    /// `E`: refused; nothing has changed. A program's [`Fault`](crate::Fault) has more to say.
+    /// `E`: refused; nothing has changed. A program's [`Fault`](crate::Fault) gives the reason.
     No,
     /// `R`, to F: ready for a new order.
     Ready,
     /// `B`, to F: busy with a travel.
     Busy,
-    /// To V: signed decimal steps, without a plus sign.
+    /// The answer to V: signed decimal steps, without a plus sign.
     Position(i64),
-    /// To `?`.
+    /// The answer to `?`.
     Info(Info),
-    /// To `$` and a name.
+    /// The answer to `$` and a name.
     Setting(Value),
-    /// To `$`.
+    /// The answer to `$`.
     Settings(Listed),
 }
 
-/// What the slave tells about itself.
+/// The slave's information about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Info {
     /// Major and minor version of the protocol.
     pub version: (u8, u8),
-    /// How many axes it has.
+    /// The number of axes.
     pub axes: u8,
-    /// The fastest it can step one axis, in steps/s.
+    /// The fastest rate at which it can step one axis, in steps/s.
     pub max: u32,
     /// Steps that came late since the last `!`.
     pub late: u32,
-    /// Lines that were answered E since the last `!`, empty ones apart.
+    /// Lines that were answered E since the last `!`, except empty ones.
     pub refused: u32,
-    /// The reason of the last of them.
+    /// The reason of the last refusal.
     pub last: Option<Refusal>,
     /// Axes whose position is not known: bit 0 is axis 1. Decimal on the line.
     pub uncertain: u8,
-    /// Why its axes have stopped; `None` if it does not say: it was built before
-    /// the word `stop`.
+    /// Why its axes have stopped; `None` from a firmware older than the word `stop`.
     pub stops: Option<Stops>,
-    /// What has gone wrong since the last `!`; `None` if it does not say.
+    /// The errors since the last `!`; `None` from a firmware older than the word `errors`.
     pub errors: Option<Errors>,
-    /// What it can do; `None` if it does not say: it was built before the word
-    /// `can`.
+    /// Its abilities; `None` from a firmware older than the word `can`.
     pub can: Option<Abilities>,
-    /// Axes whose limit switch is closed now, of those that the settings name: bit 0 is
-    /// axis 1. Decimal on the line. `None` if it does not say.
+    /// The axes in the setting `switches` whose limit switch is closed now: bit 0 is axis 1.
+    /// Decimal on the line. `None` from a firmware older than the word `closed`.
     pub closed: Option<u8>,
 }
 
 impl Reply {
-    /// The longest answer this version gives, to `$`, without its CR, in bytes.
+    /// The longest answer of this version, to `$`, without its CR, in bytes.
     pub const LONGEST: usize = setting::LONGEST_LIST;
 
-    /// The line to send, its CR included. That to `$` has all settings of this
-    /// build, whichever were [`Listed`].
+    /// The line to send, including its CR. The answer to `$` has all settings of this build, even
+    /// if fewer were [`Listed`].
     pub fn bytes(self) -> impl Iterator<Item = u8> + Clone {
         let mut answer = Answer::NONE;
         let settings = line::SETTINGS;
@@ -126,7 +124,7 @@ impl Reply {
         raw.filter(|byte| *byte != CR).chain(tail).chain(core::iter::once(CR))
     }
 
-    /// The number that stands in its line for a `#`.
+    /// The number that replaces a `#` of the line.
     fn number(&self, value: u8) -> i64 {
         let info = match self {
             Reply::Position(steps) => return *steps,
@@ -148,17 +146,16 @@ impl Reply {
         })
     }
 
-    /// Reads a complete line, without its CR; `None` if it is no answer.
+    /// Reads a complete line, without its CR; `None` if it is not an answer.
     ///
-    /// It reads what later versions may say: a position with a plus sign, and
-    /// in the answer to `?` further words, fields in another order and reasons
-    /// that have no name here. The fields of [`Info`] must be there but for those that are an
-    /// `Option`, and in the answer to `$` every [`Setting`] that
+    /// It accepts answers of later versions: a position with a plus sign, and in the answer to `?`
+    /// further words, fields in another order and unknown reasons. The fields of [`Info`] are
+    /// required except those that are an `Option`, and in the answer to `$` every [`Setting`] that
     /// the first firmware had.
     pub fn parse(line: &[u8]) -> Option<Reply> {
         match line {
             b"Y" => Some(Reply::Yes),
-            // A program says its reason at once.
+            // A program adds its reason.
             b"E" | [b'E', b' ', ..] => Some(Reply::No),
             b"R" => Some(Reply::Ready),
             b"B" => Some(Reply::Busy),
@@ -170,7 +167,7 @@ impl Reply {
     }
 }
 
-/// Reads a signed number. Counted downwards, so that −2⁶³ needs no exception.
+/// Reads a signed number. It counts downwards, so that −2⁶³ needs no exception.
 fn position(line: &[u8]) -> Option<i64> {
     let (plus, digits) = match line {
         [b'-', digits @ ..] => (false, digits),
@@ -265,7 +262,7 @@ pub(crate) mod tests {
         closed: Some(5),
     };
 
-    /// Of a board from before the words `can` and `closed`.
+    /// The information of a board from before the words `can` and `closed`.
     fn old() -> Info {
         Info { can: None, closed: None, ..INFO }
     }
@@ -334,7 +331,7 @@ pub(crate) mod tests {
             Ok("stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0 \
                 can=jerk,safety,sum closed=5\r")
         );
-        // An old board, and one without any ability.
+        // An old board, and a board without any ability.
         let line = b"stepwright 0.1 axes=3 max=120000 late=0 refused=0 last=none uncertain=0";
         assert_eq!(Reply::parse(line), Some(Reply::Info(old())));
         let uno = Reply::Info(Info { can: Some(Abilities::NONE), ..old() });

@@ -1,4 +1,4 @@
-//! The lines that make a slave carry orders out.
+//! The lines that make a slave carry out orders.
 
 use stepwright::OutOfRange;
 
@@ -8,18 +8,16 @@ use crate::motion_params::MotionParams;
 use crate::number::{Tens, Whole, WholeAccel};
 use crate::order::{Order, Travel};
 
-/// The commands of one order for one axis, or of several that start together:
-/// an iterator, to be sent one by one, each after the Y of the one before.
+/// The commands of one order for one axis, or of several that start together: an iterator. Send
+/// them one by one, each after the Y to the one before.
 ///
-/// It takes the Nano slave's lines wherever they can say the value, so that a
-/// slave written for that document understands a script for axis 1 whose
-/// speeds are multiples of 10 from 10 to 9,990 steps/s and whose ramps are
-/// counted in steps; the extensions otherwise. Every setting is sent, because
-/// what a slave remembers may come from another master.
+/// It uses the Nano slave's lines wherever they can express the value, so that a slave written for
+/// that document understands a script for axis 1 whose speeds are multiples of 10 from 10 to 9,990
+/// steps/s and whose ramps are counted in steps. Otherwise it uses the extensions. Every parameter
+/// is sent, because another master may have set the one in the slave.
 ///
-/// If a line is answered E, stop there: the slave will not start the order.
-/// Afterwards the last axis of the script stays selected, so that F and Z
-/// speak of it.
+/// If a line is answered E, stop there: the slave will not start the order. Afterwards the last
+/// axis of the script stays selected, and F and Z address it.
 ///
 /// ```
 /// # use stepwright_protocol::*;
@@ -41,13 +39,13 @@ use crate::order::{Order, Travel};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Script<'a> {
-    /// The orders that are not yet said, the present one first.
+    /// The orders that are not yet sent, the present one first.
     orders: &'a [(AxisId, Order)],
     next: Next,
     selected: AxisId,
 }
 
-/// Which line comes next; those of an axis in their order.
+/// The next line. The variants are in the order of an axis's lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
     Address,
@@ -64,11 +62,11 @@ enum Next {
 }
 
 impl<'a> Script<'a> {
-    /// The script of these orders. An axis that is named twice travels by its
-    /// last order; no orders, no lines.
+    /// The script of these orders. An axis that is named twice travels by its last order. Without
+    /// orders there are no lines.
     ///
-    /// Start speeds and accelerations go rounded to whole steps, top speeds to thousandths:
-    /// [`Order::sendable`] shows what the slave will understand.
+    /// Start speeds and accelerations are rounded to whole steps, top speeds to thousandths:
+    /// [`Order::sendable`] shows the order that the slave receives.
     ///
     /// # Errors
     /// [`OutOfRange`] if the line can't carry one of the orders.
@@ -87,19 +85,19 @@ impl Iterator for Script<'_> {
     fn next(&mut self) -> Option<Command> {
         loop {
             let Some((&(axis, order), rest)) = self.orders.split_first() else {
-                // After the last axis one line is left: E.
+                // After the last axis only E is left.
                 let left = self.next != Next::End;
                 self.next = Next::End;
                 return left.then_some(Command::Execute);
             };
-            // Checked by `new`.
+            // `new` has checked it.
             let params = MotionParams::of(&order).ok()?;
             let by_steps = params.accel == 0 || params.decel == 0;
             let select = Command::Select(Selection::One(axis));
             let (line, next) = match self.next {
-                // PO is refused while the selected axis is busy, whichever
-                // that is; so the axis that is to start is selected first.
-                // Axis 1 does without, for a slave that knows no A.
+                // PO is refused while the selected axis is busy, whichever that is, so the axis
+                // that is to start is selected first. Axis 1 goes without A, for a slave that knows
+                // no A.
                 Next::Address => ((axis != AxisId::FIRST).then_some(select), Next::Program),
                 Next::Program => (Some(Command::Program), Next::Select),
                 Next::Select => ((axis != self.selected).then_some(select), Next::Start),
@@ -119,7 +117,7 @@ impl Iterator for Script<'_> {
                 Next::Accel => (slope(params.accel).map(Command::Accel), Next::Decel),
                 Next::Decel => (slope(params.decel).map(Command::Decel), Next::Jerk),
                 Next::Jerk => {
-                    // PO has taken back what another master said.
+                    // PO has removed a jerk of another master.
                     let jerk = params.jerk().map(|jerk| (jerk.millisteps() / 1000) as u32);
                     let line = jerk.map(|jerk| Command::Jerk(Whole::clamped(jerk)));
                     (line, Next::Travel)
@@ -142,12 +140,12 @@ impl Iterator for Script<'_> {
     }
 }
 
-/// The speed in tens of steps/s, if it is one that S and T can say.
+/// The speed in tens of steps/s, if S and T can express it.
 fn tens(speed: u32) -> Option<Tens> {
     if speed.is_multiple_of(10) { Tens::new(speed / 10) } else { None }
 }
 
-/// The acceleration, if the ramp is one.
+/// The acceleration, if the ramp is given as one.
 fn slope(accel: u32) -> Option<WholeAccel> {
     WholeAccel::new(accel)
 }
@@ -213,7 +211,7 @@ mod tests {
     }
 
     proptest! {
-        /// What the lines set is what the order said.
+        /// The lines set the parameters of the order.
         #[test]
         fn a_script_sets_the_whole_order(
             start in 0u32..=1_000_000, top in 1u32..=1_000_000_000, shift in 0u32..20,

@@ -1,4 +1,4 @@
-//! The settings of a board: the one table of their names, units and ranges.
+//! The settings of a board, with one table of their names, units and ranges.
 
 use crate::BadLine;
 use crate::answer::setting_named;
@@ -7,7 +7,7 @@ use crate::grammar::{ONE, SET};
 use crate::number::halves;
 use crate::raw_line::RawLine;
 
-/// Makes [`Setting`] of the table.
+/// Makes [`Setting`] from the table.
 macro_rules! settings {
     ($($([$later:ident])? $setting:ident, $name:literal, $unit:literal, $min:literal ..= $max:expr, $default:expr, $help:literal;)*) => {
         /// One setting of a board.
@@ -25,16 +25,16 @@ macro_rules! settings {
         }
 
         impl Setting {
-            /// Every setting, in the order of the line that `$` answers.
+            /// Every setting, in the order of the answer to `$`.
             pub const ALL: [Setting; Setting::COUNT] =
                 [$(Setting::$setting),*];
 
-            /// How many there are.
+            /// The number of settings.
             pub const COUNT: usize =
                 [$(Setting::$setting),*].len();
 
-            /// Setting `index` of [`Setting::ALL`], which a chip would keep in
-            /// RAM; this is code.
+            /// Setting `index` of [`Setting::ALL`]. A chip would keep that array in RAM; this is
+            /// code.
             pub(crate) fn numbered(index: u8) -> Option<Setting> {
                 $({
                     if index == Setting::$setting as u8 {
@@ -44,24 +44,22 @@ macro_rules! settings {
                 None
             }
 
-            /// Its name, the same everywhere: on the line, in the command, in
-            /// files.
+            /// The name, the same on the line, in the command and in files.
             pub const fn name(self) -> &'static str {
                 match self { $(Setting::$setting => $name,)* }
             }
 
-            /// Whether every board has it: some came later, and a board may have an earlier
-            /// firmware.
+            /// Whether every firmware has this setting: some were added later.
             const fn is_everywhere(self) -> bool {
                 match self { $(Setting::$setting => concat!("", $(stringify!($later))?).is_empty(),)* }
             }
 
-            /// The unit of its number; empty for a switch or a set of axes.
+            /// The unit of the value; empty for a switch or a set of axes.
             pub const fn unit(self) -> &'static str {
                 match self { $(Setting::$setting => $unit,)* }
             }
 
-            /// What it does, in a line.
+            /// A description in one line.
             pub const fn help(self) -> &'static str {
                 match self { $(Setting::$setting => $help,)* }
             }
@@ -76,7 +74,7 @@ macro_rules! settings {
                 match self { $(Setting::$setting => $max,)* }
             }
 
-            /// What a board has that nobody has set up.
+            /// The value on a board that nobody has set up.
             pub const fn default(self) -> u32 {
                 match self { $(Setting::$setting => $default,)* }
             }
@@ -85,8 +83,9 @@ macro_rules! settings {
     };
 }
 
-// Numbers of four bytes first, then of two, then of one: `place` counts on it.
-// A row that begins with `[later]` is none of the first firmware's. Sets of axes are the sum of 1 for X, 2 for Y, 4 for Z.
+// Settings of four bytes first, then of two, then of one: `place` relies on this order. The first
+// firmware had no row that begins with `[later]`. Sets of axes are the sum of 1 for X, 2 for Y, 4
+// for Z.
 settings! {
     MaxSpeed, "max-speed", "steps/s", 1..=1_000_000, 1_000_000,
         "an order with a higher top speed is refused";
@@ -144,7 +143,7 @@ settings! {
         "axes that have soft limits: 1 X, 2 Y, 4 Z, added up";
 }
 
-/// The lines of the settings, a `#` for each number.
+/// The lines of the settings, with a `#` for each number.
 pub(crate) const NAMES: &[u8] = &names::<NAMES_LENGTH>(b"=#\n");
 const NAMES_LENGTH: usize = names_length(3);
 
@@ -157,7 +156,7 @@ const fn names_length(behind: usize) -> usize {
     length
 }
 
-/// All names, each with these bytes behind it.
+/// All names, each followed by these bytes.
 const fn names<const LENGTH: usize>(behind: &[u8]) -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
     let (mut to, mut n) = (0, 0);
@@ -175,18 +174,18 @@ const fn names<const LENGTH: usize>(behind: &[u8]) -> [u8; LENGTH] {
 }
 
 impl Setting {
-    /// Its name, which takes no RAM.
+    /// The name, read from flash: it takes no RAM.
     pub(crate) fn text(self) -> Text {
         const LENGTH: usize = names_length(1);
         flash!(LENGTH, names(b"\0")).word(self as u8)
     }
 
-    /// The values it can have.
+    /// The range of its values.
     pub const fn range(self) -> core::ops::RangeInclusive<u32> {
         self.min()..=self.max()
     }
 
-    /// Whether a number is inside its range.
+    /// Whether a number is inside the range.
     #[inline(never)]
     pub(crate) fn allows(self, number: u32) -> bool {
         let max = number_at(|at| LARGEST.byte(at.into()).unwrap_or(0), self as u8);
@@ -199,9 +198,9 @@ impl Setting {
     }
 }
 
-/// The largest value of every setting, packed as [`Settings`] are.
+/// The largest value of every setting, packed as in [`Settings`].
 const LARGEST: Text = flash!(Settings::SIZE, packed(true));
-/// The defaults, packed likewise.
+/// The defaults, packed in the same way.
 const DEFAULTS: Text = flash!(Settings::SIZE, packed(false));
 
 const fn packed(largest: bool) -> [u8; Settings::SIZE] {
@@ -221,7 +220,7 @@ const fn packed(largest: bool) -> [u8; Settings::SIZE] {
     bytes
 }
 
-/// Where a setting is among the bytes, and how many are its own.
+/// The position of a setting among the bytes, and the number of its bytes.
 const fn place(index: u8) -> (u8, u8) {
     if index < LONG {
         (index.wrapping_mul(4), 4)
@@ -232,12 +231,12 @@ const fn place(index: u8) -> (u8, u8) {
     }
 }
 
-/// The settings below this one take four bytes each.
+/// The settings with an index below this take four bytes each.
 const LONG: u8 = longer_than(u16::MAX as u32);
-/// Those below this one take at least two.
+/// The settings with an index below this take at least two bytes.
 const SHORT: u8 = longer_than(u8::MAX as u32);
 
-/// How many settings have larger values than this; they stand first.
+/// The number of settings whose largest value is above this. They come first.
 const fn longer_than(largest: u32) -> u8 {
     let (mut count, mut n) = (0, 0);
     while n < Setting::COUNT {
@@ -250,7 +249,7 @@ const fn longer_than(largest: u32) -> u8 {
     count as u8
 }
 
-/// A setting and a value inside its range.
+/// A setting with a value inside its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Value {
     setting: Setting,
@@ -269,7 +268,7 @@ impl Value {
         if setting.allows(number) { Some(Value { setting, number }) } else { None }
     }
 
-    /// Which setting.
+    /// The setting.
     pub const fn setting(self) -> Setting {
         self.setting
     }
@@ -291,7 +290,7 @@ impl Value {
     }
 }
 
-/// The number of a setting, of whose bytes `byte` gives one.
+/// The number of a setting, from the bytes that `byte` returns.
 fn number_at(byte: impl Fn(u8) -> u8, index: u8) -> u32 {
     let (from, length) = place(index);
     let mut number = 0;
@@ -303,10 +302,9 @@ fn number_at(byte: impl Fn(u8) -> u8, index: u8) -> u32 {
     number
 }
 
-/// How long the list of all settings can be, each with its largest value, in
-/// bytes.
+/// The longest possible list of all settings, in bytes.
 pub(crate) const LONGEST_LIST: usize = {
-    // `=` and a space behind each name, but none behind the last.
+    // `=` and a space after each name, but no space after the last number.
     let (mut length, mut n) = (names_length(2) - 1, 0);
     while n < Setting::COUNT {
         length += 1 + match Setting::ALL[n].max().checked_ilog10() {
@@ -318,7 +316,7 @@ pub(crate) const LONGEST_LIST: usize = {
     length
 };
 
-/// The settings that a board has listed: one with a small chip has not all.
+/// The settings that a board has listed. A board with a small chip does not have all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Listed {
     pub(crate) settings: Settings,
@@ -327,7 +325,7 @@ pub struct Listed {
 }
 
 impl Listed {
-    /// A board that has all of them.
+    /// The settings of a board that has all of them.
     pub fn all(settings: Settings) -> Listed {
         const { assert!(Setting::COUNT <= 32) };
         Listed { settings, present: u32::MAX >> (32 - Setting::COUNT as u32) }
@@ -339,13 +337,12 @@ impl Listed {
         present.then(|| self.settings.value(setting))
     }
 
-    /// Those that there are, in the order of [`Setting::ALL`].
+    /// The values that the board has, in the order of [`Setting::ALL`].
     pub fn values(&self) -> impl Iterator<Item = Value> {
         Setting::ALL.into_iter().filter_map(|setting| self.get(setting))
     }
 
-    /// Reads the answer to `$`. Settings that a later version may have are
-    /// skipped.
+    /// Reads the answer to `$`. Unknown settings, which a later version may have, are skipped.
     pub(crate) fn parse(line: &[u8]) -> Option<Listed> {
         let mut listed = Listed { settings: Settings::new(), present: 0 };
         for word in line.split(|byte| *byte == b' ') {
@@ -361,7 +358,7 @@ impl Listed {
 
 /// All settings of a board, each inside its range.
 ///
-/// Held as the bytes that a board stores, [`Settings::SIZE`] of them.
+/// Stored as the bytes that a board keeps, [`Settings::SIZE`] of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Settings {
     bytes: [u8; Settings::SIZE],
@@ -374,11 +371,11 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// How many bytes they are.
+    /// The number of bytes.
     pub const SIZE: usize = 2 * LONG as usize + SHORT as usize + Setting::COUNT;
 
-    /// All 0, which some may not be: to be overwritten by
-    /// [`load`](Settings::load) or [`reset`](Settings::reset).
+    /// All 0, which is outside the range of some. Overwrite it with [`load`](Settings::load) or
+    /// [`reset`](Settings::reset).
     pub const fn blank() -> Settings {
         Settings { bytes: [0; Settings::SIZE] }
     }
@@ -390,7 +387,7 @@ impl Settings {
         settings
     }
 
-    /// Gives every setting its default again; true if one had another value.
+    /// Sets every setting to its default; true if one had another value.
     #[inline(never)]
     pub fn reset(&mut self) -> bool {
         let mut changed = false;
@@ -407,8 +404,7 @@ impl Settings {
         self.number(setting as u8)
     }
 
-    /// The lowest byte of its value, which is all of a switch or a set of
-    /// axes.
+    /// The lowest byte of the value, which is the whole value of a switch or a set of axes.
     #[inline(always)]
     pub fn byte(&self, setting: Setting) -> u8 {
         let (at, _) = place(setting as u8);
@@ -421,17 +417,17 @@ impl Settings {
         number_at(|at| self.bytes.get(usize::from(at)).copied().unwrap_or(0), index)
     }
 
-    /// A setting and its value.
+    /// The setting with its value.
     pub fn value(&self, setting: Setting) -> Value {
         Value { setting, number: self.get(setting) }
     }
 
-    /// Sets one; true if it had another value before.
+    /// Sets a setting; true if it had another value before.
     pub fn set(&mut self, value: Value) -> bool {
         self.put(value.setting as u8, value.number)
     }
 
-    /// Sets the one with this index, to a number of its range.
+    /// Sets the setting with this index to a number inside its range.
     pub(crate) fn put(&mut self, index: u8, mut number: u32) -> bool {
         let (from, length) = place(index);
         let mut changes = false;
@@ -445,8 +441,8 @@ impl Settings {
         changes
     }
 
-    /// The bytes, to be stored. Their order and meaning may change with the
-    /// version of this crate: store [`Settings::LAYOUT`] beside them.
+    /// The bytes to store. Their order and meaning may change with the version of this crate: store
+    /// [`Settings::LAYOUT`] beside them.
     pub fn bytes(&self) -> &[u8; Settings::SIZE] {
         &self.bytes
     }
@@ -461,8 +457,8 @@ impl Settings {
         settings.is_valid().then_some(settings)
     }
 
-    /// Takes what was stored, of which `byte` gives one byte after the other;
-    /// the defaults if a value is outside its range.
+    /// Loads stored settings, whose bytes `byte` returns one after the other. Loads the defaults if
+    /// a value is outside its range.
     pub fn load(&mut self, mut byte: impl FnMut() -> u8) {
         for place in &mut self.bytes {
             *place = byte();
@@ -518,7 +514,7 @@ pub(crate) mod tests {
             assert!(setting.range().contains(&setting.default()), "{setting:?}");
             assert!(!setting.help().is_empty());
             assert_eq!(Settings::new().get(setting), setting.default());
-            // The word that stands where a name stands.
+            // The word that can stand in place of a name.
             assert_ne!(setting.name(), "reset");
         }
         assert_eq!(Setting::numbered(Setting::COUNT as u8), None);
@@ -538,7 +534,7 @@ pub(crate) mod tests {
         }
         assert_eq!(Settings::from_bytes(*settings.bytes()), Some(settings));
         assert_eq!(Settings::from_bytes([0xFF; Settings::SIZE]), None);
-        // A pulse of 0 µs, and a speed of 0.
+        // A pulse of 0 µs and a speed of 0 are outside their ranges.
         assert_eq!(Settings::from_bytes([0; Settings::SIZE]), None);
     }
 

@@ -1,4 +1,4 @@
-//! The slave: lines in, one answer each, and a machine that obeys.
+//! The slave: it answers each line once, and commands a machine.
 
 use crate::answer::{Answer, DIGITS, NOTHING, line, value};
 use crate::axis::{AxisId, MAX_AXES};
@@ -22,45 +22,45 @@ mod state;
 
 /// The slave's half of the line, for up to `AXES` axes (at most 8).
 ///
-/// Fed with bytes, it answers each CR with exactly one [`Reply`] and tells the
-/// [`Machine`] what to do. It holds no clock and does no I/O.
+/// It takes bytes, answers each CR with exactly one [`Reply`] and commands the [`Machine`]. It
+/// holds no clock and does no I/O.
 ///
 /// ```text
 ///   bytes ─► receive ─► work … work ─► next_byte … ─► answer
 /// ```
 ///
-/// An order is started piece by piece, one a call of [`work`](Slave::work), and answered at
-/// the end. Meanwhile the next line may come. It waits; but Z and K act at once:
-/// Z brakes what moves, K stops it and refuses the order. Z brakes what the order started
-/// when its turn comes.
+/// An order is started piece by piece, one piece per call of [`work`](Slave::work), and answered at
+/// the end. Meanwhile the next line may come. It waits, but Z and K act at once: Z brakes the
+/// moving axes, K stops them and refuses the order. When Z is obeyed in its turn, it also brakes
+/// the axes that the order started.
 ///
-/// On an AVR it takes 73 bytes of RAM and 30 more an axis, 33 with the feature `jerk`. No panic
-/// is left in it on an ATmega328P (rustc 1.96, `opt-level = "s"`, LTO).
+/// On an AVR it takes 73 bytes of RAM and 30 more per axis, 33 with the feature `jerk`. The code
+/// for an ATmega328P contains no panic (rustc 1.96, `opt-level = "s"`, LTO).
 #[derive(Clone, Debug)]
 pub struct Slave<const AXES: usize> {
     line: Collector<{ LONGEST }>,
     axes: [Axis; AXES],
     /// The letter of the last stop of each axis.
     stops: [u8; AXES],
-    /// Axes that the lines address: bit 0 is axis 1. All bits: A0.
+    /// The axes that lines address: bit 0 is axis 1. All bits: A0.
     selected: u8,
-    /// Whose axes they are.
+    /// Whether it is clear that the lines mean these axes.
     naming: Naming,
     order: Open,
-    /// Lines that were answered E.
+    /// The number of lines that were answered E.
     refused: u16,
     last: Option<Refusal>,
     answer: Answer,
-    /// The checksum behind it.
+    /// The checksum of the answer.
     tail: Tail,
     guard: Guard<AXES>,
-    /// What it is at.
+    /// The present task.
     task: Task,
-    /// A line is complete, and waits for its turn.
+    /// A complete line waits for its turn.
     waits: bool,
 }
 
-/// As its documentation says.
+/// Checks the sizes in the documentation.
 #[cfg(target_arch = "avr")]
 const _: () = {
     let axis = if cfg!(feature = "jerk") { 33 } else { 30 };
@@ -80,15 +80,14 @@ impl<const AXES: usize> Default for Slave<AXES> {
 }
 
 impl<const AXES: usize> Slave<AXES> {
-    /// As at power-up: axis 1 selected, no order open, S5 T100 R200.
+    /// The state at power-up: axis 1 selected, no order open, S5 T100 R200.
     pub fn new() -> Slave<AXES> {
         let mut slave = Slave::blank();
         slave.begin();
         slave
     }
 
-    /// A slave that has yet to [`begin`](Slave::begin), all zeros: so that a static
-    /// one takes no flash.
+    /// A slave before [`begin`](Slave::begin), all zeros, so that a static one takes no flash.
     pub const fn blank() -> Slave<AXES> {
         const { assert!(AXES >= 1 && AXES <= MAX_AXES as usize) };
         let axis = Axis { params: MotionParams::BLANK, staged: 0, backward: false, steps: 0 };
@@ -109,7 +108,7 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
-    /// As at power-up: S5 T100 R200. Once, before anything else.
+    /// Sets the state at power-up: S5 T100 R200. Call it once, before anything else.
     #[inline(never)]
     pub fn begin(&mut self) {
         self.line.begin();
@@ -120,9 +119,9 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
-    /// Takes a byte from the line. At a CR it obeys and returns the answer.
+    /// Takes a byte from the line. At a CR it obeys the line and returns the answer.
     ///
-    /// For a host, which wants to see it. A chip calls [`receive`](Slave::receive),
+    /// For a host, which needs the answer as a value. A chip calls [`receive`](Slave::receive),
     /// [`work`](Slave::work) and [`next_byte`](Slave::next_byte).
     pub fn push<M: Machine>(&mut self, byte: u8, machine: &mut M) -> Option<Reply> {
         self.receive(byte, machine);
@@ -138,21 +137,21 @@ impl<const AXES: usize> Slave<AXES> {
         None
     }
 
-    /// Whether it takes bytes: no line is complete that waits for the answers before it.
+    /// Whether it takes bytes: no complete line waits for its turn.
     pub fn listens(&self) -> bool {
         !self.waits
     }
 
-    /// Whether a line is complete that [`work`](Slave::work) obeys next, and that is no stop: who
-    /// is behind with planning may let it wait.
+    /// Whether [`work`](Slave::work) obeys a complete line next that is not a stop. A caller that
+    /// is behind with planning may delay it.
     pub fn can_wait(&self) -> bool {
         let stops = || matches!(self.line.look(), Some([b'Z' | b'K', ..]));
         self.waits && !self.is_starting() && !stops()
     }
 
-    /// Takes a byte from the line. At a CR the line is complete, and
-    /// [`work`](Slave::work) obeys it, once the last is answered. A byte that comes while it
-    /// does not [listen](Slave::listens) spoils the line that waits.
+    /// Takes a byte from the line. At a CR the line is complete, and [`work`](Slave::work) obeys it
+    /// once the previous line is answered. A byte that comes while the slave does not
+    /// [listen](Slave::listens) spoils the waiting line.
     pub fn receive<M: Machine>(&mut self, byte: u8, machine: &mut M) {
         if self.waits {
             return self.line.garble();
@@ -163,8 +162,8 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
-    /// Obeys a line that is complete, or does one piece of starting the order in work. True
-    /// while the answer is not ready.
+    /// Obeys a complete line, or does one piece of starting the present order. True while the
+    /// answer is not ready.
     pub fn work<M: Machine>(&mut self, machine: &mut M) -> bool {
         if self.is_starting() {
             return self.start(machine);
@@ -172,8 +171,8 @@ impl<const AXES: usize> Slave<AXES> {
         !self.is_answering() && core::mem::take(&mut self.waits) && self.obey_line(machine)
     }
 
-    /// Obeys the line that is complete, and prepares its answer. True if it is an order that
-    /// is in work now.
+    /// Obeys the complete line and prepares its answer. True if the line began the start of an
+    /// order.
     #[inline(never)]
     fn obey_line<M: Machine>(&mut self, machine: &mut M) -> bool {
         let (mut raw, mut empty) = (RawLine::NOTHING, false);
@@ -185,7 +184,7 @@ impl<const AXES: usize> Slave<AXES> {
                 empty = line.is_empty();
                 let line = if summed { sum::checked(line) } else { Ok(line) };
                 line.and_then(|line| {
-                    // A line without a checksum may be no longer for the room of one.
+                    // A line without a checksum must not use the room for one.
                     if line.len() > Command::LONGEST { Err(Refusal::Line) } else { raw.read(line) }
                 })
             }
@@ -198,7 +197,7 @@ impl<const AXES: usize> Slave<AXES> {
             Ok(_) if self.is_starting() => return true,
             Ok(first) => first,
             Err(refusal) => {
-                // Masters send an empty line to get in step. That is no news.
+                // Masters send an empty line to get in step. It does not count as refused.
                 if empty {
                     self.spoil(refusal);
                 } else {
@@ -216,10 +215,10 @@ impl<const AXES: usize> Slave<AXES> {
         false
     }
 
-    /// A line is answered E.
+    /// Counts a line that is answered E.
     #[inline(never)]
     fn refuse(&mut self, refusal: Refusal) {
-        // Not `saturating_add`, which is longer.
+        // Saturates. `saturating_add` is longer.
         let refused = self.refused.wrapping_add(1);
         if refused != 0 {
             self.refused = refused;
@@ -229,17 +228,16 @@ impl<const AXES: usize> Slave<AXES> {
         self.spoil(refusal);
     }
 
-    /// Whether some of the last answer has yet to be pulled.
+    /// Whether part of the last answer is still to be sent.
     pub fn is_answering(&self) -> bool {
         self.answer.is_left() || self.tail.is_left()
     }
 
-    /// The next byte of the answer, its CR included; `None` when it is
-    /// complete. Its numbers are those of the moment when their turn comes.
+    /// The next byte of the answer, including the CR; `None` when the answer is complete. A number
+    /// is read at the moment when it is due.
     ///
-    /// Costs one conversion to decimal where a number begins: about 100 simple
-    /// byte operations for 4000, 1,400 for 2³² − 1. Texts and further digits
-    /// cost next to nothing.
+    /// A number costs one conversion to decimal where it begins: about 100 simple byte operations
+    /// for 4000, 1,400 for 2³² − 1. Texts and further digits cost next to nothing.
     pub fn next_byte<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
         if let Some(byte) = self.tail.next() {
             return Some(byte);
@@ -248,7 +246,7 @@ impl<const AXES: usize> Slave<AXES> {
         Some(self.tail.pass(byte))
     }
 
-    /// The next byte of the answer, but for the checksum.
+    /// The next byte of the answer, without the checksum.
     #[inline(always)]
     fn answer_byte<M: Machine>(&mut self, machine: &mut M) -> Option<u8> {
         let axes = self.count(machine);
@@ -256,7 +254,7 @@ impl<const AXES: usize> Slave<AXES> {
         self.answer.next(last, |n, digits| {
             let number = match n {
                 value::POSITION => {
-                    // It was known when it was asked for.
+                    // The position was known when V was obeyed.
                     let Task::Line(asked) = self.task else { return NOTHING };
                     let axis = AxisId::at(asked);
                     let Some(steps) = machine.position(axis) else { return NOTHING };
@@ -298,20 +296,20 @@ impl<const AXES: usize> Slave<AXES> {
         })
     }
 
-    /// Tells that a byte was lost or damaged on the way: an overrun or a
-    /// framing error of the receiver. The line that it belongs to is answered
-    /// E, whatever the rest of it says; `G+400` may have been `G+4000`.
+    /// Reports that a byte was lost or damaged on the way: an overrun or a framing error of the
+    /// receiver. The line that it belongs to is answered E, whatever its other bytes are: `G+400`
+    /// may have been `G+4000`.
     pub fn garbled(&mut self) {
         self.line.garble();
         self.guard.note(errors::GARBLED);
     }
 
-    /// Tells that the machine has stopped these axes, or has them brake, for a
-    /// reason that is not a line; bit 0 is axis 1. Only of axes that move, or of none.
-    /// [`Stop::Emergency`] and [`Stop::Driver`] spoil an open order, as K does.
+    /// Reports that the machine has stopped these axes, or brakes them, for a reason that is not a
+    /// line; bit 0 is axis 1. Pass only axes that move; there may be none. [`Stop::Emergency`] and
+    /// [`Stop::Driver`] spoil an open order, as K does.
     ///
-    /// `stop=` in the answer to `?` has its letter until the axis starts again,
-    /// or `!` comes. Of two soft stops the first is kept.
+    /// `stop=` in the answer to `?` has the letter until the axis starts again, or `!` comes. Of
+    /// two soft stops the first is kept.
     pub fn stopped(&mut self, axes: u8, reason: Stop) {
         self.mark(axes, reason.letter());
         if matches!(reason, Stop::Emergency | Stop::Driver) {
@@ -331,7 +329,7 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
-    /// Whether it is known which axes a line means.
+    /// Whether it is clear which axes a line addresses.
     ///
     /// # Errors
     /// [`Refusal::NoAxis`] if not.
@@ -339,17 +337,17 @@ impl<const AXES: usize> Slave<AXES> {
         if self.naming == Naming::Unclear { Err(Refusal::NoAxis) } else { Ok(()) }
     }
 
-    /// Does what a line says, and tells which line of the text answers it.
+    /// Obeys a line, and returns the line of the text that answers it.
     fn execute<M: Machine>(&mut self, raw: &mut RawLine, machine: &mut M) -> Result<u8, Refusal> {
         raw.unify();
         let RawLine { letter, flags, number, .. } = *raw;
         let mut go = false;
         let busy = self.busy(machine);
-        // Are all the selected axes idle?
+        // Whether all selected axes are idle.
         let idle = busy & self.selected == 0;
-        // Does g start at once, or is it part of an order?
+        // Whether g starts at once, or is part of an order.
         let alone = self.order == Open::No;
-        // What its row asks for.
+        // The conditions in the row of the line.
         if flags & flag::NAMED != 0 {
             self.named()?;
         }
@@ -357,20 +355,20 @@ impl<const AXES: usize> Slave<AXES> {
             return Err(Refusal::Closed);
         }
         let in_motion = flags & flag::IDLE != 0 && !idle;
-        // Of any axis: most settings are all axes' own.
+        // Checks every axis, because most settings apply to all of them.
         if in_motion || flags & flag::REST != 0 && busy != 0 {
             return Err(Refusal::Busy);
         }
         match letter {
             b'P' => {
                 self.forget_travels();
-                // The Nano slave's masters know no jerk.
+                // The masters of the Nano slave know no jerk.
                 for axis in &mut self.axes {
                     axis.params.jerk = 0;
                 }
                 self.order = Open::Yes;
-                // A line of a master that knows no A means axis 1, and one that
-                // has said A may mean what it said.
+                // A line of a master that knows no A addresses axis 1; a master that has sent A may
+                // mean the axis of its A.
                 if self.naming == Naming::Chosen && self.selected != FIRST {
                     self.naming = Naming::Unclear;
                     self.selected |= FIRST;
@@ -436,7 +434,7 @@ impl<const AXES: usize> Slave<AXES> {
                 self.mark(u8::MAX, stop::NONE);
                 self.guard.clear(busy);
             }
-            // What is left begins with `$`.
+            // The remaining lines begin with `$`.
             grammar::SET | grammar::RESET => {
                 let settings = settings(machine)?;
                 let changed = if letter == grammar::SET {
@@ -453,10 +451,10 @@ impl<const AXES: usize> Slave<AXES> {
                 let index = if letter == grammar::ONE { raw.setting as u8 } else { 0 };
                 return Ok(line::SETTINGS.wrapping_add(index));
             }
-            // What is left says how to travel: R, s, m, a, d or j.
+            // The remaining lines set motion parameters: R, s, m, a, d or j.
             _ => {
                 if !idle {
-                    // m, a or d. An open order is for axes at rest.
+                    // m, a or d. An open order is only for axes at rest.
                     if !alone {
                         return Err(Refusal::Busy);
                     }
@@ -501,13 +499,13 @@ impl<const AXES: usize> Slave<AXES> {
     #[inline(never)]
     fn kill<M: Machine>(&mut self, machine: &mut M) {
         let busy = self.busy(machine);
-        // Even if nothing seems to move: K relies on nothing.
+        // Even if nothing seems to move: K relies on no state.
         machine.kill();
         self.mark(busy, b'K');
         self.spoil(Refusal::Killed);
     }
 
-    /// The selected axes are to travel as G or g says.
+    /// Stores the travel of G or g for the selected axes.
     fn stage(&mut self, raw: &RawLine) {
         let mut selected = self.selected;
         for axis in &mut self.axes {
@@ -519,7 +517,7 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
-    /// The order that is open, or in work, is not to start.
+    /// Keeps the open order, or the order that is being started, from starting.
     fn spoil(&mut self, reason: Refusal) {
         if self.is_starting() {
             self.task = Task::Refuse(reason);
@@ -535,7 +533,7 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
-    /// The axes that are busy: bit 0 is axis 1.
+    /// The busy axes: bit 0 is axis 1.
     fn busy<M: Machine>(&self, machine: &M) -> u8 {
         let (mut busy, mut bit) = (0, 1u8);
         for index in 0..self.count(machine) {
@@ -547,15 +545,15 @@ impl<const AXES: usize> Slave<AXES> {
         busy
     }
 
-    /// How many axes there are and have room here.
+    /// The number of axes that the machine has and this slave has room for.
     fn count<M: Machine>(&self, machine: &M) -> u8 {
         let room = if AXES > MAX_AXES as usize { MAX_AXES } else { AXES as u8 };
         machine.axes().min(room)
     }
 }
 
-/// Makes a negative number positive, byte by byte, the lowest first: a small chip that chooses
-/// between two of 8 bytes needs three times the code.
+/// Makes a negative number positive, byte by byte, the lowest first. On a small chip a choice
+/// between two 8-byte numbers needs three times the code.
 fn negate(bytes: &mut [u8]) {
     let mut carry = true;
     for byte in bytes {

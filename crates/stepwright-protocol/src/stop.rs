@@ -1,12 +1,12 @@
-//! Why an axis has stopped before the end of its order.
+//! The reasons why an axis has stopped before the end of its order.
 
 use crate::axis::{AxisId, MAX_AXES};
 
-/// Makes [`Stop`] of the table.
+/// Makes [`Stop`] from the table.
 macro_rules! stops {
     ($($stop:ident $letter:literal, $name:literal, $words:literal, $doc:literal;)*) => {
-        /// The reason of a stop that an order did not ask for. A letter of
-        /// `stop=` in the answer to `?`.
+        /// The reason of a stop that an order did not ask for. A letter of `stop=` in the answer to
+        /// `?`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u8)]
         pub enum Stop {
@@ -17,12 +17,12 @@ macro_rules! stops {
             /// Every reason.
             pub const ALL: [Stop; [$($letter),*].len()] = [$(Stop::$stop),*];
 
-            /// Its name, for programs.
+            /// The name, for programs.
             pub const fn name(self) -> &'static str {
                 match self { $(Stop::$stop => $name),* }
             }
 
-            /// What has happened, for a person: the end of "stopped by …".
+            /// A description for a person: the end of "stopped by …".
             pub const fn words(self) -> &'static str {
                 match self { $(Stop::$stop => $words),* }
             }
@@ -43,7 +43,7 @@ stops! {
 }
 
 impl Stop {
-    /// Its letter on the line.
+    /// The letter on the line.
     pub const fn letter(self) -> u8 {
         self as u8
     }
@@ -55,11 +55,10 @@ impl Stop {
     }
 }
 
-/// The letter of an axis that nothing has stopped.
+/// The letter of an axis that was not stopped.
 pub(crate) const NONE: u8 = b'-';
 
-/// Whether the axis of this letter ramps down: Z and T, which are above the
-/// others.
+/// Whether the axis with this letter ramps down: Z and T, which are above the other letters.
 pub(crate) fn is_soft(letter: u8) -> bool {
     letter >= b'T'
 }
@@ -79,20 +78,20 @@ pub struct Stops {
 }
 
 impl Stops {
-    /// Why this axis has stopped; `None` if its last travel went as ordered, or
-    /// is still on its way.
+    /// Why this axis has stopped; `None` if its last travel ended as ordered, or is still under
+    /// way.
     pub fn of(&self, axis: AxisId) -> Option<Stop> {
         self.letters.get(axis.index()).and_then(|letter| Stop::of(*letter))
     }
 
-    /// Reads the letters, one an axis: 1 … 8 of them.
+    /// Reads the letters, one per axis: 1 … 8 of them.
     pub fn parse(letters: &[u8]) -> Option<Stops> {
         let mut stops = Stops { letters: [NONE; MAX_AXES as usize], axes: letters.len() as u8 };
         stops.letters.get_mut(..letters.len())?.copy_from_slice(letters);
         (!letters.is_empty()).then_some(stops)
     }
 
-    /// The letters, one an axis.
+    /// The letters, one per axis.
     pub fn letters(&self) -> &[u8] {
         self.letters.get(..usize::from(self.axes)).unwrap_or_default()
     }

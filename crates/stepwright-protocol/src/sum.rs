@@ -1,23 +1,22 @@
-//! A checksum on a line that wants one: `LINE*hh`.
+//! The optional checksum of a line: `LINE*hh`.
 //!
-//! `hh` is the CRC-8 of the bytes before the `*` (polynomial 0x07, begun with 0,
-//! nothing reversed: CRC-8/SMBUS) in two hexadecimal digits. An exclusive-or would
-//! be as short, but two digits with the same bit flipped leave it as it was, and so
-//! do two digits that change places. This CRC finds every one and two flipped bits
-//! of a line of 15 bytes, every odd number of them in any line, and every burst of
-//! up to 8 bits; of what is left, one in 256 passes.
+//! `hh` is the CRC-8 of the bytes before the `*` (polynomial 0x07, initial value 0, nothing
+//! reversed: CRC-8/SMBUS) in two hexadecimal digits. An exclusive-or would be as short, but the
+//! same flipped bit in two digits leaves it unchanged, and so does a swap of two digits. This CRC
+//! finds every one and two flipped bits in a line of 15 bytes, every odd number of flipped bits in
+//! any line, and every burst of up to 8 bits; of other errors, one in 256 passes.
 
 use crate::Refusal;
 use crate::crc::crc;
 use crate::line::CR;
 
-/// Stands before the two digits, and in no line otherwise.
+/// The byte before the two digits. No line contains it otherwise.
 const MARK: u8 = b'*';
 
 /// How many bytes a checksum adds to a line.
 pub(crate) const LENGTH: usize = 3;
 
-/// The lower half of a byte as a digit.
+/// The lower half of a byte as a hexadecimal digit.
 const fn digit(half: u8) -> u8 {
     match half & 15 {
         half @ 0..10 => b'0' + half,
@@ -25,7 +24,7 @@ const fn digit(half: u8) -> u8 {
     }
 }
 
-/// Whether a line has a checksum, or what may have been one.
+/// Whether a line has a checksum, or a damaged one.
 pub(crate) fn is_wanted(line: &[u8]) -> bool {
     // Not `contains`, which takes 300 bytes of an AVR's flash.
     line.iter().fold(false, |wanted, byte| wanted | (*byte == MARK))
@@ -34,39 +33,39 @@ pub(crate) fn is_wanted(line: &[u8]) -> bool {
 /// A line without its checksum.
 ///
 /// # Errors
-/// [`Refusal::Sum`] if there is none, or if it is that of another line.
+/// [`Refusal::Sum`] if there is no checksum, or a wrong one.
 pub(crate) fn checked(line: &[u8]) -> Result<&[u8], Refusal> {
     let [bare @ .., MARK, high, low] = line else { return Err(Refusal::Sum) };
     let sum = bare.iter().fold(0, |sum, byte| crc(sum, *byte));
-    // Small letters are fine.
+    // Lower-case digits are allowed.
     let is = |half: u8, raw: u8| digit(half) == raw.to_ascii_uppercase();
     if is(sum >> 4, *high) && is(sum, *low) { Ok(bare) } else { Err(Refusal::Sum) }
 }
 
-/// Puts the checksum behind a line that is sent a byte at a time.
+/// Appends the checksum to a line that is sent a byte at a time.
 #[derive(Clone, Debug)]
 pub(crate) struct Tail {
     wanted: bool,
     sum: u8,
-    /// Bytes behind the mark that are still to be sent, the CR too.
+    /// The bytes after the mark that are still to be sent, including the CR.
     left: u8,
 }
 
 impl Tail {
-    /// For a line that has no checksum.
+    /// For a line without a checksum.
     pub(crate) const NONE: Tail = Tail { wanted: false, sum: 0, left: 0 };
 
-    /// For a line that has one, if it is wanted.
+    /// For a line with a checksum, if `wanted`.
     pub(crate) const fn new(wanted: bool) -> Tail {
         Tail { wanted, ..Tail::NONE }
     }
 
-    /// Whether the line has yet to end.
+    /// Whether bytes after the mark are still to be sent.
     pub(crate) fn is_left(&self) -> bool {
         self.left != 0
     }
 
-    /// What is to be sent before the line's next byte is asked for.
+    /// The byte to send before the line's next byte is requested.
     pub(crate) fn next(&mut self) -> Option<u8> {
         self.left = self.left.checked_sub(1)?;
         Some(match self.left {
@@ -76,7 +75,7 @@ impl Tail {
         })
     }
 
-    /// What is to be sent for a byte of the line: itself, or the mark for its CR.
+    /// The byte to send for a byte of the line: the byte itself, or the mark in place of its CR.
     pub(crate) fn pass(&mut self, byte: u8) -> u8 {
         if !self.wanted {
             return byte;
@@ -131,8 +130,7 @@ mod tests {
             prop_assert_eq!(checked(&sent), Ok(line.as_bytes()));
         }
 
-        /// No flip of one or two bits makes another line of it, nor do two bytes that
-        /// change places.
+        /// No flip of one or two bits turns the line into another, nor does a swap of two bytes.
         #[test]
         fn a_flipped_digit_is_found(line in "[A-Z][+-][0-9]{1,10}", a in 0usize..120, b in 0usize..120) {
             let right = summed(line.as_bytes());

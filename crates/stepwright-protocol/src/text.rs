@@ -1,10 +1,9 @@
-//! Lines on their way out, pulled a byte at a time.
+//! Lines, sent a byte at a time.
 //!
-//! A line is a few pieces, texts and numbers, and is never stored: at 115200
-//! baud a byte takes 87 µs, so a board that had to write the longest answer
-//! in one go would stand still for 8 ms or keep 100 bytes of RAM for it.
-//! Pulled, it costs its value and one number's digits. `core::fmt` is not
-//! used; on an AVR it alone would fill several kilobytes of flash.
+//! A line is a few pieces, texts and numbers, and is never stored: at 115200 baud a byte takes 87
+//! µs, so a board that had to write the longest answer in one go would block for 35 ms or need 400
+//! bytes of RAM for it. Byte by byte, it needs its value and the digits of one number. `core::fmt`
+//! is not used; on an AVR it alone would fill several kilobytes of flash.
 
 use crate::flash::{Text, text};
 use crate::sum::Tail;
@@ -18,17 +17,16 @@ pub enum Piece {
     Number(u32),
 }
 
-/// Something that can be written as a line.
+/// A value that can be written as a line.
 pub trait Pieces {
     /// Piece `n`, counted from 0; `None` past the last.
     fn piece(&self, n: u8) -> Option<Piece>;
 }
 
-/// The bytes of a line, its CR included: an iterator to pull them from.
+/// An iterator over the bytes of a line, including the CR.
 ///
-/// Costs one conversion to decimal where a number begins: about 100 simple
-/// byte operations for 4000, 1,400 for 2³² − 1. Texts and further digits cost
-/// next to nothing.
+/// A number costs one conversion to decimal where it begins: about 100 simple byte operations for
+/// 4000, 1,400 for 2³² − 1. Texts and further digits cost next to nothing.
 #[derive(Clone, Debug)]
 pub struct Bytes<L> {
     line: L,
@@ -51,7 +49,7 @@ impl<L> Bytes<L> {
         }
     }
 
-    /// The same with a checksum behind it, if it is wanted.
+    /// The same line with a checksum, if `wanted`.
     pub(crate) fn summed(self, wanted: bool) -> Bytes<L> {
         Bytes { tail: Tail::new(wanted), ..self }
     }
@@ -70,7 +68,7 @@ impl<L: Pieces> Iterator for Bytes<L> {
 }
 
 impl<L: Pieces> Bytes<L> {
-    /// The next byte, but for the checksum.
+    /// The next byte, without the checksum.
     #[inline(always)]
     fn bare(&mut self) -> Option<u8> {
         loop {
@@ -94,16 +92,15 @@ impl<L: Pieces> Bytes<L> {
 #[derive(Clone, Debug)]
 pub(crate) struct Decimal {
     digits: [u8; 20], // 2⁶⁴ has 20
-    /// How many there are; what stands behind them is old.
+    /// The number of digits; the bytes after them are old.
     len: u8,
 }
 
 impl Decimal {
     pub(crate) const NONE: Decimal = Decimal { digits: [0; 20], len: 0 };
 
-    /// Takes a number of at most 8 bytes, whose lowest one is the first, and
-    /// leaves zeros. Each digit is what a division by ten leaves, from the
-    /// highest byte that is not zero.
+    /// Converts a number of at most 8 bytes, the lowest byte first, and leaves zeros in it. Each
+    /// digit is the remainder of a division by ten, from the highest byte that is not zero.
     #[inline(never)]
     pub(crate) fn set(&mut self, mut bytes: &mut [u8]) {
         let mut len = 0u8;
@@ -129,10 +126,10 @@ impl Decimal {
     }
 }
 
-/// Divides a number, whose lowest byte is the first, by ten, and gives the rest.
+/// Divides a number, the lowest byte first, by ten in place, and returns the remainder.
 ///
-/// Of a rest d and the next byte b: 256 d + b = 10 · 25 d + (6 d + b), where the
-/// last is at most 309.
+/// For a remainder d and the next byte b: 256 d + b = 10 · 25 d + (6 d + b), where 6 d + b is at
+/// most 309.
 #[cfg(not(target_arch = "avr"))]
 fn tenth(bytes: &mut [u8]) -> u8 {
     bytes.iter_mut().rev().fold(0, |digit, byte| {
@@ -142,15 +139,15 @@ fn tenth(bytes: &mut [u8]) -> u8 {
     })
 }
 
-/// Likewise, in 30 cycles a byte. (A compiled one takes twice the time and saves
-/// all registers.) A fifth of a byte is 205/1024 of it.
+/// The same in 30 cycles a byte. (Compiled code takes twice the time and saves all registers.) A
+/// fifth of a byte is 205/1024 of it.
 #[cfg(target_arch = "avr")]
 #[allow(unsafe_code)]
 #[inline(always)]
 fn tenth(bytes: &mut [u8]) -> u8 {
     let mut digit = 0u8;
-    // SAFETY: reads and writes the slice's bytes, from the last to the first;
-    // r0 is nobody's, and r1 is 0 again in the end.
+    // SAFETY: reads and writes the slice's bytes, from the last to the first; r0 is free to use,
+    // and r1 is 0 again at the end.
     unsafe {
         core::arch::asm!(
             "rjmp 3f",

@@ -1,54 +1,54 @@
-//! Why a line is refused: a word, and numbers behind it.
+//! The reasons why a line is refused: a word and its numbers.
 
 use super::Numbers;
 use crate::flash::{Text, text};
 
 /// A program's own reasons to refuse a row.
 pub trait OwnFault: Copy {
-    /// Its word on the line, of small letters and `-`.
+    /// The word on the line, of lower-case letters and `-`.
     fn word(&self) -> Text;
 
-    /// Number `n` behind the word, counted from 0; `None` behind the last.
+    /// Number `n` after the word, counted from 0; `None` past the last.
     fn number(&self, n: u8) -> Option<i64>;
 
     /// The reason with this word and these numbers.
     fn read(word: &[u8], numbers: &mut Numbers<'_>) -> Option<Self>;
 }
 
-/// Why a line of a program is refused. The words that the controller has mean what
+/// The reason why a line of a program is refused. The words of the controller mean what
 /// [`Refusal`](crate::Refusal) says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault<R> {
-    /// `line`: it is none, has another count of numbers, or came damaged.
+    /// `line`: no such line, a wrong count of numbers, or a damaged line.
     Line,
-    /// `sum`: its checksum is that of another line.
+    /// `sum`: the checksum does not match the line.
     Sum,
     /// `axis`: the board has no such axis.
     Axis,
-    /// `busy`: that is for a board at rest.
+    /// `busy`: the line is only for a board at rest.
     Busy,
     /// `uncertain`: the position is not known.
     Uncertain,
     /// `range NUMBER,LEAST,MOST`: a number is outside its range.
     Range {
-        /// Which number of the line, from 1.
+        /// The number's place in the line, from 1.
         number: u8,
-        /// The least it may be.
+        /// The smallest allowed value.
         least: i64,
-        /// The most.
+        /// The largest allowed value.
         most: i64,
     },
-    /// The program's own.
+    /// A reason of the program's own.
     Own(R),
 }
 
-/// The common word of this number, in the order of the reasons; behind the last an empty text.
+/// Common word `n`, in the order of the reasons; past the last an empty text.
 fn common(n: u8) -> Text {
     text!("line\0sum\0axis\0busy\0uncertain\0range\0").word(n)
 }
 
 impl<R: OwnFault> Fault<R> {
-    /// Its word on the line.
+    /// The word on the line.
     pub(super) fn word(&self) -> Text {
         common(match self {
             Fault::Line => 0,
@@ -61,7 +61,7 @@ impl<R: OwnFault> Fault<R> {
         })
     }
 
-    /// Number `n` behind the word.
+    /// Number `n` after the word.
     pub(super) fn number(&self, n: u8) -> Option<i64> {
         match self {
             Fault::Range { number, least, most } => match n {
@@ -75,7 +75,7 @@ impl<R: OwnFault> Fault<R> {
         }
     }
 
-    /// Reads an answer; `None` if it is no refusal of this program.
+    /// Reads an answer; `None` if it is not a refusal of this program.
     pub fn read(answer: &[u8]) -> Option<Fault<R>> {
         let [b'E', b' ', said @ ..] = answer else { return None };
         let end = said.iter().position(|byte| *byte == b' ').unwrap_or(said.len());

@@ -1,16 +1,16 @@
-//! A line as it comes, byte by byte.
+//! A line as it arrives, byte by byte.
 
 use crate::line::CR;
 
-/// The line that comes, of up to `LONGEST` bytes (at most 255), until it is
+/// An incoming line of up to `LONGEST` bytes (at most 255), until it is
 /// [obeyed](crate::ProgramSlave::obey).
 ///
-/// It may be a receiver's interrupt that [receives](Incoming::receive): who takes bytes at once
-/// loses none, however long the main program is kept from it.
+/// A receiver's interrupt may call [`receive`](Incoming::receive): it takes each byte at once and
+/// so loses none, however long the main program is delayed.
 ///
-/// An LF is skipped between two lines; within a line it is a damaged byte, for a single flipped
-/// bit makes an LF of the `*` before a checksum. A byte of 0x80 and more is a damaged one as well:
-/// no text has it.
+/// An LF between two lines is skipped. Within a line it is a damaged byte, because a single flipped
+/// bit turns the `*` before a checksum into an LF. A byte of 0x80 or more is damaged as well: no
+/// text has it.
 ///
 /// ```
 /// use stepwright_protocol::Incoming;
@@ -22,19 +22,19 @@ use crate::line::CR;
 pub struct Incoming<const LONGEST: usize> {
     text: [u8; LONGEST],
     length: u8,
-    /// A byte of it was damaged, or there were too many.
+    /// A byte of the line was damaged, or there were too many.
     damaged: bool,
 }
 
 impl<const LONGEST: usize> Incoming<LONGEST> {
-    /// Nothing has come.
+    /// An empty line.
     pub const fn new() -> Incoming<LONGEST> {
         const { assert!(LONGEST <= u8::MAX as usize) };
         Incoming { text: [0; LONGEST], length: 0, damaged: false }
     }
 
-    /// Receives a byte of the line; `None` for one that was lost or damaged. True at its end: it
-    /// is to be obeyed before the next byte is received.
+    /// Receives a byte of the line; `None` for a byte that was lost or damaged. Returns true at the
+    /// end of the line, which is to be obeyed before the next byte is received.
     pub fn receive(&mut self, byte: Option<u8>) -> bool {
         match byte {
             Some(CR) => return true,
@@ -53,12 +53,12 @@ impl<const LONGEST: usize> Incoming<LONGEST> {
         false
     }
 
-    /// The line is damaged: a byte of it was lost.
+    /// Marks the line as damaged: a byte of it was lost.
     pub fn garble(&mut self) {
         self.damaged = true;
     }
 
-    /// The line without its end, and whether it is damaged; the next one begins.
+    /// The line without its end, and whether it is damaged. Begins the next line.
     pub fn take(&mut self) -> (&[u8], bool) {
         let length = usize::from(core::mem::take(&mut self.length));
         let damaged = core::mem::take(&mut self.damaged);

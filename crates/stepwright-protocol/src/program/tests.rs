@@ -6,7 +6,7 @@ use std::vec::Vec;
 use super::*;
 use crate::{Command, Form, Refusal, crc};
 
-/// Two axes, of which the first moves by steps at once, and the second's position is lost.
+/// Two axes: steps move the first at once, and the position of the second is unknown.
 #[derive(Default)]
 struct Toy {
     at: i64,
@@ -94,7 +94,7 @@ impl BoardProgram for Toy {
     }
 }
 
-/// Sends bytes; the answers to the lines among them.
+/// Sends bytes, and returns the answers to the lines among them.
 fn say(toy: &mut Toy, bytes: &[u8]) -> String {
     let (mut line, mut slave) = (Incoming::<32>::new(), ProgramSlave::new());
     let mut answers = Vec::new();
@@ -123,14 +123,14 @@ fn the_common_rows_are_those_of_the_controller() {
     );
     toy.busy = true;
     assert_eq!(say(&mut toy, b"F\rI1\rK\rV1\rI1\rV1\r"), "B\rE busy\rY\rE uncertain\rY\r0\r");
-    // The controller has a line of each of these forms, and means the same by it.
+    // The controller has a line of each of these forms, with the same meaning.
     for line in ["F", "V1", "Z", "K", "I1", "?"] {
         assert!(Command::parse(line.as_bytes()).is_ok());
         assert!(Form::of(line.as_bytes()).unwrap().is_common(), "{line}");
         assert!(!say(&mut toy, format!("{line}\r").as_bytes()).starts_with('E'), "{line}");
     }
     assert_eq!(Form::ALL.iter().filter(|form| form.is_common()).count(), 6);
-    // And no line of it begins with the mark.
+    // No line of the controller begins with the mark.
     assert!(Form::of(b":").is_none());
 }
 
@@ -187,7 +187,7 @@ fn every_number_of_64_bits_is_read() {
     }
 }
 
-/// Every bit of a line, its end too: it is obeyed as it was meant, or not at all.
+/// Every bit of a line, its end too: the line is obeyed as sent, or not at all.
 #[test]
 fn a_flipped_bit_of_a_row_changes_nothing() {
     let line = summed(":G120,3").into_bytes();
@@ -195,14 +195,14 @@ fn a_flipped_bit_of_a_row_changes_nothing() {
         let mut toy = Toy::default();
         let mut flipped = line.clone();
         flipped[bit / 8] ^= 1 << (bit % 8);
-        // The next line ends what is left of it.
+        // The next line ends a line whose end was damaged.
         say(&mut toy, &[&flipped[..], summed("F").as_bytes(), b"\r"].concat());
         let same = flipped.eq_ignore_ascii_case(&line) && flipped[1] == b'G';
         assert_eq!(toy.at, if same { 120 } else { 0 }, "bit {bit}");
     }
 }
 
-/// Of a master that uses checksums, and of one that does not any more.
+/// For a master that uses checksums, and for one that has stopped using them.
 #[test]
 fn a_row_that_has_lost_a_byte_is_refused() {
     let line = summed(":G12,0").into_bytes();
@@ -225,13 +225,13 @@ fn a_row_that_has_lost_a_byte_is_refused() {
     }
 }
 
-/// Binary frames have such bytes first; a line of text never has one.
+/// Binary frames begin with such a byte; a line of text never has one.
 #[test]
 fn a_byte_of_0x80_and_more_damages_its_line_alone() {
     let mut toy = Toy::default();
     assert_eq!(say(&mut toy, b"\x80:G1,1\r:G1\xFF,1\rF\xB0\rF\r"), "E line\rE line\rE line\rR\r");
     assert_eq!(toy.at, 0);
-    // With what looks like a checksum the sender listens for one.
+    // A line with something like a checksum is answered with a checksum.
     assert_eq!(say(&mut toy, b":G1,1\xFF*00\r"), summed("E sum"));
 }
 

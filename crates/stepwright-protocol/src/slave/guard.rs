@@ -1,4 +1,4 @@
-//! The conditions that a board checks before motion, and the errors that it keeps.
+//! The conditions that a board checks before motion, and its errors.
 
 use stepwright::Travel;
 
@@ -11,28 +11,27 @@ use crate::stop::{self, Stop};
 /// The guard of one slave.
 #[derive(Clone, Debug)]
 pub(super) struct Guard<const AXES: usize> {
-    /// Since the last `!`. Late steps are the machine's to count.
+    /// The errors since the last `!`. The machine counts the late steps.
     errors: Errors,
-    /// Where the last travel of each axis began, if it has a soft limit: `@` counts from
-    /// there.
+    /// The start of the last travel of each axis with a soft limit: `@` counts from there.
     origins: [i32; AXES],
-    /// Axes whose g ends at their soft limit; bit 0 is axis 1.
+    /// The axes whose g ends at their soft limit; bit 0 is axis 1.
     bounded: u8,
-    /// Axes whose g will do so once it starts.
+    /// The axes whose g will do so once it starts.
     staged: u8,
 }
 
 impl<const AXES: usize> Guard<AXES> {
-    /// Nothing has gone wrong.
+    /// No errors.
     pub(super) const NONE: Guard<AXES> =
         Guard { errors: Errors::NONE, origins: [0; AXES], bounded: 0, staged: 0 };
 
-    /// Keeps the error with this letter, if it is one.
+    /// Adds the error with this letter, if there is one.
     pub(super) fn note(&mut self, letter: u8) {
         self.errors.note(letter);
     }
 
-    /// These axes get this letter of a stop, or `-`.
+    /// Notes that these axes get this letter of a stop, or `-`.
     pub(super) fn mark(&mut self, axes: u8, letter: u8) {
         self.errors.note(letter);
         if letter != stop::NONE {
@@ -40,25 +39,25 @@ impl<const AXES: usize> Guard<AXES> {
         }
     }
 
-    /// The letter of the stop of an axis, whose own one is this.
+    /// The reported letter of the stop of an axis; `letter` is the stored one.
     pub(super) fn stop<M: Machine>(&self, letter: u8, index: u8, machine: &M) -> u8 {
         let ended = self.bounded & bit(index) != 0 && !machine.busy(AxisId::at(index));
         if ended && letter == stop::NONE { Stop::Limit.letter() } else { letter }
     }
 
-    /// `!` has come while these axes are busy.
+    /// Clears the errors at a `!`, while these axes are busy.
     pub(super) fn clear(&mut self, busy: u8) {
         self.errors = Errors::NONE;
         self.bounded &= busy;
     }
 
-    /// What has gone wrong.
+    /// The errors, with late steps if `late`.
     pub(super) fn errors(&self, late: bool) -> Errors {
         if late { self.errors.with(BoardError::Late) } else { self.errors }
     }
 
-    /// Whether this axis may begin this travel. An endless one towards a soft limit becomes
-    /// one that ends there.
+    /// Whether this axis may begin this travel. An endless travel towards a soft limit becomes one
+    /// that ends there.
     pub(super) fn admit<M: Machine>(
         &mut self,
         index: u8,
@@ -74,7 +73,7 @@ impl<const AXES: usize> Guard<AXES> {
         self.staged &= !bit;
         let limited = set(machine, Setting::SoftLimits) & bit != 0;
         let Some(here) = machine.position(axis) else {
-            // g is how the position is found.
+            // g is allowed: homing uses it to find the position.
             let wanted = limited || is_set(machine, Setting::HomeFirst);
             let to_target = matches!(travel, Travel::By(_));
             return if wanted && to_target { Err(Refusal::Uncertain) } else { Ok(()) };
@@ -82,7 +81,8 @@ impl<const AXES: usize> Guard<AXES> {
         if !limited {
             return Ok(());
         }
-        // Limits are within 10⁹ steps of 0: from beyond 2³¹ no travel ends inside them for certain.
+        // Limits are within 10⁹ steps of 0: no travel from beyond 2³¹ is certain to end inside
+        // them.
         let here = i32::try_from(here).map_err(|_| Refusal::Limit)?;
         if let Some(origin) = self.origins.get_mut(usize::from(index)) {
             *origin = here;
@@ -107,12 +107,12 @@ impl<const AXES: usize> Guard<AXES> {
         }
     }
 
-    /// These axes have started.
+    /// Notes that these axes have started.
     pub(super) fn started(&mut self, axes: u8) {
         self.bounded = self.bounded & !axes | self.staged & axes;
     }
 
-    /// Whether these axes, which move, may be sent this many steps from where they began.
+    /// Whether these moving axes may get a target this many steps from where their travel began.
     pub(super) fn admit_target<M: Machine>(
         &self,
         axes: u8,
@@ -138,13 +138,13 @@ impl<const AXES: usize> Guard<AXES> {
         Ok(())
     }
 
-    /// These axes have another target.
+    /// Notes that these axes have a new target.
     pub(super) fn retargeted(&mut self, axes: u8) {
         self.bounded &= !axes;
     }
 
-    /// Whether t, a or d may change what these axes do. A lower deceleration could carry
-    /// one beyond its limit.
+    /// Whether t, a or d may change the travels of these axes. A lower deceleration could carry an
+    /// axis beyond its limit.
     pub(super) fn admit_change<M: Machine>(
         &self,
         axes: u8,
@@ -158,7 +158,7 @@ impl<const AXES: usize> Guard<AXES> {
     }
 }
 
-/// Whether an axis may be sent anywhere.
+/// Whether an axis may start.
 fn admit_start<M: Machine>(errors: Errors, machine: &mut M) -> Result<(), Refusal> {
     if errors.any_stop() && is_set(machine, Setting::SafeStart) {
         return Err(Refusal::Stopped);
@@ -166,7 +166,7 @@ fn admit_start<M: Machine>(errors: Errors, machine: &mut M) -> Result<(), Refusa
     Ok(())
 }
 
-/// Whether a travel of this axis, which has soft limits, may end this many steps from there.
+/// Whether a travel of this axis, which has soft limits, may end `steps` from `from`.
 #[cfg_attr(target_arch = "avr", inline(never))]
 fn admit_target<M: Machine>(
     index: u8,
@@ -174,13 +174,13 @@ fn admit_target<M: Machine>(
     steps: i32,
     machine: &mut M,
 ) -> Result<(), Refusal> {
-    // What 32 bits do not hold is beyond any limit.
+    // A target outside 32 bits is beyond any limit.
     let to = from.checked_add(steps).ok_or(Refusal::Limit)?;
     let limit = limit(index, to >= 0, machine);
     if to.unsigned_abs() > limit { Err(Refusal::Limit) } else { Ok(()) }
 }
 
-/// The soft limit of this axis in this direction, in steps from 0. It is within.
+/// The soft limit of this axis in this direction, in steps from 0. The limit itself is allowed.
 fn limit<M: Machine>(index: u8, forward: bool, machine: &mut M) -> u32 {
     let first = if forward { Setting::AheadX } else { Setting::BehindX };
     machine.settings().map_or(0, |settings| settings.number((first as u8).wrapping_add(index)))

@@ -1,4 +1,4 @@
-//! An order in work: from E, or a g alone, to its answer.
+//! Starting an order: from E, or a g alone, to its answer.
 //!
 //! ```text
 //!              each axis             until the machine is ready
@@ -19,13 +19,13 @@ use crate::stop;
 use crate::sum;
 
 impl<const AXES: usize> Slave<AXES> {
-    /// Whether an order is in work.
+    /// Whether an order is being started.
     pub(super) fn is_starting(&self) -> bool {
         !matches!(self.task, Task::Line(_))
     }
 
-    /// A line has come while an order is in work. A stop does not wait for its turn, in which
-    /// it is obeyed again and answered.
+    /// Obeys a complete line at once if it is a stop, while an order is being started. In its turn
+    /// the line is obeyed again and answered.
     #[inline(never)]
     pub(super) fn stop_at_once<M: Machine>(&mut self, machine: &mut M) {
         let line = self.line.look().unwrap_or_default();
@@ -39,7 +39,7 @@ impl<const AXES: usize> Slave<AXES> {
         }
     }
 
-    /// Does one piece of starting the order in work. False once its answer is ready.
+    /// Does one piece of starting the order. False once the answer is ready.
     pub(super) fn start<M: Machine>(&mut self, machine: &mut M) -> bool {
         let result = match self.task {
             Task::Line(_) => return false,
@@ -80,7 +80,7 @@ impl<const AXES: usize> Slave<AXES> {
         self.order = Open::No;
     }
 
-    /// The order is no longer in work, and this line of the text answers it.
+    /// Ends the start of the order, and answers it with this line of the text.
     #[inline(never)]
     fn close(&mut self, answer: u8) {
         self.forget_travels();
@@ -88,7 +88,7 @@ impl<const AXES: usize> Slave<AXES> {
         self.answer.begin(answer, 1);
     }
 
-    /// Looks whether the settings allow what an axis is to do, if it is to travel.
+    /// Checks whether the settings allow the motion parameters of an axis that is to travel.
     fn check<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
         let count = self.count(machine);
         let Some(axis) = self.axes.get(usize::from(index)).filter(|_| index < count) else {
@@ -103,7 +103,7 @@ impl<const AXES: usize> Slave<AXES> {
         machine.settings().map_or(Ok(()), |settings| axis.params.check(settings))
     }
 
-    /// Looks whether the limits of an axis allow its travel. They may end it earlier.
+    /// Checks whether the soft limits of an axis allow its travel. They may shorten it.
     fn admit<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
         self.task = Task::HandOver(index);
         if let Some(axis) = self.axes.get_mut(usize::from(index)) {

@@ -1,18 +1,18 @@
-//! What a slave keeps between lines: of each axis, of the order, of the selection.
+//! The state of a slave between lines: of each axis, of the order, of the selection.
 
 use stepwright::Travel;
 
 use crate::machine::Refusal;
 use crate::motion_params::MotionParams;
 
-/// What the lines have said of one axis.
+/// The parameters and the travel that lines have set for one axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
     pub(super) params: MotionParams,
-    /// Whether it is to travel once E comes: g or G, and else 0.
+    /// The letter of its travel, g or G, which E starts; 0 for none.
     pub(super) staged: u8,
     pub(super) backward: bool,
-    /// How far G goes; at most 2³¹ − 1.
+    /// The distance of G; at most 2³¹.
     pub(super) steps: u32,
 }
 
@@ -29,43 +29,43 @@ impl Axis {
 /// The order that is being programmed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Open {
-    /// There is none.
+    /// No order is open.
     No,
     /// PO has come.
     Yes,
-    /// PO has come, and after it a line that was refused, or K: the reason of
-    /// the first. No E starts it. It stays open all the same: a g of it that
-    /// is still on its way must not be taken for one that starts at once.
+    /// PO has come, and after it a refused line, or K: the reason of the first. No E starts the
+    /// order. It stays open all the same: a g of it that is still under way must not be taken for a
+    /// g that starts at once.
     Spoiled(Refusal),
 }
 
-/// What the slave is at.
+/// The task of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
-    /// The next line, or the answer to the last: of the position of this axis, if that was
-    /// asked for.
+    /// To obey the next line, or to send the answer to the last. If that line was V, this is its
+    /// axis.
     Line(u8),
-    /// An order, which is answered when it has started: the settings are to allow what the
-    /// axes from this one on do.
+    /// To start an order, which is answered when it has started: check whether the settings allow
+    /// the parameters of the axes from this one on.
     Check(u8),
-    /// They do so of this one, whose limits are to allow its travel.
+    /// The settings allow the parameters of this axis; check whether its limits allow its travel.
     Admit(u8),
-    /// All of that holds for this one, whose travel is to be handed to the machine.
+    /// All checks of this axis have passed; hand its travel to the machine.
     HandOver(u8),
-    /// The machine has all of them, and starts them piece by piece.
+    /// The machine has all travels, and starts them piece by piece.
     Start,
-    /// The order is refused, which is to be answered. Nothing of it moves.
+    /// The order is refused and has to be answered. None of its axes moves.
     Refuse(Refusal),
 }
 
-/// Whether the lines mean the axes that are selected.
+/// Whether it is clear that lines mean the selected axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Naming {
-    /// Yes: an order has used them, or nobody has ever said A.
+    /// Clear: an order has used the selection, or no A has ever come.
     Used,
-    /// Yes: A has said so, and no order has used it yet.
+    /// Clear: A has selected them, and no order has used the selection yet.
     Chosen,
-    /// No: PO has selected axis 1, and A had said others, which stay selected with
-    /// it. No line may set or move anything before A says which are meant.
+    /// Unclear: PO has selected axis 1, and A had selected others, which stay selected too. No line
+    /// may set or move anything before A names the axes.
     Unclear,
 }

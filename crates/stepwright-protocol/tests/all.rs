@@ -1,4 +1,4 @@
-//! All tests of this crate, but for fuzz.rs, in one program, which is built and linked once.
+//! All tests of this crate except fuzz.rs in one program, which is built and linked once.
 
 mod common;
 

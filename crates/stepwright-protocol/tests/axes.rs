@@ -1,4 +1,5 @@
-//! Several axes: which one a line means, and what starts together, as tables: see `talk` in `common/mod.rs`.
+//! Several axes, as tables: which axis a line addresses, and which start together. See `talk` in
+//! `common/mod.rs`.
 
 use crate::common::{Bench, say, talk};
 use stepwright_protocol::Slave;
@@ -107,8 +108,8 @@ fn a0_addresses_all_axes() {
     );
 }
 
-/// A master that says A2 before PO means axis 2, and one that knows no A, on a line
-/// where another has said it, means axis 1: neither motor may move.
+/// A master that sends A2 before PO means axis 2. A master that knows no A, on a line where another
+/// has sent A2, means axis 1. Neither motor may move.
 #[test]
 fn an_order_whose_axis_is_not_clear_moves_nothing() {
     talk(
@@ -139,8 +140,8 @@ fn an_order_whose_axis_is_not_clear_moves_nothing() {
     }
 }
 
-/// A master that knows no A is refused at most one order, and none after a whole one
-/// of another master.
+/// A master that knows no A is refused at most one order, and none after a complete order of
+/// another master.
 #[test]
 fn a_master_without_a_goes_on_after_one_with_it() {
     talk(
@@ -166,7 +167,7 @@ fn a_master_without_a_goes_on_after_one_with_it() {
     );
 }
 
-/// A stop may go to either of the axes that may be meant, so it goes to both.
+/// A stop goes to both axes that may be meant.
 #[test]
 fn a_stop_reaches_the_axes_of_a_and_of_po() {
     talk(
@@ -223,7 +224,7 @@ fn a_slave_has_room_for_fewer_axes_than_the_machine_has() {
     assert_eq!(say(&mut slave, &mut bench, b"A0"), "Y");
     assert_eq!(say(&mut slave, &mut bench, b"g+"), "Y");
     assert_eq!(bench.asked[0].len(), 2);
-    // Nor are there positions of others to be uncertain of, or stops.
+    // Axes without room have no uncertain position and no stop letter either.
     for axis in &mut bench.axes {
         axis.uncertain = true;
     }

@@ -1,4 +1,4 @@
-//! What goes beyond the Nano slave's lines, as tables: see `talk` in `common/mod.rs`.
+//! The lines beyond the Nano slave's, as tables: see `talk` in `common/mod.rs`.
 
 use crate::common::{Bench, say, talk};
 use stepwright_protocol::Slave;
@@ -229,6 +229,6 @@ fn a_lost_byte_makes_its_line_a_bad_one() {
 fn a_slave_is_small() {
     let size = size_of::<Slave<1>>();
     let axis = size_of::<Slave<2>>() - size;
-    // Of these, 4 bytes an axis are where its travel began, for the soft limits.
+    // 4 of the bytes per axis are the start of its travel, for the soft limits.
     assert!(size <= 116 && axis <= 36, "{size} bytes, {axis} an axis");
 }

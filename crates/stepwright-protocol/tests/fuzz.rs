@@ -1,10 +1,9 @@
-//! Noise against the slave: whatever comes, every CR gets exactly one answer,
-//! the right one, and a motor starts only by a well-formed order.
+//! Noise against the slave: whatever comes, every CR gets exactly one answer, the right one, and
+//! only a well-formed order starts a motor.
 //!
-//! `common/noise.rs` makes what is sent, `common/judge.rs` says what ought to
-//! come of it. `STEPWRIGHT_FUZZ_CASES` sets the number of cases (the default
-//! takes about ten seconds in release), `STEPWRIGHT_FUZZ_SEED` the first one:
-//! a failure names its own.
+//! `common/noise.rs` makes the input, `common/judge.rs` derives the expected effect.
+//! `STEPWRIGHT_FUZZ_CASES` sets the number of cases (the default takes about ten seconds in
+//! release), `STEPWRIGHT_FUZZ_SEED` the first seed: a failure prints its own.
 
 mod common;
 #[path = "common/judge.rs"]
@@ -16,7 +15,7 @@ use common::{Bench, Random, text, words};
 use judge::{AXES, Entry, should_answer, should_change, should_start};
 use stepwright_protocol::{Refusal, Slave};
 
-/// Plays one case; the lines that were answered, the starts and the changes.
+/// Plays one case. Returns the numbers of answered lines, starts and changes.
 fn play(seed: u64) -> (usize, usize, usize) {
     let mut random = Random(seed);
     let bytes = noise::input(&mut random);
@@ -102,7 +101,7 @@ fn noise_moves_nothing_by_mistake() {
         changes += c;
     }
     println!("{cases} cases, {lines} lines, {starts} starts, {changes} changes");
-    // A fuzz in which nothing ever starts or changes would prove nothing.
+    // The test is void if nothing ever starts or changes.
     let least = if cases < 1000 { 0 } else { cases as usize / 10 };
     assert!(starts >= least && changes >= least, "only {starts} starts, {changes} changes");
 }

@@ -16,7 +16,7 @@ struct Link {
     slave: Slave<3>,
     bench: Bench,
     random: Random,
-    /// One byte in this many is damaged; 0: none is.
+    /// One byte in this many is damaged; 0 for no damage.
     noise: usize,
     /// Whether the damage is a flipped bit that no receiver notices.
     flips: bool,
@@ -41,10 +41,10 @@ impl Link {
         link
     }
 
-    /// What is left of a byte on the wire, and whether the receiver noticed.
+    /// The bytes that arrive for a byte on the wire, and whether the receiver noticed damage.
     ///
-    /// A digit that becomes another digit is left out: the Nano slave's lines
-    /// have no checksum, so nobody could tell.
+    /// It excludes a digit that becomes another digit: the Nano slave's lines have no checksum, so
+    /// such damage can't be detected.
     fn wire(&mut self, byte: u8) -> (Vec<u8>, bool) {
         if self.noise == 0 || !self.random.one_in(self.noise) {
             return (vec![byte], false);
@@ -61,7 +61,7 @@ impl Link {
         }
     }
 
-    /// Puts bytes on the wire and lets everything that comes of it happen.
+    /// Sends bytes over the wire, and lets both sides respond.
     fn carry(&mut self, bytes: impl Iterator<Item = u8>) -> Option<Reply> {
         let (mut answer, mut back) = (None, VecDeque::new());
         for byte in bytes {
@@ -88,14 +88,14 @@ impl Link {
         self.carry(bytes)
     }
 
-    /// What a careful host does: one line after the other; where an answer
-    /// fails to come, get in step and look what happened.
+    /// Behaves as a careful host: sends one line after the other. Without an answer it gets in step
+    /// and checks the result.
     fn order(&mut self, orders: &[(AxisId, Order)]) {
         'again: for _ in 0..10_000 {
             for command in Script::new(orders).unwrap() {
                 match self.send(command) {
                     Some(Reply::Yes) => continue,
-                    // Refused, because the line was damaged: begin again.
+                    // Refused because the line was damaged: begin again.
                     Some(Reply::No) => continue 'again,
                     Some(other) => panic!("{other:?} to {command}"),
                     None => {}
@@ -105,7 +105,7 @@ impl Link {
                     self.carry(bytes)
                 });
                 match state {
-                    Some(Reply::Busy) => return, // it was E that had come through
+                    Some(Reply::Busy) => return, // // E had come through
                     Some(_) => continue 'again,
                     None => panic!("never in step again"),
                 }
@@ -131,7 +131,7 @@ fn axis(n: u8) -> AxisId {
     AxisId::numbered(n).unwrap()
 }
 
-/// Orders as the machine gets them.
+/// The orders as the machine receives them.
 fn heard(orders: &[(AxisId, Order)]) -> Vec<(AxisId, stepwright::Order)> {
     orders.iter().map(|(axis, order)| (*axis, (*order).into())).collect()
 }
@@ -185,7 +185,7 @@ fn half_a_line_of_another_master_does_no_harm() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(5000))]
 
-    /// With checksums that holds where digits become other digits, too.
+    /// With checksums the same holds on a wire that changes digits into other digits.
     #[test]
     fn flipped_bits_delay_an_order_and_change_nothing(
         seed: u64, noise in 100usize..1000, first in 1u8..=3,
@@ -197,7 +197,7 @@ proptest! {
         prop_assert_eq!(&link.bench.asked, &vec![heard(&orders)]);
     }
 
-    /// Over a bad line an order is carried out once and exactly, or not yet.
+    /// Over a bad line an order is carried out exactly once, or not yet.
     #[test]
     fn noise_delays_an_order_and_changes_nothing(
         seed: u64, noise in 20usize..200, first in 1u8..=3, both: bool,

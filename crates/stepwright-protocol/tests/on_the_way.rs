@@ -68,7 +68,7 @@ fn a_change_is_for_all_that_are_selected_or_for_none() {
     );
 }
 
-/// Its lines speak of axes at rest: one that goes astray must not touch a motor.
+/// Lines of an order are for axes at rest: a stray line must not touch a motor.
 #[test]
 fn an_open_order_changes_nothing_on_the_way_but_by_name() {
     talk(

@@ -1,5 +1,5 @@
-//! What guards a machine on a board that can `safety`: safe start, homing first, soft
-//! limits and errors that stay.
+//! The protection of a machine on a board that can `safety`: safe start, homing first, soft limits
+//! and persistent errors.
 
 use crate::common::{Bench, say, talk};
 use stepwright_protocol::{Refusal, Slave, Stop};
@@ -43,7 +43,7 @@ fn a_damaged_byte_and_every_stop_is_an_error() {
 
 // ---- Safe start ----
 
-/// A row that stops axis 1 in motion, and the letter of it.
+/// The rows that stop axis 1 in motion, and their letters.
 const STOPS: [(&str, bool); 4] =
     [("*switch 1", true), ("*silent 1", true), ("K Y -> kill", true), ("Z Y -> stop 1", false)];
 
@@ -328,7 +328,7 @@ fn without_a_known_position_only_g_is_taken_and_it_has_no_limit() {
     );
 }
 
-/// The switch ends it, a step or two beyond the limit.
+/// The switch ends the travel, a step or two beyond the limit.
 #[test]
 fn a_g_towards_a_limit_switch_is_homing_and_has_no_limit() {
     limited(

@@ -39,8 +39,7 @@ fn a_setting_is_refused_with_its_reason() {
     );
 }
 
-/// As any other line: one that is refused spoils an order, one that is not
-/// does not.
+/// A refused setting spoils an order, an accepted one does not, as with any other line.
 #[test]
 fn settings_may_stand_inside_an_order() {
     talk(
@@ -57,7 +56,7 @@ fn settings_may_stand_inside_an_order() {
     );
 }
 
-/// What `docs/settings.md` says below its table.
+/// The text below the table in `docs/settings.md`.
 const BELOW: &str = "
 Values for sets of axes are sums: 1 for X, 2 for Y, 4 for Z.
 
@@ -78,7 +77,7 @@ the motor.
 [safety.md](safety.md) describes the inputs, the limits and the locks in detail.
 ";
 
-/// `docs/settings.md`, which is the table's.
+/// `docs/settings.md`, made from the table.
 fn page() -> String {
     let mut page = String::from(
         "# Settings\n\nThis table lists all settings of a board in the order of the answer to `$`. \

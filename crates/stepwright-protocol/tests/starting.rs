@@ -1,10 +1,10 @@
-//! An order is started piece by piece. What comes between the pieces: a stop, a line, noise.
+//! An order is started piece by piece. A stop, a line or noise may come between the pieces.
 
 use crate::common::{Bench, say, text};
 use stepwright_protocol::{Refusal, Slave, Stop};
 
-/// Three axes, of which the first runs; the second and third are ordered, E has come, and the
-/// machine is at it.
+/// Three axes. The first runs; the second and third are ordered, E has come, and the machine is
+/// starting them.
 fn starting() -> (Slave<3>, Bench) {
     let (mut slave, mut bench) = (Slave::new(), Bench::new(3));
     for line in ["PO", "A2", "G+50", "A3", "G-70"] {
@@ -30,7 +30,7 @@ fn answer(slave: &mut Slave<3>, bench: &mut Bench) -> String {
     text(slave, bench)
 }
 
-/// The words of `?` that matter here.
+/// The words of the answer to `?` that matter here.
 fn info(slave: &mut Slave<3>, bench: &mut Bench) -> String {
     let info = say(slave, bench, b"?");
     let words = info.split(' ').filter(|word| {
@@ -80,7 +80,7 @@ fn a_line_waits_for_the_order_and_is_answered_after_it() {
     }
 }
 
-/// It stops what moves at once, and nothing of the order moves.
+/// K stops moving axes at once, and no axis of the order moves.
 #[test]
 fn a_kill_stops_at_once_and_refuses_the_order() {
     for line in ["K", "\nK"] {
@@ -100,7 +100,7 @@ fn a_kill_stops_at_once_and_refuses_the_order() {
     }
 }
 
-/// With a checksum, too; with a wrong one it is no K.
+/// The same with a checksum; a K with a wrong checksum is not obeyed.
 #[test]
 fn a_kill_with_a_checksum_stops_at_once() {
     let (mut slave, mut bench) = starting();
@@ -128,7 +128,7 @@ fn hex(line: &[u8]) -> String {
     format!("{sum:02X}")
 }
 
-/// Z brakes what moves at once. In its turn it brakes what the order has started.
+/// Z brakes moving axes at once. In its turn it brakes the axes that the order has started.
 #[test]
 fn a_soft_stop_brakes_at_once_and_again_in_its_turn() {
     let (mut slave, mut bench) = starting();
@@ -160,7 +160,7 @@ fn an_emergency_refuses_the_order() {
     assert_eq!(info(&mut slave, &mut bench), "refused=1 last=fault uncertain=0 stop=---");
 }
 
-/// An axis that moves is stopped by its switch: no matter for the order.
+/// A limit switch that stops a moving axis does not affect the order.
 #[test]
 fn a_switch_of_another_axis_lets_the_order_go_on() {
     let (mut slave, mut bench) = starting();
@@ -169,7 +169,7 @@ fn a_switch_of_another_axis_lets_the_order_go_on() {
     assert_eq!(bench.log, STARTED);
 }
 
-/// More than a line at a time is more than it takes: the line that waits is no longer one.
+/// More than one line at a time is more than the slave takes: the waiting line is spoiled.
 #[test]
 fn what_comes_while_nobody_listens_spoils_the_line_that_waits() {
     let (mut slave, mut bench) = starting();

@@ -23,19 +23,19 @@ fn a_line_with_a_checksum_is_answered_in_kind() {
     );
 }
 
-/// What may have been a checksum is none, or half of one: the line may be any.
+/// A missing or partial checksum spoils any line.
 #[test]
 fn half_a_checksum_is_none() {
     for line in ["E*", "E*1", "E*DC0", "*00", "*0", "E**DC", "e*DC"] {
         talk(&format!("PO Y\nG+1 Y\n{line} E*DC\nE E\nF R"));
     }
-    // The room of the checksum is no room for a longer line.
+    // The room for the checksum is not usable by a longer line.
     talk("PO Y\nG+0000000000000000000000400 E");
     talk("PO Y\nG+0000000000000000000005*E7 Y*88");
 }
 
-/// Noise of one bit never makes another order of one that has a checksum, nor another
-/// target. Where the checksum is digits, the line without its `*` would be one.
+/// A flipped bit never turns an order with a checksum into another order, or into another target.
+/// Where the checksum is digits, the line without its `*` would be another order.
 #[test]
 fn a_flipped_bit_is_never_an_order() {
     for right in ["G+4000*0B", "G+4*25", "G-6*55", "@+4*33", "@-1000*D1"] {
@@ -45,7 +45,7 @@ fn a_flipped_bit_is_never_an_order() {
         for bit in 0..8 * right.len() {
             let mut wrong = right.as_bytes().to_vec();
             wrong[bit / 8] ^= 1 << (bit % 8);
-            // A capital of the checksum may become a small letter.
+            // A capital letter of the checksum may become a small one.
             let digits = right.len() - 2;
             let small = bit / 8 >= digits && wrong.eq_ignore_ascii_case(right.as_bytes());
             let expected = if small { &went } else { &nothing };
@@ -54,7 +54,7 @@ fn a_flipped_bit_is_never_an_order() {
     }
 }
 
-/// What this line does between another one and an E.
+/// The calls that this line causes between another line and an E.
 fn play(before: &[u8], line: &[u8]) -> (Vec<String>, Vec<String>) {
     let (mut slave, mut bench) = (Slave::<1>::new(), Bench::new(1));
     assert_eq!(say(&mut slave, &mut bench, before), "Y");

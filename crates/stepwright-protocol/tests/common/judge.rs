@@ -1,32 +1,31 @@
-//! What ought to come of a line, found by looking back.
+//! The expected effect of a line, derived from the log of lines.
 //!
-//! It knows no state machine: it answers each line from the log of exact lines
-//! alone, as a person with a listing would. So it shares no thought, and no
-//! mistake, with the slave.
+//! The judge has no state machine: it derives each answer from the log of exact lines alone, as a
+//! person with a listing would. So it shares no code, and no mistake, with the slave.
 
 use crate::common::Bench;
 
-/// How many axes the board has.
+/// The number of axes of the board.
 pub const AXES: usize = 3;
 
 /// A line that was answered.
 pub struct Entry {
     pub line: String,
     pub answer: String,
-    /// Which axes were busy before it.
+    /// The busy axes before the line.
     pub busy: [bool; AXES],
-    /// Where the axes were before it, if that is known.
+    /// The positions of the axes before the line, where known.
     pub position: [Option<i64>; AXES],
     /// The starts that the machine was asked for, in words.
     pub asked: Vec<String>,
-    /// The changes of travels in progress that it was asked for, in words.
+    /// The requested changes of travels in progress, in words.
     pub changed: Vec<String>,
-    /// Did the machine refuse them?
+    /// Whether the machine refused them.
     pub refused: bool,
 }
 
 impl Entry {
-    /// An entry for what the bench is like before the next line.
+    /// An entry with the state of the bench before the next line.
     pub fn before(bench: &Bench) -> Entry {
         Entry {
             line: String::new(),
@@ -42,8 +41,7 @@ impl Entry {
     }
 }
 
-/// A line for the log. One that is too long or not UTF-8 is no line of the
-/// protocol, and any other that is none stands for it.
+/// A line for the log. A line that is too long or not UTF-8 is stored as another invalid line.
 pub fn exact(line: &[u8]) -> String {
     match std::str::from_utf8(line) {
         Ok(line) if line.len() <= 24 => line.into(),
@@ -51,7 +49,7 @@ pub fn exact(line: &[u8]) -> String {
     }
 }
 
-/// The remainder of these bytes, eight zeros behind them, by x⁸ + x² + x + 1.
+/// The remainder of these bytes, followed by eight zeros, by x⁸ + x² + x + 1.
 pub fn remainder(bytes: &[u8]) -> u8 {
     let bits = bytes.iter().chain(&[0]).flat_map(|byte| (0..8).rev().map(move |n| byte >> n & 1));
     bits.fold(0u16, |rest, bit| {
@@ -60,10 +58,10 @@ pub fn remainder(bytes: &[u8]) -> u8 {
     }) as u8
 }
 
-/// Stands in the log for a line whose checksum is that of another.
+/// The log's entry for a line with a wrong checksum.
 const WRONG: &str = "wrong sum";
 
-/// A line for the log without its checksum, and whether its answer is to have one.
+/// A line for the log without its checksum, and whether its answer needs one.
 pub fn unsummed(line: &[u8]) -> (String, bool) {
     if line.len() > 27 || !line.contains(&b'*') {
         return (exact(line), false);
@@ -71,7 +69,7 @@ pub fn unsummed(line: &[u8]) -> (String, bool) {
     let (bare, tail) = line.split_at(line.len().saturating_sub(3));
     let sum = format!("*{:02x}", remainder(bare));
     let right = tail.to_ascii_lowercase() == sum.as_bytes();
-    // An empty line gets a master in step; one with a checksum is a bad line.
+    // An empty line gets a master in step; with a checksum it is a bad line.
     let line = match (right, bare) {
         (false, _) => WRONG.into(),
         (true, []) => "neither".into(),
@@ -80,7 +78,7 @@ pub fn unsummed(line: &[u8]) -> (String, bool) {
     (line, true)
 }
 
-/// An answer without the reason of the last refusal, which is not judged here.
+/// An answer without the reason of the last refusal, which the judge does not derive.
 pub fn comparable(answer: &str) -> String {
     let words = answer.split(' ').filter(|word| !word.starts_with("last="));
     words.collect::<Vec<_>>().join(" ")
@@ -102,12 +100,12 @@ fn signed(text: &str) -> Option<i64> {
     }
 }
 
-/// A new end.
+/// The new target of an @ line.
 fn target(line: &str) -> Option<i64> {
     line.strip_prefix('@').and_then(signed)
 }
 
-/// The range of the number behind a letter that sets something.
+/// The letter of a line that sets a motion parameter, and the number.
 fn setting(line: &str) -> Option<(char, u64)> {
     let letter = line.chars().next()?;
     let (from, to) = match letter {
@@ -152,7 +150,7 @@ const BOARD: [(&str, u64, u64, u64); 27] = [
     ("soft-limits", 0, 7, 0),
 ];
 
-/// A line that sets one of them: which one and to what.
+/// A line that sets a board setting: its index and the value.
 fn board_setting(line: &str) -> Option<(usize, u64)> {
     let (name, n) = line.strip_prefix('$')?.split_once('=')?;
     let which = BOARD.iter().position(|(known, ..)| *known == name)?;
@@ -165,7 +163,7 @@ fn is_on(log: &[Entry], name: &str) -> bool {
     board_setting_now(log, which).ends_with("=1")
 }
 
-/// Setting `which` of the board at the end of this log, as it is answered.
+/// Setting `which` of the board at the end of this log, as the slave answers it.
 fn board_setting_now(log: &[Entry], which: usize) -> String {
     let taken = log.iter().rev().filter(|entry| entry.answer == "Y");
     let value = taken.into_iter().find_map(|entry| match board_setting(&entry.line) {
@@ -200,7 +198,7 @@ fn travel(line: &str) -> Option<String> {
     }
 }
 
-/// `A0` … `A3`, the axes that it selects.
+/// The axes that `A0` … `A3` selects.
 fn selection(line: &str) -> Option<Vec<usize>> {
     match number(line.strip_prefix('A')?, 0, AXES as u64)? {
         0 => Some((0..AXES).collect()),
@@ -236,8 +234,8 @@ fn selected(log: &[Entry]) -> Vec<usize> {
     axes
 }
 
-/// Whether one PO has come after an A that named others than axis 1 and that no E
-/// had carried out before.
+/// Whether one PO has come after an A that named axes other than axis 1, before an E carried out an
+/// order for them.
 fn nameless(log: &[Entry]) -> bool {
     let Some(named) = log.iter().rposition(|entry| selection(&entry.line).is_some()) else {
         return false;
@@ -249,13 +247,13 @@ fn nameless(log: &[Entry]) -> bool {
     selection(&log[named].line) != Some(vec![0]) && !used && !again
 }
 
-/// Whether a line speaks of the axes that are selected, to set or to move them.
+/// Whether a line sets or moves the selected axes.
 fn addresses(line: &str) -> bool {
     let target = target(line).is_some();
     target || setting(line).is_some() || travel(line).is_some()
 }
 
-/// Where the order that is open at the end of this log was opened.
+/// The index of the PO of the order that is open at the end of this log.
 fn open(log: &[Entry]) -> Option<usize> {
     let po = log.iter().rposition(opens)?;
     let done = log[po..].iter().any(|entry| entry.line == "E" && entry.answer == "Y");
@@ -282,7 +280,7 @@ fn settings(log: &[Entry], axis: usize) -> String {
     format!("{}-{} {} {}", speed("Ss", 50), speed("Tt", 1000), ramp('a'), ramp('d'))
 }
 
-/// The jerk of an axis at the end of this log, in words: an order forgets it.
+/// The jerk of an axis at the end of this log, in words: PO resets it.
 fn jerk(log: &[Entry], axis: usize) -> String {
     let since = log.iter().rposition(opens).unwrap_or(0);
     let taken = (since..log.len())
@@ -295,7 +293,7 @@ fn jerk(log: &[Entry], axis: usize) -> String {
     }
 }
 
-/// Whether the board's settings allow these settings of an axis, in words.
+/// Whether the board's settings allow these parameters of an axis, in words.
 fn allowed(log: &[Entry], words: &str) -> bool {
     let limit = |which| board_setting_now(log, which).split_once('=').unwrap().1.parse().unwrap();
     let (speeds, ramps) = words.split_once(' ').unwrap();
@@ -310,12 +308,12 @@ fn allowed(log: &[Entry], words: &str) -> bool {
     top <= max_speed && ramps.split(' ').all(gentle)
 }
 
-/// Whether a K that nobody has acknowledged keeps orders from starting.
+/// Whether a K without a later `!` keeps orders from starting.
 fn locked(log: &[Entry]) -> bool {
     errors(log).contains('K') && is_on(log, "safe-start")
 }
 
-/// Whether this axis has to be homed before it is sent to a place.
+/// Whether this axis has to be homed before it may travel to a target.
 fn lost(log: &[Entry], now: &Entry, axis: usize) -> bool {
     now.position[axis].is_none() && is_on(log, "home-first")
 }
@@ -332,7 +330,7 @@ fn errors(log: &[Entry]) -> String {
     if letters.is_empty() { "-".into() } else { letters }
 }
 
-/// What the last line of the log should have started, in words.
+/// The start that the last line of the log should have caused, in words.
 pub fn should_start(log: &[Entry]) -> Option<String> {
     let (entry, before) = log.split_last()?;
     let mut staged: [Option<String>; AXES] = Default::default();
@@ -376,8 +374,7 @@ pub fn should_start(log: &[Entry]) -> Option<String> {
     (!orders.is_empty()).then(|| orders.join("; "))
 }
 
-/// What the last line of the log should have changed of travels in progress,
-/// in words.
+/// The changes of travels in progress that the last line of the log should have caused, in words.
 pub fn should_change(log: &[Entry]) -> Option<String> {
     let (entry, before) = log.split_last()?;
     let line = entry.line.as_str();
@@ -407,7 +404,7 @@ pub fn should_change(log: &[Entry]) -> Option<String> {
     Some(format!("change {}: {what}", named.join(" ")))
 }
 
-/// The answer that the last line of the log should have got.
+/// The expected answer to the last line of the log.
 pub fn should_answer(log: &[Entry]) -> String {
     let (entry, before) = log.split_last().unwrap();
     let line = entry.line.as_str();
@@ -440,8 +437,8 @@ pub fn should_answer(log: &[Entry]) -> String {
     }
 }
 
-/// The letters of the stops at the end of this log: for each axis the first Z or
-/// the last K since something else has become of it.
+/// The letters of the stops at the end of this log: for each axis the first Z or the last K since
+/// the axis was last started, retargeted or cleared.
 fn stops(log: &[Entry]) -> String {
     let letter = |axis: usize| {
         let fate = |n: usize| {
@@ -465,7 +462,7 @@ fn stops(log: &[Entry]) -> String {
     (0..AXES).map(letter).collect()
 }
 
-/// The answer to a `?` at the end of this log.
+/// The expected answer to a `?` at the end of this log.
 fn should_tell(log: &[Entry], now: &Entry) -> String {
     let since = log.iter().rposition(|entry| entry.line == "!").map_or(0, |n| n + 1);
     let refused = log[since..].iter().filter(|e| e.answer == "E" && !e.line.is_empty()).count();

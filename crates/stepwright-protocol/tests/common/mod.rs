@@ -1,5 +1,5 @@
-//! A machine for tests: it writes down what it is told and moves when told to.
-#![allow(dead_code)] // fuzz.rs uses its part
+//! A machine for tests: it logs its calls and moves when told to.
+#![allow(dead_code)] // // fuzz.rs uses a part of it
 
 use std::fmt::Write as _;
 use std::task::Poll;
@@ -22,23 +22,23 @@ pub struct Axis {
 #[derive(Clone, Default)]
 pub struct Bench {
     pub axes: Vec<Axis>,
-    /// The next start is refused for this reason.
+    /// The reason with which the next start is refused.
     pub refuse: Option<Refusal>,
     pub late: u32,
-    /// Axes whose switch is closed.
+    /// The axes whose switch is closed.
     pub closed: u8,
     pub settings: Settings,
-    /// As they were when it was set up last.
+    /// The settings at the last `set_up`.
     before: Settings,
-    /// How many calls the next start takes before it is ready.
+    /// The number of calls that the next start takes.
     pub pieces: u32,
-    /// What is set up.
+    /// The prepared orders.
     prepared: Vec<(AxisId, Order)>,
-    /// Every start that was asked for, also a refused one.
+    /// Every requested start, including refused ones.
     pub asked: Vec<Vec<(AxisId, Order)>>,
-    /// Every change that was asked for on the way, in words, also a refused one.
+    /// Every requested change of a travel in progress, in words, including refused ones.
     pub changes: Vec<String>,
-    /// What it was told since the last look, in words.
+    /// The calls since the log was last read, in words.
     pub log: String,
 }
 
@@ -58,7 +58,7 @@ impl Bench {
         self.log += text;
     }
 
-    /// Somebody presses a button of the machine's own: an idle axis sets off.
+    /// A button of the machine itself is pressed: an idle axis starts.
     pub fn press(&mut self, index: usize) {
         let travel = Travel::Endless(true);
         let (up, down) = (Ramp::Steps(999), Ramp::Steps(999));
@@ -66,7 +66,7 @@ impl Bench {
         self.axes[index].running.get_or_insert(order);
     }
 
-    /// The axis comes to the end of its travel; an endless one goes 1000.
+    /// The axis reaches the end of its travel; an endless travel goes 1000.
     pub fn arrive(&mut self, index: usize) {
         let axis = &mut self.axes[index];
         axis.position += match axis.running.take().map(|order| order.travel) {
@@ -241,10 +241,10 @@ pub fn change_in_words(change: Change) -> String {
 
 /// Plays a table against a board of three axes, from power-up.
 ///
-/// Each row is a line of the master, the slave's answer and, behind `->`, what
-/// the machine was told. `""` is an empty line. What begins with `*` happens
-/// to the machine: `*arrive 1`, `*press 1`, `*refuse too-fast`, `*late 7`,
-/// `*closed 5`, `*switch 1`, `*silent 1`, `*emergency 1`, or 0 at rest.
+/// Each row is a line of the master, the slave's answer and, after `->`, the calls to the machine.
+/// `""` is an empty line. A row that begins with `*` is an event of the machine: `*arrive 1`,
+/// `*press 1`, `*refuse too-fast`, `*late 7`, `*closed 5`, `*switch 1`, `*silent 1`, `*emergency
+/// 1`, or 0 at rest.
 pub fn talk(table: &str) {
     let (mut slave, mut bench) = (Slave::<3>::new(), Bench::new(3));
     for (n, row) in table.lines().map(str::trim).enumerate().filter(|(_, row)| !row.is_empty()) {
@@ -279,8 +279,8 @@ pub fn talk(table: &str) {
     }
 }
 
-/// The answer to `?` without the words `stop`, `errors`, `can` and `closed` where they are
-/// not expected by name.
+/// The answer to `?` without those of the words `stop`, `errors`, `can` and `closed` that
+/// `expected` does not have.
 fn without_extras(said: &str, expected: &str) -> String {
     let words = said.split(' ').filter(|word| {
         let extra = ["stop", "errors", "can", "closed"]
@@ -291,7 +291,7 @@ fn without_extras(said: &str, expected: &str) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// Sends a line and its CR; the one answer, without its CR.
+/// Sends a line and its CR, and returns the one answer without its CR.
 pub fn say<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench, line: &[u8]) -> String {
     for byte in line {
         slave.receive(*byte, bench);
@@ -302,7 +302,7 @@ pub fn say<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench, line: &[u8])
     text(slave, bench)
 }
 
-/// The answer as a person reads it.
+/// The answer as text.
 pub fn text<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench) -> String {
     let bytes: Vec<u8> = std::iter::from_fn(|| slave.next_byte(bench)).collect();
     assert!(!slave.is_answering());
@@ -314,7 +314,7 @@ pub fn text<const N: usize>(slave: &mut Slave<N>, bench: &mut Bench) -> String {
     text
 }
 
-/// Commands as a script says them: `PO S5 E`.
+/// Commands as text, separated by spaces: `PO S5 E`.
 pub fn lines(commands: impl Iterator<Item = Command>) -> String {
     commands.map(|command| command.to_string()).collect::<Vec<_>>().join(" ")
 }
@@ -336,7 +336,7 @@ impl Random {
         (self.next() % n as u64) as usize
     }
 
-    /// True once in n times.
+    /// True in one of n cases.
     pub fn one_in(&mut self, n: usize) -> bool {
         self.below(n) == 0
     }

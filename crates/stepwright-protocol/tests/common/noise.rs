@@ -1,4 +1,4 @@
-//! Lines and half lines, sane and not, for the slave to live through.
+//! Lines and half lines, valid and invalid, for the slave to survive.
 
 use crate::common::Random;
 use crate::judge::{AXES, remainder};
@@ -51,7 +51,7 @@ fn any_line(random: &mut Random) -> String {
     }
 }
 
-/// A conversation that a sane master might hold.
+/// A valid conversation of a master.
 fn sane(random: &mut Random) -> Vec<u8> {
     let mut lines = Vec::new();
     for _ in 0..=random.below(3) {
@@ -126,7 +126,7 @@ fn mutate(random: &mut Random, bytes: &mut Vec<u8>) {
     }
 }
 
-/// Two streams on one line, in pieces of a few bytes.
+/// Interleaves two streams on one line, in pieces of a few bytes.
 fn interleave(random: &mut Random, a: &[u8], b: &[u8]) -> Vec<u8> {
     let (mut a, mut b, mut mixed) = (a, b, Vec::new());
     while !a.is_empty() || !b.is_empty() {

@@ -1,4 +1,4 @@
-//! Limit switches whose contacts bounce.
+//! Debouncing of limit switches.
 //!
 //! ```text
 //!   contact  ──────┐ ┌┐ ┌┐  closed   ┌┐ ┌─┐ ┌──────────────  open
@@ -8,28 +8,28 @@
 //!                                           ├ debounce ┤
 //! ```
 //!
-//! The first closed sample counts at once, for it stops a motor. A switch counts as open
-//! again when no sample was closed for `debounce-ms`.
+//! The first closed sample counts at once, because it stops a motor. A switch counts as open again
+//! when no sample was closed for `debounce-ms`.
 
 use stepwright::drive::Axes;
 
-/// Axes that the settings have switches for.
+/// The number of axes that can have a switch in the settings.
 const AXES: usize = 3;
 
-/// The switches that were closed lately.
+/// The switches that count as closed since an earlier sample.
 pub(crate) struct Contacts {
-    /// How long the switch of each axis counts as closed still, in ms.
+    /// The time for which the switch of each axis still counts as closed, in ms.
     left: [u8; AXES],
 }
 
 impl Contacts {
-    /// All of them open.
+    /// All switches open.
     pub(crate) const OPEN: Contacts = Contacts { left: [0; AXES] };
 
-    /// Takes a sample `millis` after the last one: the axes whose switch is closed. They
-    /// count as closed for `debounce` ms at least; 0 is for no longer than the sample.
+    /// Takes a sample `millis` after the previous one: the axes whose switch is closed. They count
+    /// as closed for at least `debounce` ms; with 0, only in this sample.
     pub(crate) fn sample(&mut self, millis: u8, closed: Axes, debounce: u8) {
-        // The present millisecond has begun already.
+        // One more, because the present millisecond has begun already.
         let hold = if debounce == 0 { 0 } else { debounce.saturating_add(1) };
         let mut bits = closed;
         for left in &mut self.left {
@@ -56,7 +56,7 @@ mod tests {
         contacts.sample(1, 0b100, 3);
         contacts.sample(2, 0, 3);
         assert_eq!(contacts.held(), 0b101);
-        // It bounces; the other one has been open for 4 ms.
+        // The contact of axis 3 bounces; that of axis 1 has been open for 4 ms.
         contacts.sample(1, 0b100, 3);
         assert_eq!(contacts.held(), 0b100);
         contacts.sample(3, 0, 3);

@@ -1,4 +1,4 @@
-//! The inputs that stop everything: the emergency stop, and the fault of a driver.
+//! The inputs that stop all axes: the emergency stop, and the fault of a driver.
 
 use stepwright::drive::Axes;
 use stepwright::{Axis, Control, OrderedMotors};
@@ -8,7 +8,7 @@ use crate::panel::BoardIo;
 use crate::supervisor::Supervisor;
 
 impl Supervisor {
-    /// The input that is active now, if any: nothing may move.
+    /// The input that is active now, if any. While it is active nothing may move.
     pub(crate) fn stopper(&self, panel: &impl BoardIo) -> Option<Stop> {
         let active = |setting, high: bool| match self.settings.byte(setting) {
             0 => false,
@@ -24,8 +24,8 @@ impl Supervisor {
         }
     }
 
-    /// Stops everything at once, as K does, while an input is active. No ramp: who presses
-    /// the button means now, and a driver with a fault follows no ramp.
+    /// Stops all axes at once, as K does, while an input is active. There is no ramp: an emergency
+    /// stop must act at once, and a driver with a fault follows no ramp.
     pub(crate) fn check_inputs<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,

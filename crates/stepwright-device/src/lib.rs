@@ -1,12 +1,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
-//! What a stepper controller does besides stepping.
+//! The parts of a stepper controller other than stepping.
 //!
-//! [`Device`] joins the serial line's slave to the motors and has the supervisor
-//! that goes with them: it switches the drivers on and off, obeys the limit
-//! switches, brakes when the host falls silent, refuses what its settings
-//! forbid, and keeps the settings when the power goes off, where the board has an
-//! EEPROM for them.
+//! [`Device`] joins the serial line's slave to the motors, and contains their supervisor. The
+//! supervisor switches the drivers on and off, obeys the limit switches, brakes when the host falls
+//! silent, refuses orders that the settings forbid, and keeps the settings through a loss of power
+//! if the board has an EEPROM.
 //!
 //! ```text
 //!   bytes ─► Slave ─► switches ► OrderedMotors ─► queues ─► Engine (step interrupt)
@@ -16,10 +15,9 @@
 //!             Store        BoardIo: millis, switches, enable, EEPROM
 //! ```
 //!
-//! It does no I/O. A board lends it a [`BoardIo`]: eight methods for pins and
-//! time, three for what it knows of its last reset, and, as a [`Memory`], three for
-//! the bytes of its EEPROM. So the virtual board and a chip have the same
-//! supervision, from the same code.
+//! It does no I/O. A board lends it a [`BoardIo`]: eight methods for pins and time, three about the
+//! last reset, and, as a [`Memory`], three for the bytes of its EEPROM. So the virtual board and a
+//! chip are supervised by the same code.
 
 mod contacts;
 mod device;

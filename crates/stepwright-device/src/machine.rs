@@ -1,4 +1,4 @@
-//! The slave's machine: the motors, and the supervisor that goes with them.
+//! The machine of the slave: the motors with their supervisor.
 
 use core::task::Poll;
 
@@ -8,10 +8,10 @@ use stepwright_protocol::{AxisId, Machine, Refusal, Setting, Settings};
 use crate::panel::BoardIo;
 use crate::supervisor::Supervisor;
 
-/// A device for the time of a line.
+/// The parts of a device, borrowed while it handles a line.
 pub(crate) struct DeviceMachine<'a, 'q, E, P, const N: usize, const Q: usize> {
     pub(crate) motors: &'a mut OrderedMotors<'q, E, N, Q>,
-    /// How many of the N axes the board has.
+    /// The number of axes that the board has, of the N.
     pub(crate) axes: u8,
     pub(crate) supervisor: &'a mut Supervisor,
     pub(crate) panel: &'a mut P,
@@ -41,7 +41,8 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
     }
 
     fn commit(&mut self) -> Poll<Result<(), Refusal>> {
-        // The drivers go on before the first axis begins: it may be ready before the last.
+        // The drivers are switched on before the first axis begins, which may be ready before the
+        // last.
         let wait = || self.supervisor.enable(self.panel);
         self.motors.commit(wait).map_err(Refusal::from)
     }
@@ -104,7 +105,7 @@ impl<E: Control, P: BoardIo, const N: usize, const Q: usize> Machine
 
     fn lease(&mut self, millis: u16) -> Result<(), Refusal> {
         self.supervisor.lease = millis;
-        // The silence before this line is none of the lease's.
+        // The silence before this line does not count for the lease.
         self.supervisor.receive(self.panel);
         Ok(())
     }

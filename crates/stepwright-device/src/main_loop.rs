@@ -1,4 +1,4 @@
-//! The main loop of a board with the line, for every firmware and every program behind it.
+//! The main loop of a board with a serial line, for every firmware and every program.
 //!
 //! ```text
 //!   ┌► tick ─► answer? ─ yes ─► send a byte, if there is room ─┐
@@ -6,8 +6,8 @@
 //!   └── plan, up to a run ◄── poll_io: inputs, times ◄─────────┘
 //! ```
 //!
-//! Nothing waits: each part returns after one piece of its work, so that inputs are looked at
-//! and bytes are taken while a long order starts or an answer is being sent.
+//! No part waits: each returns after one piece of its work, so that inputs are sampled and bytes
+//! are received while a long order starts or an answer is sent.
 
 use core::ops::DerefMut;
 
@@ -16,18 +16,18 @@ use stepwright::Control;
 use crate::device::Device;
 use crate::panel::BoardIo;
 
-/// A byte of the line, or what has become of it.
+/// A received byte, or an error in its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
-    /// It came.
+    /// A byte.
     Byte(u8),
-    /// It was lost or damaged on the way.
+    /// A byte was lost or damaged on the way.
     Garbled,
 }
 
-/// A serial line as a main loop has it. None of its methods may wait.
+/// A serial line for the main loop. None of its methods may wait.
 pub trait SerialPort {
-    /// The next byte that has come, if one has.
+    /// The next received byte, if there is one.
     fn receive(&mut self) -> Option<Received>;
     /// Whether there is room for a byte to send.
     fn has_room(&self) -> bool;
@@ -35,27 +35,27 @@ pub trait SerialPort {
     fn send(&mut self, byte: u8);
 }
 
-/// All of a board that is not an interrupt, but for its line.
+/// The foreground of a board, without its line.
 pub trait Foreground {
-    /// Whether it takes the next line while an answer is on its way: for a line that nothing
-    /// keeps meanwhile.
+    /// Whether it takes the next line while an answer is being sent: for a serial port that does
+    /// not buffer it meanwhile.
     const LISTENS_MEANWHILE: bool = false;
 
-    /// A round begins: the clock is looked at, the watchdog told that all is well.
+    /// Called at the beginning of each round: reads the clock and feeds the watchdog.
     fn tick(&mut self);
-    /// Whether some of the last answer has yet to be pulled.
+    /// Whether part of the last answer is still to be sent.
     fn is_answering(&mut self) -> bool;
     /// Whether it takes a byte now.
     fn listens(&mut self) -> bool;
     /// Takes a byte from the line.
     fn receive(&mut self, byte: u8);
-    /// A byte was lost or damaged.
+    /// Reports that a byte was lost or damaged.
     fn garbled(&mut self);
-    /// Obeys a line that is complete, or does one piece of what it asks for.
+    /// Obeys a complete line, or does one piece of its work.
     fn work(&mut self);
     /// The next byte of the answer.
     fn next_byte(&mut self) -> Option<u8>;
-    /// Looks after inputs, times, settings. Called at least every millisecond.
+    /// Handles inputs, times and settings. Called at least every millisecond.
     fn poll_io(&mut self) {}
     /// One piece of planning. True if there may be more.
     fn plan(&mut self) -> bool {
@@ -63,7 +63,8 @@ pub trait Foreground {
     }
 }
 
-/// Pieces that a straight ramp's run is planned in; a byte of the line may wait for that long.
+/// The number of pieces in which a straight ramp's run is planned. A byte of the line may wait for
+/// that long.
 const PIECES: u8 = 4;
 
 /// The main loop.
@@ -73,7 +74,7 @@ pub fn run(board: &mut impl Foreground, line: &mut impl SerialPort) -> ! {
     }
 }
 
-/// The main loop once round.
+/// One round of the main loop.
 #[inline(always)]
 pub fn round<B: Foreground>(board: &mut B, line: &mut impl SerialPort) {
     board.tick();
@@ -94,8 +95,8 @@ pub fn round<B: Foreground>(board: &mut B, line: &mut impl SerialPort) {
     }
 }
 
-// The parts are functions of their own: a small chip's frame stays within reach of its stack
-// pointer, and a bench finds them by their names.
+// The parts are functions of their own, so that a small chip's frame stays within reach of its
+// stack pointer, and a bench finds them by name.
 
 /// One piece of planning.
 #[inline(never)]
@@ -103,7 +104,7 @@ fn plan(board: &mut impl Foreground) -> bool {
     board.plan()
 }
 
-/// Takes what has come, up to the end of a line.
+/// Receives the bytes that have come, up to the end of a line.
 #[inline(never)]
 fn listen(board: &mut impl Foreground, line: &mut impl SerialPort) {
     while board.listens()
@@ -122,8 +123,8 @@ fn work(board: &mut impl Foreground) {
     board.work();
 }
 
-/// Sends a byte of the answer, if there is room. Planning goes on between two bytes: an answer
-/// that filled the line's buffer at once would hold it up for longer than a queue lasts.
+/// Sends a byte of the answer, if there is room. Planning continues between two bytes: an answer
+/// that filled the line's buffer at once would delay it for longer than a queue lasts.
 #[inline(never)]
 fn answer(board: &mut impl Foreground, line: &mut impl SerialPort) {
     if line.has_room()
@@ -133,8 +134,8 @@ fn answer(board: &mut impl Foreground, line: &mut impl SerialPort) {
     }
 }
 
-/// A [`Device`] with the board that it is on: what its firmware runs. `D` reaches the device,
-/// which a chip may have at a fixed address.
+/// A [`Device`] on its board, as the firmware runs it. `D` dereferences to the device, which may be
+/// at a fixed address on a chip.
 pub struct OnBoard<D, P> {
     /// The device.
     pub device: D,

@@ -1,22 +1,22 @@
-//! A program with a few features behind the main loop's line: Austin's laws, the timed driver,
-//! motor cycles.
+//! A program with fewer features on the main loop's line: Austin's laws, the timed driver, motor
+//! cycles.
 
 use stepwright_protocol::{BoardProgram, Incoming, ProgramSlave};
 
 use crate::main_loop::Foreground;
 
-/// A program, its line, and its half of it: what [`round`](crate::main_loop::round) runs. A line
-/// has at most `LONGEST` bytes.
+/// A program with its line and its slave, as [`round`](crate::main_loop::round) runs it. A line has
+/// at most `LONGEST` bytes.
 pub struct ProgramDevice<P: BoardProgram, const LONGEST: usize> {
     program: P,
     line: Incoming<LONGEST>,
     slave: ProgramSlave<P::Reason>,
-    /// A line is complete, and waits for the answer before it.
+    /// A complete line waits until the answer before it is sent.
     waits: bool,
 }
 
 impl<P: BoardProgram, const LONGEST: usize> ProgramDevice<P, LONGEST> {
-    /// As at power-up.
+    /// The state at power-up.
     pub const fn new(program: P) -> ProgramDevice<P, LONGEST> {
         let (line, slave) = (Incoming::new(), ProgramSlave::new());
         ProgramDevice { program, line, slave, waits: false }

@@ -1,4 +1,4 @@
-//! A board that plays what a host streams: frames and the common text lines on one wire.
+//! A board that plays a host's stream: frames and the common text lines on one wire.
 //!
 //! ```text
 //!   bytes ─► link ─┬─ frames ─► player ─► queues
@@ -17,19 +17,19 @@ use stepwright_stream::record::AXES;
 
 use crate::main_loop::Foreground;
 
-/// The most bytes of a text line.
+/// The longest text line, in bytes.
 const LONGEST: usize = 16;
 
-/// What a board lends a stream.
+/// The board's side of a stream.
 pub trait StreamIo {
     /// The step timer, or its lower 16 bits.
     fn now(&mut self) -> u16;
-    /// Whether a millisecond has passed, once for each. Asked at least every 16.
+    /// Whether a millisecond has passed: true once for each. Called at least every 16 ms.
     fn ticked(&mut self) -> bool;
-    /// Inputs that are closed, as bits: 0 to 2 the axes' switches, 6 the drivers' fault, 7 the
-    /// emergency stop.
+    /// The closed inputs, as bits: 0 to 2 the axes' switches, 6 the drivers' fault, 7 the emergency
+    /// stop.
     fn inputs(&mut self) -> u8;
-    /// Switches the drivers on. Called as long as they are to be on.
+    /// Switches the drivers on. Called again and again while they are to be on.
     fn enable(&mut self);
     /// Whether the board has an output for a laser.
     const LASER: bool = false;
@@ -39,7 +39,7 @@ pub trait StreamIo {
     }
 }
 
-/// A program without rows and reasons of its own.
+/// The rows and reasons of a program that has none of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Streamless {}
 
@@ -59,7 +59,7 @@ impl OwnFault for Streamless {
 
 /// The player as the program behind the text lines.
 pub struct StreamProgram<'q, E, const Q: usize, const LEN: usize> {
-    /// What plays the frames.
+    /// The player of the frames.
     pub player: StreamPlayer<'q, E, Q, LEN>,
     name: Text,
     hz: u32,
@@ -123,26 +123,26 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> BoardProgram
     fn poll(&mut self) {}
 }
 
-/// The whole foreground of such a board: what [`round`](crate::main_loop::round) runs.
+/// The whole foreground of a streaming board, as [`round`](crate::main_loop::round) runs it.
 pub struct StreamDevice<'q, E, I, const Q: usize, const LEN: usize> {
     program: StreamProgram<'q, E, Q, LEN>,
-    /// The board around it.
+    /// The board.
     pub io: I,
     line: Incoming<LONGEST>,
     slave: ProgramSlave<Streamless>,
-    /// A line is complete, and waits for the answer before it.
+    /// A complete line waits until the answer before it is sent.
     waits: bool,
-    /// The beginning of a line has come meanwhile, and is lost.
+    /// The beginning of another line has come while one waited, and is lost.
     overrun: bool,
-    /// The credit that is being sent, and how much of it was.
+    /// The credit that is being sent, and the number of its bytes sent.
     credit: [u8; CREDIT],
     sent: u8,
-    /// The power that the laser has.
+    /// The present power of the laser.
     power: u8,
 }
 
 impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice<'q, E, I, Q, LEN> {
-    /// As at power-up: a board of this name whose timer counts `hz` ticks a second.
+    /// The state at power-up: a board of this name whose timer counts `hz` ticks a second.
     pub const fn new(player: StreamPlayer<'q, E, Q, LEN>, io: I, name: Text, hz: u32) -> Self {
         StreamDevice {
             program: StreamProgram { player, name, hz, laser: I::LASER },
@@ -157,7 +157,7 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice
         }
     }
 
-    /// What plays the frames.
+    /// The player of the frames.
     pub fn player(&mut self) -> &mut StreamPlayer<'q, E, Q, LEN> {
         &mut self.program.player
     }
@@ -165,15 +165,15 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice
     fn hear(&mut self, byte: Option<u8>) {
         match self.program.player.hear(byte) {
             Came::Text(byte) if !self.waits => self.waits = self.line.receive(Some(byte)),
-            // A line that comes before the answer to the last one was given is lost: a host waits
-            // for its answer, and frames are never kept waiting.
+            // A line that comes before the answer to the previous one is lost: a host waits for its
+            // answer, and frames are never delayed.
             Came::Text(b'\r') => self.overrun = false,
             Came::Text(b'\n') => {}
             Came::Broken | Came::Garbled if !self.waits => self.line.garble(),
             Came::Text(_) | Came::Broken | Came::Garbled => self.overrun = true,
             Came::Called => {
                 self.overrun = false;
-                // A line that waits for its answer is whole.
+                // A waiting line is complete.
                 if !self.waits {
                     let _ = self.line.take();
                 }

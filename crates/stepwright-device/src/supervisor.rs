@@ -1,4 +1,4 @@
-//! The supervisor: drivers, switches, the silent host.
+//! The supervisor: drivers, switches, time-outs.
 
 use stepwright::drive::Axes;
 use stepwright::{Axis, Control, OrderedMotors, Ticks};
@@ -9,7 +9,7 @@ use crate::panel::BoardIo;
 use crate::reset::Mark;
 use crate::store::Store;
 
-/// Where closed switches lie.
+/// The directions that closed switches block.
 pub(crate) struct Blocked {
     forward: Axes,
     backward: Axes,
@@ -22,7 +22,7 @@ impl Blocked {
     }
 }
 
-/// What a device keeps in mind besides its motors and its line.
+/// The state of a device besides its motors and its line.
 pub(crate) struct Supervisor {
     pub(crate) settings: Settings,
     pub(crate) store: Store,
@@ -30,23 +30,22 @@ pub(crate) struct Supervisor {
     enabled: bool,
     /// Whether the host was silent for too long.
     silent: bool,
-    /// The silence that the host has asked to be stopped after, in ms; 0: none.
+    /// The lease that the host has requested, in ms; 0: none.
     pub(crate) lease: u16,
-    /// The switches that were closed lately.
+    /// The switches that count as closed since an earlier sample.
     contacts: Contacts,
-    /// How long the drivers that were switched on are not to be used yet, in
-    /// ms.
+    /// The time until drivers that were switched on may be used, in ms.
     settling: u16,
-    /// When a motor moved last, in ms.
+    /// The time when a motor last moved, in ms.
     moved_at: u32,
-    /// When the last line was complete, in ms.
+    /// The time when the last line was complete, in ms.
     heard_at: u32,
-    /// The present, as of the last look at it, in ms, modulo 256.
+    /// The time at the last poll, in ms, modulo 256.
     now: u8,
 }
 
 impl Supervisor {
-    /// Before power-up.
+    /// The state before power-up.
     pub(crate) const OFF: Supervisor = Supervisor {
         settings: Settings::blank(),
         store: Store::NEW,
@@ -60,7 +59,7 @@ impl Supervisor {
         now: 0,
     };
 
-    /// As at power-up: the settings are those of the memory, the drivers off.
+    /// Sets the state at power-up: the settings are loaded from the memory, the drivers are off.
     /// True if the position is unknown.
     pub(crate) fn begin(&mut self, panel: &mut impl BoardIo) -> bool {
         self.store.find(panel, &mut self.settings);
@@ -70,13 +69,13 @@ impl Supervisor {
         doubts
     }
 
-    /// A set of axes among the settings.
+    /// A setting that is a set of axes.
     #[inline(always)]
     fn axes(&self, setting: Setting) -> Axes {
         self.settings.byte(setting)
     }
 
-    /// Has the board, the engine and the pins follow the settings.
+    /// Applies the settings to the board, the engine and the pins.
     pub(crate) fn apply<E: Control, const N: usize, const Q: usize>(
         &mut self,
         motors: &mut OrderedMotors<'_, E, N, Q>,
@@ -92,7 +91,7 @@ impl Supervisor {
         self.moved_at = panel.millis();
     }
 
-    /// A setting in microseconds, in ticks.
+    /// A setting in microseconds, converted to ticks.
     #[inline(never)]
     fn ticks(&self, panel: &impl BoardIo, setting: Setting) -> Ticks {
         panel.ticks(self.settings.get(setting) as u16)
@@ -104,13 +103,13 @@ impl Supervisor {
         panel.set_enable(self.enabled == (self.settings.byte(Setting::EnableHigh) != 0));
     }
 
-    /// Axes whose switch is closed.
+    /// The axes whose switch is closed.
     pub(crate) fn closed(&self, panel: &impl BoardIo) -> Axes {
         !(panel.switches() ^ self.axes(Setting::SwitchHigh)) & self.axes(Setting::Switches)
     }
 
-    /// Axes that may not travel forward now, and those that may not backward:
-    /// their switch is closed, or was so lately.
+    /// The axes that may not travel forward now, and those that may not travel backward: their
+    /// switch is closed, or counts as closed.
     pub(crate) fn blocked(&self, panel: &impl BoardIo) -> Blocked {
         let closed = self.closed(panel);
         let closed = closed | self.contacts.held() & self.axes(Setting::Switches);
@@ -118,8 +117,8 @@ impl Supervisor {
         Blocked { forward: closed & forward, backward: closed & !forward }
     }
 
-    /// From switching the drivers on to the first step, in ms, and one more:
-    /// the present millisecond has begun already.
+    /// The time from switching the drivers on to the first step, in ms, and one more, because the
+    /// present millisecond has begun already.
     fn delay(&self) -> u16 {
         match self.settings.get(Setting::Enable) as u16 {
             0 => 0,
@@ -127,7 +126,7 @@ impl Supervisor {
         }
     }
 
-    /// A travel begins: how long it has to wait for the drivers.
+    /// Switches the drivers on for a travel. Returns the time that it has to wait for them.
     pub(crate) fn enable(&mut self, panel: &mut impl BoardIo) -> Ticks {
         self.moved_at = panel.millis();
         panel.set_mark(Mark::MOVING);
@@ -140,8 +139,8 @@ impl Supervisor {
         panel.ticks(1000).wrapping_mul(self.settling.into())
     }
 
-    /// Everything was stopped at once: the drivers go off if they are to. What moved is at
-    /// rest, which is the last that they can tell.
+    /// Switches the drivers off after a stop of all axes at once, if the settings say so. With the
+    /// drivers off, `check_time` no longer sets the mark, so this does.
     pub(crate) fn killed(&mut self, panel: &mut impl BoardIo) {
         if self.enabled && self.settings.byte(Setting::KillOff) != 0 {
             panel.set_mark(Mark::MOVED);
@@ -150,19 +149,19 @@ impl Supervisor {
         }
     }
 
-    /// A line is complete, whatever it says: the host is there.
+    /// Notes that a line is complete: any line is a sign of life from the host.
     pub(crate) fn receive(&mut self, panel: &impl BoardIo) {
         self.heard_at = panel.millis();
         self.silent = false;
     }
 
-    /// Milliseconds since the last look at the time, modulo 256.
+    /// The milliseconds since the last poll, modulo 256.
     #[inline(always)]
     fn passed(&self, panel: &impl BoardIo) -> u8 {
         (panel.millis() as u8).wrapping_sub(self.now)
     }
 
-    /// Looks after everything once.
+    /// Handles all inputs and times once.
     pub(crate) fn poll<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
@@ -179,13 +178,13 @@ impl Supervisor {
         if passed != 0 {
             self.now = self.now.wrapping_add(passed);
             self.settling = self.settling.saturating_sub(passed.into());
-            // One at a time, for they mostly are one: a rest may be longer.
+            // Only one, because mostly one has passed: a rest may be longer.
             motors.pass(panel.ticks(1000));
             self.check_time(slave, motors, panel);
         }
     }
 
-    /// Stops what moves towards a closed switch.
+    /// Stops the axes that move towards a closed switch.
     fn check_switches<E: Control, const N: usize, const Q: usize>(
         &self,
         slave: &mut Slave<N>,
@@ -204,7 +203,7 @@ impl Supervisor {
         }
     }
 
-    /// A millisecond has passed, or some.
+    /// Handles the time after one or more milliseconds.
     fn check_time<E: Control, const N: usize, const Q: usize>(
         &mut self,
         slave: &mut Slave<N>,
@@ -216,7 +215,7 @@ impl Supervisor {
         if busy {
             self.moved_at = now;
         } else if self.enabled {
-            // There has been a travel.
+            // An axis has moved since the drivers were switched on.
             panel.set_mark(Mark::MOVED);
         }
         self.check_lease(now, slave, motors);
@@ -239,8 +238,8 @@ impl Supervisor {
         }
     }
 
-    /// A lease ends with the first silence of its length, and so does all motion: the
-    /// next host may know nothing of it.
+    /// Ends a lease after a silence of its length, and all motion with it: the next host may not
+    /// know of the lease.
     fn check_lease<E: Control, const N: usize, const Q: usize>(
         &mut self,
         now: u32,
@@ -254,7 +253,7 @@ impl Supervisor {
     }
 }
 
-/// Brakes what moves, for the host is silent.
+/// Brakes all moving axes, because the host is silent.
 fn stop<E: Control, const N: usize, const Q: usize>(
     slave: &mut Slave<N>,
     motors: &mut OrderedMotors<'_, E, N, Q>,

@@ -1,4 +1,4 @@
-//! What lines reach through the device: late steps, positions, orders that are refused.
+//! Effects of lines through the device: late steps, positions, refused orders.
 
 use crate::common::{Panel, Rig};
 use stepwright::Axis;
@@ -24,12 +24,12 @@ fn a_position_is_known_again_once_it_is_said() {
     assert_eq!(rig.ask("V1"), "0");
 }
 
-/// An order is all of it or nothing, and nothing of it is left for the next one.
+/// An order starts as a whole or not at all, and leaves nothing behind for the next order.
 #[test]
 fn of_a_refused_order_nothing_is_left() {
     let mut queues = [const { Queue::new() }; 2];
     let mut rig = Rig::new(&mut queues, Panel::new());
-    // Two axes reach 5,000 steps/s each.
+    // Two axes reach only 5,000 steps/s each.
     rig.say("PO A0 s50 t6000 a9000 d9000 G+90000");
     assert_eq!((rig.ask("E"), rig.told("last")), ("E".into(), "too-fast".into()));
     assert!(!rig.moving());
@@ -48,7 +48,8 @@ fn a_line_of_which_a_byte_was_lost_is_refused() {
     assert!(rig.told("errors").contains('g'));
 }
 
-/// A target for both axes leads axis 1 back and axis 2 on, away from the closed switch behind it.
+/// A target for both axes turns axis 1 back and lets axis 2 go on, away from the closed switch
+/// behind it.
 #[test]
 fn each_axis_is_judged_by_its_own_way_to_a_target() {
     let mut queues = [const { Queue::new() }; 2];

@@ -1,10 +1,10 @@
-//! A round of the main loop: what it asks of a board and of its line, and in which order.
+//! A round of the main loop: the calls to a board and its line, in order.
 
 use std::collections::VecDeque;
 
 use stepwright_device::main_loop::{Foreground, Received, SerialPort, round};
 
-/// What a board is asked for.
+/// The calls to a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Call {
     Tick,
@@ -15,7 +15,7 @@ enum Call {
     Plan,
 }
 
-/// A board that takes `listens` bytes, has an answer to say, and pieces to plan.
+/// A board that takes `listens` bytes, has an answer to send, and pieces to plan.
 #[derive(Default)]
 struct Board {
     calls: Vec<Call>,
@@ -77,7 +77,7 @@ impl SerialPort for Line {
     }
 }
 
-/// Up to the end of a line; what comes behind it waits until that is obeyed.
+/// Up to the end of a line; the bytes after it wait until the line is obeyed.
 #[test]
 fn a_round_listens_works_looks_and_plans_a_run() {
     let mut board = Board { listens: 2, pieces: 9, ..Board::default() };
@@ -104,7 +104,8 @@ fn planning_ends_with_its_last_piece() {
     assert_eq!(board.calls, [Call::Tick, Call::Work, Call::PollIo, Call::Plan, Call::Plan]);
 }
 
-/// A byte a round, if there is room, so that planning goes on in between; nothing is heard meanwhile.
+/// One byte a round, if there is room, so that planning continues in between; nothing is received
+/// meanwhile.
 #[test]
 fn an_answer_is_said_byte_by_byte() {
     let answer = VecDeque::from(*b"0\r");

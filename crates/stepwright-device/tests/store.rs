@@ -1,19 +1,18 @@
-//! The power may go at any byte: what is found afterwards is what was there
-//! before, or what was to be written.
+//! A loss of power at any byte leaves the old settings or the new ones.
 
 use proptest::prelude::*;
 use stepwright_device::{Memory, Store};
 use stepwright_protocol::{Setting, Settings, Value};
 
-/// An EEPROM whose power goes after some writes.
+/// An EEPROM that loses power after some writes.
 #[derive(Clone)]
 struct Eeprom {
     bytes: Vec<u8>,
-    /// Writes until the power goes.
+    /// The number of writes until the loss of power.
     power: usize,
-    /// What the byte holds that was being written then; as it was, if none.
+    /// The contents of the byte that was being written then; unchanged if `None`.
     torn: Option<u8>,
-    /// A write takes this many looks.
+    /// The number of polls that a write takes.
     busy: u8,
     waiting: std::cell::Cell<u8>,
     writes: usize,
@@ -35,7 +34,7 @@ impl Eeprom {
         Eeprom::new(vec![0xFF; Store::SIZE.into()])
     }
 
-    /// The power goes and comes again.
+    /// Loads the settings after the loss of power.
     fn settings(&self) -> Settings {
         Store::load(&mut Eeprom::new(self.bytes.clone())).1
     }
@@ -127,8 +126,8 @@ fn only_bytes_that_differ_are_written() {
     assert!(memory.writes - before <= 8, "{} bytes", memory.writes - before);
 }
 
-/// Every byte of the first save, of the second and of a later one; the byte
-/// that was being written may hold anything.
+/// Every byte of the first save, of the second and of a later one; the byte that was being written
+/// may hold anything.
 #[test]
 fn a_loss_of_power_leaves_the_old_settings_or_the_new_ones() {
     for saves in 0..4 {
@@ -150,7 +149,7 @@ fn a_loss_of_power_leaves_the_old_settings_or_the_new_ones() {
                 let found = memory.settings();
                 assert!(found == old || found == new, "byte {power} of {writes}, torn {torn:?}");
                 changes += usize::from(found == new);
-                // And the board goes on from there.
+                // The board goes on from there.
                 let mut memory = Eeprom::new(memory.bytes);
                 let (mut again, _) = Store::load(&mut memory);
                 let next = with(Setting::Hold, 999);
@@ -162,7 +161,7 @@ fn a_loss_of_power_leaves_the_old_settings_or_the_new_ones() {
     }
 }
 
-/// A change while the last one is being written, at every step of it.
+/// A change during a save, at every step of the save.
 #[test]
 fn a_change_in_the_middle_of_writing_is_written_as_well() {
     let [first, second, third] = three();
@@ -198,37 +197,37 @@ fn every_flipped_bit_is_found() {
             assert!(found == newest || found == older, "bit {bit}");
             lost += usize::from(found == older);
         }
-        // All of one copy: two marks, sequence, settings and sum.
+        // All bytes of one copy: two marks, sequence, settings and sum.
         assert_eq!(lost, 8 * (3 + Settings::SIZE + 2));
     }
 }
 
-/// One life of a board: it is switched on, saves something, and goes off.
+/// One life of a board: it is switched on, saves something, and loses power.
 #[derive(Clone, Copy, Debug)]
 struct Life {
-    /// What it saves.
+    /// The setting that it saves.
     number: u32,
-    /// Polls before it saves something else, if it does.
+    /// The polls before it saves another setting, if it does.
     change: Option<usize>,
-    /// Writes until the power goes.
+    /// The number of writes until the loss of power.
     power: usize,
-    /// What the byte holds that is being written then.
+    /// The contents of the byte that is being written then.
     torn: Torn,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Torn {
-    /// It is as it was.
+    /// Unchanged.
     Old,
-    /// Some bits of what it should be, and the others as they were.
+    /// Some bits are new, the others old.
     Bits(u8),
     /// Anything.
     Any(u8),
 }
 
-/// After each life, what is found is what was found before it, or what was being
-/// written when the power went, and that if it was written whole. So no copy comes back
-/// that was found to be lost, or is older than the last one that was whole.
+/// After each life, the settings found are those found before it, or those that were being written
+/// when the power went, if they were written completely. So no copy comes back that was once found
+/// to be lost, or that is older than the last complete one.
 fn live(lives: &[Life]) -> Result<(), TestCaseError> {
     let mut memory = Eeprom::empty();
     let mut before = Settings::new();
@@ -262,8 +261,8 @@ fn live(lives: &[Life]) -> Result<(), TestCaseError> {
 }
 
 fn poll(store: &mut Store, memory: &mut Eeprom, settings: &Settings, torn: Torn) {
-    // What a write that is cut off would leave is known once it is known what is
-    // written: the poll is tried on a copy first.
+    // The effect of an interrupted write depends on the byte written: the poll is tried on a copy
+    // first.
     let mut copy = Eeprom { power: usize::MAX, ..memory.clone() };
     store.clone().poll(&mut copy, settings);
     let wrote = (0..copy.bytes.len()).find(|&at| copy.bytes[at] != memory.bytes[at]);
@@ -284,12 +283,12 @@ fn any_life() -> impl Strategy<Value = Life> {
         Just(Torn::Old),
         any::<u8>().prop_map(Torn::Bits),
         any::<u8>().prop_map(Torn::Any),
-        // The bytes that mean something.
+        // The bytes with a meaning.
         proptest::sample::select(vec![0x50u8, 0x51, 0x52, 0x53, 0x54, 0x55, 0xFF])
             .prop_map(Torn::Any),
     ];
     let change = prop_oneof![4 => Just(None), 1 => (0usize..40).prop_map(Some)];
-    // Few numbers: so that copies differ in few bytes, and in none.
+    // Few numbers, so that copies differ in few bytes, or in none.
     let number = prop_oneof![1u32..4, 1u32..1_000_000];
     let power = prop_oneof![4 => 0usize..12, 1 => 0usize..80];
     (number, change, power, torn).prop_map(|(number, change, power, torn)| Life {
@@ -300,7 +299,7 @@ fn any_life() -> impl Strategy<Value = Life> {
     })
 }
 
-/// The first of them is cut off at its last byte, the second at its first.
+/// The first save is cut off at its last byte, the second at its first.
 #[test]
 fn two_torn_writes_in_a_row_revive_nothing() {
     let mut one = Eeprom::empty();

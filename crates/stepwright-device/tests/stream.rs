@@ -1,4 +1,4 @@
-//! The text lines of a board that plays streams, beside bytes that come before they are obeyed.
+//! The text lines of a board that plays streams, with bytes that come before they are obeyed.
 
 use std::collections::VecDeque;
 
@@ -69,7 +69,8 @@ impl SerialPort for Wire {
     }
 }
 
-/// Whether a kill was obeyed, and the answers in text, where these bytes come at once, or one each round.
+/// Whether a kill was obeyed, and the text answers, when these bytes come at once, or one each
+/// round.
 fn heard(bytes: &[u8], at_once: bool) -> (bool, String) {
     let mut queues = [const { Queue::<8>::new() }; 3];
     let feeds = queues.each_mut().map(|queue| queue.split().0);
@@ -110,14 +111,14 @@ fn a_kill_is_obeyed_whatever_follows() {
     }
 }
 
-/// A line that comes before the last one was answered is lost, and no end of it is obeyed, wherever in it that
-/// one is.
+/// A line that comes before the previous one is answered is lost. No end of it is obeyed, wherever
+/// in it the answer is given.
 #[test]
 fn no_end_of_a_lost_line_is_obeyed() {
     let ping = FrameBytes::new(Kind::Ping, 0, &[]);
     let mut waited = 0;
     for count in 1..30 {
-        // The credit is on its way while F waits for its answer.
+        // The credit is being sent while F waits for its answer.
         let bytes = [ping.as_bytes(), b"F\r", &vec![b'X'; count][..], b"K\r"].concat();
         let (killed, said) = heard(&bytes, false);
         assert!(!killed && said.starts_with("R\r"), "{count}: {said:?}");
@@ -127,7 +128,7 @@ fn no_end_of_a_lost_line_is_obeyed() {
     assert!((1..29).contains(&waited), "{waited}");
 }
 
-/// What ends a frame that would have four 0xFF is no data of a cut without any.
+/// The end of a frame that would have four 0xFF is not data of a cut without data.
 #[test]
 fn a_bare_cut_may_end_as_a_frame_of_data() {
     for payload in [&[0][..], &[0, NOTHING]] {

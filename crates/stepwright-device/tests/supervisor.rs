@@ -26,7 +26,7 @@ fn drivers_go_on_with_an_order_and_off_after_the_idle_time() {
     assert!(rig.moving() && rig.panel.enable == Some(false));
     rig.play_out();
     assert!(!rig.moving());
-    // The millisecond in which it rests has begun before.
+    // The millisecond in which it came to rest had already begun.
     rig.pass(5);
     assert_eq!(rig.panel.enable, Some(false));
     rig.pass(2);
@@ -43,7 +43,7 @@ fn drivers_stay_on_without_an_idle_time() {
 }
 
 /// The first step waits until the drivers are ready: for `enable-ms` and the rest of the present
-/// millisecond, and for what is left of that if they were switched on before.
+/// millisecond, or for the remainder of that if they were switched on before.
 #[test]
 fn the_first_step_waits_for_the_drivers() {
     rig!(rig);
@@ -53,7 +53,7 @@ fn the_first_step_waits_for_the_drivers() {
     let wait = rig.wait(0);
     assert!(more(wait, 0), "{wait}");
     rig.say("K $kill-off=1 K $enable-ms=20");
-    // It was not looked at for a while, which is no part of the wait.
+    // Time that passed without a poll is not part of the wait.
     rig.panel.millis += 9;
     rig.say("g+");
     let wait = rig.wait(0);
@@ -64,7 +64,7 @@ fn the_first_step_waits_for_the_drivers() {
     assert!(more(wait, 6), "{wait}");
 }
 
-/// The rest between two travels is over once its time has passed.
+/// The rest between two travels ends once its time has passed.
 #[test]
 fn a_rest_passes_with_the_time() {
     rig!(rig);
@@ -85,7 +85,7 @@ fn a_rest_passes_with_the_time() {
     assert!(wait < 8_000, "{wait}");
 }
 
-/// A setting is a sign of use, too.
+/// Changing a setting counts as use, too.
 #[test]
 fn a_setting_begins_the_idle_time_again() {
     rig!(rig);
@@ -155,7 +155,7 @@ fn a_reset_in_motion_leaves_the_position_unknown() {
     assert_eq!((rig.ask("V1"), rig.panel.mark), ("0".into(), Mark::NONE));
 }
 
-// ----- what stops at once
+// ----- stops at once
 
 #[test]
 fn a_kill_leaves_the_drivers_as_they_are_unless_it_is_to_switch_them_off() {
@@ -166,14 +166,13 @@ fn a_kill_leaves_the_drivers_as_they_are_unless_it_is_to_switch_them_off() {
     rig.say("$kill-off=1 g+");
     assert_eq!((rig.panel.enable, rig.panel.mark), (Some(false), Mark::MOVING));
     rig.say("K");
-    // Off, and at rest: that is the last that they can tell.
+    // Off, and at rest: without the drivers the mark is not set again.
     assert_eq!((rig.panel.enable, rig.panel.mark), (Some(true), Mark::MOVED));
     rig.say("g+");
     assert_eq!(rig.panel.enable, Some(false));
 }
 
-/// A kill before anything has moved says nothing of a motion: the position stays known after a
-/// reset.
+/// A kill before anything has moved does not set a mark: the position stays known after a reset.
 #[test]
 fn a_kill_with_the_drivers_off_leaves_no_mark() {
     rig!(rig);
@@ -212,7 +211,7 @@ fn a_closed_switch_stops_what_moves_towards_it() {
     rig.say("$switches=1 $switch-forward=1 $debounce-ms=0 A0 g+");
     rig.pass(3);
     assert_eq!(rig.device.motors_mut().engine().moving, 0b11);
-    // That of axis 2 is not connected, and the pin of axis 1 is low when it is closed.
+    // The switch of axis 2 is not connected; the pin of axis 1 is low when its switch is closed.
     rig.panel.switches = 0b01;
     rig.pass(1);
     assert!(rig.moving());
@@ -221,21 +220,20 @@ fn a_closed_switch_stops_what_moves_towards_it() {
     assert_eq!(rig.device.motors_mut().engine().moving, 0b10);
     assert_eq!((rig.told("stop"), rig.ask("V1")), ("S-".into(), "0".into()));
     assert_eq!(rig.told("closed"), "1");
-    // Not towards it, but away.
+    // Not towards the switch, but away from it.
     rig.say("A1");
     assert_eq!((rig.ask("g+"), rig.told("last")), ("E".into(), "fault".into()));
     rig.say("g-");
     rig.pass(3);
     assert_eq!(rig.device.motors_mut().engine().moving, 0b11);
-    // Nor may a target lead there.
+    // A new target may not lead there either.
     assert_eq!((rig.ask("@+5000"), rig.told("last")), ("E".into(), "fault".into()));
     rig.say("@-5000");
-    // The switch of an axis is no matter of another one.
+    // The switch of one axis does not affect another.
     rig.say("A2 @+5000");
 }
 
-/// What rests at a closed switch has not been stopped by it; nor does an order of no steps lead
-/// towards it.
+/// The switch does not stop an axis that rests at it, nor does it prevent an order of no steps.
 #[test]
 fn a_closed_switch_says_nothing_of_what_rests() {
     rig!(rig);
@@ -250,7 +248,7 @@ fn a_closed_switch_says_nothing_of_what_rests() {
 fn a_switch_that_opens_counts_as_closed_for_a_while() {
     rig!(rig);
     rig.say("$switches=3 $switch-high=2 $debounce-ms=5");
-    // Axis 1 is closed by a low pin, axis 2 by a high one.
+    // The switch of axis 1 is closed at a low level, that of axis 2 at a high one.
     rig.panel.switches = 0b00;
     rig.pass(1);
     rig.panel.switches = 0b01;
@@ -278,12 +276,12 @@ fn a_silent_host_stops_what_moves() {
     assert_eq!(rig.told("stop"), "T-");
     rig.play_out();
     assert!(!rig.moving());
-    // A second silence is one more.
+    // A second silence counts again.
     rig.say("! g+");
     rig.pass(11);
     assert_eq!(rig.told("stop"), "T-");
     rig.play_out();
-    // It brakes what moves, and nothing else.
+    // It brakes moving axes only.
     rig.say("!");
     rig.pass(30);
     assert_eq!(rig.told("stop"), "--");
@@ -298,15 +296,15 @@ fn a_lease_ends_with_the_first_silence_of_its_length() {
     rig.pass(11);
     assert_eq!(rig.told("stop"), "T-");
     rig.play_out();
-    // The next host may know nothing of it.
+    // The next host may not know of the lease.
     rig.say("g+");
     rig.pass(50);
     assert_eq!(rig.told("stop"), "--");
     assert!(rig.moving());
 }
 
-/// The silence before the line that asks for a lease is none of the lease's, even where time is
-/// looked at between the line and its answer.
+/// The silence before the line that requests a lease does not count for it, even if the time is
+/// checked between the line and its answer.
 #[test]
 fn a_lease_begins_with_its_line() {
     rig!(rig);
@@ -322,7 +320,7 @@ fn a_lease_begins_with_its_line() {
     assert_eq!(rig.told("stop"), "T-");
 }
 
-/// A board that works out an answer has been spoken to.
+/// A board that is working on an answer has not been left in silence.
 #[test]
 fn a_long_line_is_no_silence() {
     rig!(rig);
@@ -339,11 +337,11 @@ fn a_long_line_is_no_silence() {
     assert_eq!(rig.told("stop"), "--");
 }
 
-/// A change takes the time of several runs: the line behind it waits until these are planned, or for
-/// long enough. A stop does not.
+/// A change takes the time of several runs: the next line waits until these are planned, or for a
+/// limited time. A stop does not wait.
 #[test]
 fn a_line_waits_until_all_is_planned_once_and_a_stop_does_not() {
-    // Calls until a line is obeyed.
+    // The number of calls until a line is obeyed.
     fn obeyed(rig: &mut Rig, line: &str, plans: bool) -> u32 {
         line.bytes().for_each(|byte| rig.device.receive(byte, &mut rig.panel));
         let mut calls = 1;

@@ -1,5 +1,5 @@
-//! A board of a few cells, and an engine that plays what it is told to: so a test says when time
-//! passes, when a motor has come to rest, and sees each pin.
+//! A board of a few cells, and an engine that plays on request. A test controls the time and the
+//! end of each motion, and sees each pin.
 
 use std::cell::Cell;
 
@@ -7,22 +7,22 @@ use stepwright::queue::{Consumer, Next, Producer, Queue, Source};
 use stepwright::{Board, Control, OrderedMotors, Playing, Rate, Report, Ticks, Timing};
 use stepwright_device::{BoardIo, Device, Mark, Memory, Reset, Store};
 
-/// The pin of a step, in an entry.
+/// The pin of a step in an entry.
 const STEP: u8 = 1;
 
-/// Two motors that rest until they are started, and then until all that is queued is played.
+/// Two motors that rest until they are started, and then move until all queued entries are played.
 pub struct Motion<'q> {
     ends: [Consumer<'q, 8>; 2],
     pub moving: u8,
     pub timing: Option<Timing>,
     pub late: u32,
-    /// Ticks of what was played, up to the first step.
+    /// The ticks of the played entries up to the first step.
     pub waited: [u64; 2],
     pub stepped: u8,
 }
 
 impl Motion<'_> {
-    /// Plays what is queued. An axis whose travel is planned to its end rests then.
+    /// Plays the queued entries. An axis whose travel is planned to its end then rests.
     pub fn play(&mut self) {
         for (axis, end) in self.ends.iter_mut().enumerate() {
             loop {
@@ -84,7 +84,7 @@ pub struct Panel {
     pub switches: u8,
     pub emergency: bool,
     pub driver_fault: bool,
-    /// The level of the enable pin, once it was set.
+    /// The level of the enable pin, once it has been set.
     pub enable: Option<bool>,
     pub reset: Reset,
     pub mark: Mark,
@@ -183,7 +183,7 @@ impl<'q> Rig<'q> {
         Rig { device: Device::new(motors, axes, &mut panel), panel }
     }
 
-    /// The answer to a line; an order begins before it.
+    /// The answer to a line. An order has begun before it is answered.
     pub fn ask(&mut self, line: &str) -> String {
         line.bytes().chain([b'\r']).for_each(|byte| self.device.receive(byte, &mut self.panel));
         while self.device.work(&mut self.panel) {}
@@ -195,7 +195,7 @@ impl<'q> Rig<'q> {
         String::from_utf8(answer).unwrap().trim_end().into()
     }
 
-    /// Several lines, each answered Y.
+    /// Sends several lines; each must be answered Y.
     pub fn say(&mut self, lines: &str) {
         for line in lines.split(' ') {
             assert_eq!(self.ask(line), "Y", "{line}");
@@ -213,7 +213,7 @@ impl<'q> Rig<'q> {
         while self.device.poll(&mut self.panel) {}
     }
 
-    /// Milliseconds pass, one by one.
+    /// Advances the time, millisecond by millisecond.
     pub fn pass(&mut self, millis: u32) {
         for _ in 0..millis {
             self.panel.millis = self.panel.millis.wrapping_add(1);
@@ -232,7 +232,7 @@ impl<'q> Rig<'q> {
         }
     }
 
-    /// Ticks from now to the first step of an axis, of what is queued.
+    /// The ticks from now to the first step in the queue of an axis.
     pub fn wait(&mut self, axis: usize) -> u64 {
         let motion = self.device.motors_mut().engine();
         motion.stepped = 0;

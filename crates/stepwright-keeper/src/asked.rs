@@ -1,4 +1,4 @@
-//! A request, by its address: what `stepwright serve` takes over HTTP, for fronts without HTTP.
+//! Requests by their address: those of `stepwright serve` over HTTP, for front ends without HTTP.
 
 use crate::request::home::HomeRequest;
 use crate::request::line::LineRequest;
@@ -8,11 +8,11 @@ use crate::request::{
 use crate::{Declined, Hand, Wish};
 use serde::de::DeserializeOwned;
 
-/// The wish of `POST /api/NAME` by this hand, and whether its answer waits for its end:
+/// The wish of `POST /api/NAME` by this hand, and whether the answer waits for the end of the order:
 /// `?wait=true`.
 ///
 /// # Errors
-/// There is no such address, or its body is not as it should be.
+/// There is no such address, or the body is invalid.
 pub fn wish(name: &str, body: &str, hand: Hand) -> Result<(Wish, bool), Declined> {
     let (name, waits) = match name.strip_suffix("?wait=true") {
         Some(name) => (name, true),

@@ -1,13 +1,13 @@
-//! What a request is answered that is not carried out.
+//! The answer to a request that is not carried out.
 
 use std::time::Duration;
 
 use serde::Serialize;
 
-/// A request has a body of this many bytes at most.
+/// The most bytes of a request's body.
 pub const BODY: usize = 4096;
 
-/// A request that was not carried out: the reason, and the remedy.
+/// A request that was not carried out, with the reason and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct Declined {
@@ -19,7 +19,7 @@ pub struct Declined {
     /// What is allowed instead.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub allowed: Option<String>,
-    /// What can be done about it.
+    /// What the user can do.
     #[serde(rename = "do", skip_serializing_if = "Option::is_none")]
     pub remedy: Option<String>,
 }
@@ -29,17 +29,17 @@ impl Declined {
         Declined { status, what: what.into(), allowed: None, remedy: None }
     }
 
-    /// A body that is no JSON: 400.
+    /// The body is not valid JSON: 400.
     pub fn malformed(what: impl Into<String>) -> Declined {
         Declined::of(400, what)
     }
 
-    /// No token, or a wrong one: 401.
+    /// The token is missing or wrong: 401.
     pub fn unknown(what: impl Into<String>) -> Declined {
         Declined::of(401, what)
     }
 
-    /// From a page that is not ours: 403.
+    /// The request comes from another page: 403.
     pub fn foreign(what: impl Into<String>) -> Declined {
         Declined::of(403, what)
     }
@@ -49,24 +49,24 @@ impl Declined {
         Declined::of(404, what)
     }
 
-    /// This address takes another method: 405.
+    /// The address takes another method: 405.
     pub fn otherwise(what: impl Into<String>) -> Declined {
         Declined::of(405, what)
     }
 
-    /// A body that takes longer than this to come: 408.
+    /// The body took longer than this to arrive: 408.
     pub fn slow(limit: Duration) -> Declined {
         Declined::of(408, "the body of the request did not come")
             .allowed(format!("at most {} s", limit.as_secs()))
             .remedy("does Content-Length say how long it is?")
     }
 
-    /// Not now, or not by this board: 409.
+    /// The board can't do this, or not now: 409.
     pub fn refused(what: impl Into<String>) -> Declined {
         Declined::of(409, what)
     }
 
-    /// A value outside its range: 422.
+    /// A value is outside its range: 422.
     pub fn range(what: impl Into<String>) -> Declined {
         Declined::of(422, what)
     }
@@ -76,12 +76,12 @@ impl Declined {
         Declined::of(503, what)
     }
 
-    /// The same with what is allowed.
+    /// Adds what is allowed.
     pub fn allowed(self, allowed: impl Into<String>) -> Declined {
         Declined { allowed: Some(allowed.into()), ..self }
     }
 
-    /// The same with what can be done.
+    /// Adds what the user can do.
     pub fn remedy(self, remedy: impl Into<String>) -> Declined {
         Declined { remedy: Some(remedy.into()), ..self }
     }
@@ -108,7 +108,7 @@ mod http {
         }
     }
 
-    /// A body that is not the JSON that was expected.
+    /// A body that is not the expected JSON.
     impl From<JsonRejection> for Declined {
         fn from(rejection: JsonRejection) -> Declined {
             let declined = Declined::of(rejection.status().as_u16(), plain(&rejection.body_text()));
@@ -122,13 +122,13 @@ mod http {
         }
     }
 
-    /// What serde and axum say, without the names of Rust's types.
+    /// The message of serde or axum, without the names of Rust types.
     fn plain(said: &str) -> String {
         const WORDS: [(&str, &str); 9] = [
             ("Failed to deserialize the JSON body into the target type: ", ""),
             ("Failed to parse the request body as JSON: ", "no JSON: "),
             ("Failed to buffer the request body: length limit exceeded", "the body is too long"),
-            // Nothing but axes is a u8.
+            // Only axes are of type u8.
             (" expected u8 ", " expected the number of an axis "),
             (" expected i64 ", " expected a whole number "),
             (" expected f64 ", " expected a number "),
@@ -136,7 +136,8 @@ mod http {
             (" expected a sequence ", " expected a list "),
             ("invalid type: map", "invalid type: an object"),
         ];
-        // What a client wrote comes back in quotes, and may hold such words too: each once.
+        // A client's own text is quoted in the message and may contain such words too, so each is replaced
+        // once.
         WORDS.iter().fold(said.to_owned(), |said, (from, to)| said.replacen(from, to, 1))
     }
 }

@@ -1,4 +1,4 @@
-//! What the lines between a master and a board mean, for a person who reads along.
+//! The meaning of the lines between a host and a board, for a person who reads along.
 
 use stepwright_protocol::{Command, Form, Reply};
 
@@ -18,12 +18,12 @@ pub fn explain(time: f64, line: &str, answer: Option<&str>) -> Exchange {
     }
 }
 
-/// Whether a line asks, or says which axis the next question is about.
+/// Whether a line asks, or selects the axis of the next question.
 fn asks(command: Command) -> bool {
     matches!(command, Command::Status | Command::Position(_) | Command::Info | Command::Select(_))
 }
 
-/// Without its checksum: `*` and two digits.
+/// Removes the checksum: `*` and two digits.
 fn without_sum(line: &str) -> &str {
     line.split('*').next().unwrap_or_default()
 }

@@ -1,25 +1,25 @@
-//! Where an order will take an axis, by the closed form of its law.
+//! The expected course of an axis under an order, from the closed form of its law.
 
 use stepwright_host::course::Course;
 use stepwright_protocol::{Direction, Distance, Order, Travel};
 
 use crate::report::PlannedCurve;
 
-/// Points of a ramp.
+/// The number of points of a ramp.
 const RAMP: u32 = 80;
 
-/// A run without end is predicted this far ahead, in s.
+/// How far ahead an endless run is predicted, in s.
 const LONG: f64 = 3600.0;
 
-/// The curve of an axis that stands at `from` and begins now; `None` if the law has no
-/// closed form here.
+/// The curve of an axis that starts at position `from` at time `begin`; `None` if the law has no closed form
+/// here.
 pub fn of(axis: u8, from: i64, order: &Order, begin: f64) -> Option<PlannedCurve> {
     let (endless, sign) = match order.travel {
         Travel::By(distance) => (false, f64::from(distance.get().signum())),
         Travel::Endless(Direction::Forward) => (true, 1.0),
         Travel::Endless(Direction::Backward) => (true, -1.0),
     };
-    // The beginning of a run is that of a very long travel.
+    // An endless run begins like a very long travel.
     let far = Travel::By(Distance::new(i32::MAX));
     let course =
         Course::of(&Order { travel: if endless { far } else { order.travel }, ..*order }.into())?;
@@ -36,7 +36,7 @@ pub fn of(axis: u8, from: i64, order: &Order, begin: f64) -> Option<PlannedCurve
         let [before, after] = [pair[0], pair[1]];
         let (begin, end) = (course.seconds(before), course.seconds(after));
         if end > begin {
-            // Pulse 0 is the first step: between two pulses the axis is a step further.
+            // Pulse 0 is the first step: between two pulses the axis is one step further.
             let steps = f64::from(before) / 2.0 + f64::from(after) / 2.0 + 1.0;
             point((begin + end) / 2.0, steps, f64::from(after - before) / (end - begin));
         }
@@ -53,11 +53,11 @@ pub fn of(axis: u8, from: i64, order: &Order, begin: f64) -> Option<PlannedCurve
     Some(PlannedCurve { axis, begin, seconds, position, speed })
 }
 
-/// The pulses between which speeds are told: close together where the speed changes.
+/// The pulses between which speeds are given: close together where the speed changes.
 fn chosen(course: &Course, endless: bool) -> Vec<u32> {
     let last = course.pulses().saturating_sub(1);
     let peak = f64::from(course.peak()) / 1000.0;
-    // As fast as it gets, but for what rounding takes.
+    // At the peak speed, except for rounding.
     let is_fast = |n: u32| {
         let next = last.min(n.saturating_add(8)).max(1);
         let before = next.saturating_sub(8);
@@ -73,7 +73,7 @@ fn chosen(course: &Course, endless: bool) -> Vec<u32> {
             first(from, to, |n| course.seconds(n) >= time)
         })
     };
-    // A little of the level way belongs to each ramp, which ends where the speed is even.
+    // A little of the constant speed belongs to each ramp, so that a ramp ends at an even speed.
     let (risen, falls) = (course.seconds(up) * 1.05, course.seconds(last) - course.seconds(down));
     let risen = first(up, down, |n| course.seconds(n) >= risen);
     let rise = between(0, risen);
@@ -84,7 +84,7 @@ fn chosen(course: &Course, endless: bool) -> Vec<u32> {
     rise.chain(between(first(risen, down, |n| course.seconds(n) >= falls), last)).collect()
 }
 
-/// The first number from `from` on for which it holds, or `to`.
+/// The first number from `from` on for which `holds` is true, or `to`.
 fn first(from: u32, to: u32, holds: impl Fn(u32) -> bool) -> u32 {
     let (mut low, mut high) = (from, to);
     while low < high {
@@ -114,13 +114,13 @@ mod tests {
         assert_eq!(curve.position.last(), Some(&(100.0 - 4000.0)));
         for (time, (at, speed)) in curve.seconds.iter().zip(curve.position.iter().zip(&curve.speed))
         {
-            // Up in 0.5 s and 250 steps, 3500 level, down again: 4.5 s.
+            // Up in 0.5 s and 250 steps, 3500 steps at constant speed, down again: 4.5 s.
             let (way, rate) = match time {
                 t if *t < 0.5 => (1000.0 * t * t, 2000.0 * t),
                 t if *t < 4.0 => (250.0 + 1000.0 * (t - 0.5), 1000.0),
                 t => (4000.0 - 1000.0 * (4.5 - t) * (4.5 - t), 2000.0 * (4.5 - t)),
             };
-            // The law begins with its first pulse, 32 ms after school's.
+            // The law begins with its first pulse, 32 ms after the formulas.
             assert!((100.0 - at - way).abs() < 40.0, "{time}: {at} {way}");
             assert!((-speed - rate).abs() < 90.0, "{time}: {speed} {rate}");
         }

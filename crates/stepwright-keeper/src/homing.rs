@@ -1,5 +1,5 @@
-//! Homes an axis beside whatever else there is to do: [`SwitchHoming`] says what is next, and this
-//! does it.
+//! Homes an axis while the keeper goes on with its other work: [`SwitchHoming`] returns the next act, and this
+//! module carries it out.
 
 use std::time::Duration;
 
@@ -17,17 +17,17 @@ use crate::orders::{Begins, SaidLines, Undone};
 use crate::request::home::{HomeLimits, HomeReport, needs_within};
 use crate::{Declined, Hand};
 
-/// The homing that an axis is on.
+/// The homing of an axis.
 pub struct AxisHoming {
     course: SwitchHoming,
-    /// Who has asked for it, and must be heard of.
+    /// The hand that has asked for it, and that must stay present.
     pub hand: Hand,
-    /// The leg is braked then, by the clock of the line.
+    /// When the leg is to be braked, by the clock of the line.
     until: Option<Duration>,
     braked: bool,
-    /// The next attempt is made then, by the clock of the desk.
+    /// When the next attempt is due, by the clock of the desk.
     again: Option<f64>,
-    /// Whether nothing had gone wrong before it.
+    /// Whether the board had no errors before the homing.
     clean: bool,
 }
 
@@ -43,7 +43,7 @@ impl AxisHoming {
     }
 }
 
-/// Where a homing ended before it was done.
+/// The report of a homing that has failed.
 fn failed(declined: &Declined) -> HomeReport {
     let remedy = declined.remedy.clone();
     HomeReport { stage: "failed", words: declined.what.clone(), remedy }
@@ -91,7 +91,7 @@ impl<D: KeeperDesk> Keeper<D> {
         begun
     }
 
-    /// That an axis is not being homed: then nothing else is ordered.
+    /// Refuses other orders while an axis is being homed.
     pub(crate) fn not_homed(&mut self, axis: AxisId) -> Result<(), Undone> {
         if self.axis(axis)?.homing.is_none() {
             return Ok(());
@@ -101,10 +101,10 @@ impl<D: KeeperDesk> Keeper<D> {
             .into())
     }
 
-    /// Goes on with what is being homed.
+    /// Continues the homings in progress.
     pub(crate) async fn go_on_homing(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
         for place in 0..self.axes.len() {
-            // A stop is waited for: it goes first.
+            // A stop that waits goes first.
             if self.desk.is_urgent() {
                 return Ok(());
             }
@@ -163,7 +163,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(act)
     }
 
-    /// Does what is to be done until that takes time; the lines.
+    /// Carries out acts until one takes time, and returns the lines that were said.
     async fn act(
         &mut self,
         talk: &mut Conversation,
@@ -209,8 +209,8 @@ impl<D: KeeperDesk> Keeper<D> {
         }
     }
 
-    /// That its switch has stopped the axis was meant: the board forgets that, unless something
-    /// else has gone wrong as well.
+    /// Clears the board's note that the axis was stopped by its switch, as that was intended, unless there are
+    /// other errors as well.
     async fn forget_switch(&mut self, talk: &mut Conversation, axis: AxisId) -> Result<(), Undone> {
         let clean = self.axis(axis)?.homing.as_ref().is_some_and(|homing| homing.clean);
         let Some(info) = talk.ask_info().await?.filter(|_| clean) else { return Ok(()) };
@@ -223,7 +223,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(())
     }
 
-    /// Begins a leg; `None` if the board takes none towards a closed switch.
+    /// Begins a leg; `None` if the board refuses it because of a closed switch.
     async fn begin_leg(
         &mut self,
         talk: &mut Conversation,
@@ -234,7 +234,7 @@ impl<D: KeeperDesk> Keeper<D> {
         let Some(homing) = &mut watched.homing else { return Ok(Some(Vec::new())) };
         let hand = homing.hand;
         watched.home = Some(homing.report());
-        // Its page may have gone since the last leg.
+        // The page may have gone since the last leg.
         if !self.desk.is_there(hand) {
             return Err(gone().into());
         }
@@ -254,7 +254,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(Some(lines))
     }
 
-    /// The homing of an axis has come to nothing, for this reason.
+    /// Ends the homing of an axis as failed, for this reason.
     pub(crate) fn end_homing(&mut self, axis: AxisId, why: &Declined) {
         let Some(watched) = self.axes.get_mut(axis.index()) else { return };
         if watched.homing.take().is_some() {
@@ -263,7 +263,7 @@ impl<D: KeeperDesk> Keeper<D> {
         }
     }
 
-    /// Ends the homings of these axes for this reason; those that ended.
+    /// Ends the homings of these axes as failed, for this reason. Returns the axes that were being homed.
     pub(crate) fn give_up_homing(&mut self, axes: Selection, why: &Declined) -> Vec<AxisId> {
         let homed = self.axes.iter().filter(|axis| axis.homing.is_some()).map(|axis| axis.id);
         let homed: Vec<_> = homed.filter(|axis| axes.contains(*axis)).collect();
@@ -272,7 +272,7 @@ impl<D: KeeperDesk> Keeper<D> {
     }
 }
 
-/// Why an axis is not homed, and what can be done about it.
+/// Why an axis is not homed, and the remedy.
 fn failure(why: HomingFailure) -> Declined {
     let declined = Declined::refused(why.to_string());
     match why {
@@ -287,17 +287,17 @@ fn failure(why: HomingFailure) -> Declined {
     }
 }
 
-/// What has gone wrong on a board.
+/// The errors of a board.
 fn errors(info: &Info) -> impl Iterator<Item = BoardError> + use<> {
     info.errors.into_iter().flat_map(|errors| errors.iter())
 }
 
-/// Why a homing ends that was stopped.
+/// The reason for a homing that was stopped.
 pub fn stopped() -> Declined {
     Declined::refused("stopped before 0 was found")
 }
 
-/// Why a homing ends whose page is not heard of any more.
+/// The reason for a homing whose page is gone.
 pub fn gone() -> Declined {
     Declined::refused("the page that homed it is gone, or gave control away")
 }

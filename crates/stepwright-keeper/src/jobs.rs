@@ -1,19 +1,19 @@
-//! The jobs that wait for a board.
+//! The jobs of a board that wait.
 //!
-//! A stop or a kill goes before every order that waits, and these orders are declined: who
-//! stops a machine does not want to see it start.
+//! A stop or a kill goes before every order that waits, and those orders are declined: whoever stops a machine
+//! does not want to see it start.
 
 use std::collections::VecDeque;
 
 use crate::report::Done;
 use crate::{Declined, Wish};
 
-/// Orders that wait, at most.
+/// The most orders that wait.
 const WAITING: usize = 16;
 
-/// A wish, and where its answer goes.
+/// A wish, and the receiver of its answer.
 pub struct Job {
-    /// What is to be done.
+    /// The wish.
     pub wish: Wish,
     /// Whether the answer waits for the end of the order.
     pub waits: bool,
@@ -22,7 +22,7 @@ pub struct Job {
 }
 
 impl Job {
-    /// A wish that is answered so.
+    /// A wish whose answer goes to `answer`.
     pub fn new(
         wish: Wish,
         waits: bool,
@@ -31,35 +31,35 @@ impl Job {
         Job { wish, waits, begun: None, answer: Box::new(answer) }
     }
 
-    /// The same, and this is told once its order has begun: for one who goes on meanwhile, and
-    /// waits for the answer later.
+    /// Adds a function that is called once the order has begun, for a caller that goes on meanwhile and waits
+    /// for the answer later.
     pub fn when_begun(self, begun: impl FnOnce() + Send + 'static) -> Job {
         Job { begun: Some(Box::new(begun)), ..self }
     }
 
-    /// Its order has begun.
+    /// Reports that the order has begun.
     pub(crate) fn begins(&mut self) {
         if let Some(begun) = self.begun.take() {
             begun();
         }
     }
 
-    /// Answers it. Who asked may be gone.
+    /// Answers the job. The caller may be gone.
     pub fn answer(self, answer: Result<Done, Declined>) {
         (self.answer)(answer);
     }
 }
 
-/// Jobs, in the order in which they are carried out.
+/// The jobs that wait, in the order in which they are carried out.
 #[derive(Default)]
 pub struct JobQueue {
     jobs: VecDeque<Job>,
-    /// Why none is taken.
+    /// Why no job is accepted.
     closed: Option<Declined>,
 }
 
 impl JobQueue {
-    /// Takes a job, or declines it.
+    /// Adds a job, or declines it.
     pub fn put(&mut self, job: Job) {
         if let Some(why) = &self.closed {
             return job.answer(Err(why.clone()));
@@ -79,12 +79,12 @@ impl JobQueue {
         self.jobs.push_back(job);
     }
 
-    /// The next one, if any waits.
+    /// Takes the next job, if one waits.
     pub fn take(&mut self) -> Option<Job> {
         self.jobs.pop_front()
     }
 
-    /// Whether none waits.
+    /// Whether no job waits.
     pub fn is_empty(&self) -> bool {
         self.jobs.is_empty()
     }
@@ -94,14 +94,14 @@ impl JobQueue {
         self.jobs.front().is_some_and(|job| job.wish.is_urgent())
     }
 
-    /// Takes no jobs until [`open`](JobQueue::open), for this reason; those that wait are
-    /// declined with it.
+    /// Accepts no jobs until [`open`](JobQueue::open), for this reason. Jobs that wait are declined with the
+    /// same reason.
     pub fn close(&mut self, why: Declined) {
         self.jobs.drain(..).for_each(|job| job.answer(Err(why.clone())));
         self.closed = Some(why);
     }
 
-    /// Takes jobs again.
+    /// Accepts jobs again.
     pub fn open(&mut self) {
         self.closed = None;
     }
@@ -115,7 +115,7 @@ mod tests {
 
     use super::*;
 
-    /// What became of the jobs that were put.
+    /// The results of the jobs.
     type Answers = Arc<Mutex<Vec<u16>>>;
 
     fn put(jobs: &mut JobQueue, wish: Wish, answers: &Answers) {
@@ -147,7 +147,7 @@ mod tests {
             put(&mut jobs, Wish::Acknowledge, &answers);
         }
         assert_eq!(*answers.lock().unwrap(), [503]);
-        // No crowd of orders keeps a stop out.
+        // Orders that wait never keep a stop out.
         put(&mut jobs, Wish::Kill, &answers);
         assert!(jobs.is_urgent());
         assert_eq!(answers.lock().unwrap()[1..], [409; WAITING]);

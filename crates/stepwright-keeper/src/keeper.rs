@@ -1,4 +1,4 @@
-//! Keeps the conversation with a board, from the first look to the last.
+//! Keeps the conversation with a board, from the first contact to the last.
 //!
 //! ```text
 //!   begin ─► turn: a job, changes by others, lost hands, homing, looks ─► turn …
@@ -7,7 +7,7 @@
 //!             lose ─► the board is back: begin  everything brakes, and rests
 //! ```
 //!
-//! Whoever runs it waits between two turns: for a job, or until the next look.
+//! The caller waits between two turns: for a job, or until the next look is due.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,86 +23,86 @@ use crate::sight::Watched;
 use crate::waits::WaitingJob;
 use crate::{Declined, Hand, homing, sheet};
 
-/// Between two looks at axes that move, and that rest, in s.
+/// The time between two looks at axes that move, and at axes that rest, in s.
 const LOOK: f64 = 0.02;
 const IDLE: f64 = 0.1;
 
-/// Between two looks at everything, in s.
+/// The time between two looks at everything, in s.
 const ALL: f64 = 0.5;
 
-/// What is due so soon, in s, is due: a clock may stand still between two turns.
+/// Anything that is due within this time, in s, counts as due: a clock may stand still between two turns.
 const MOMENT: f64 = 1e-6;
 
-/// What stands between a keeper and those who ask.
+/// The link between a keeper and its callers.
 pub trait KeeperDesk {
-    /// Seconds since it was set up.
+    /// Seconds since the desk was made.
     fn time(&self) -> f64;
 
-    /// Whether a stop or a kill waits: looks are cut short for it.
+    /// Whether a stop or a kill waits. Looks are cut short for it.
     fn is_urgent(&self) -> bool;
 
-    /// Whether this hand has control, and was heard of a moment ago or waits for an answer.
+    /// Whether this hand has control, and was heard from recently or waits for an answer.
     fn is_there(&self, hand: Hand) -> bool;
 
-    /// Whether this hand has control and was heard of a moment ago.
+    /// Whether this hand has control, and was heard from recently.
     fn is_live(&self, hand: Hand) -> bool;
 
-    /// Tells what the board is.
+    /// Reports the board's description.
     fn describe(&self, sheet: BoardSheet);
 
-    /// Tells what the board does.
+    /// Reports the board's state.
     fn publish(&self, state: LiveState);
 
-    /// Tells something that people should know.
+    /// Reports a note for users.
     fn note(&self, text: String);
 
-    /// Tells what an axis is going to do.
+    /// Reports the planned course of an axis.
     fn plan(&self, curve: PlannedCurve);
 
-    /// Tells that the plan of this axis holds no longer.
+    /// Reports that the plan of this axis is no longer valid.
     fn unplan(&self, axis: u8);
 }
 
-/// Which board is kept.
+/// The board to keep.
 pub struct KeptBoard {
-    /// What to call it.
+    /// The name of the board.
     pub name: String,
-    /// The unit of the positions of an axis, and the steps of one; of the others, steps.
+    /// The units of axes' positions: the name, and the steps per unit. Other axes are shown in steps.
     pub units: Vec<(AxisId, (&'static str, f64))>,
-    /// How far the limit switches of axes may be, in steps, by the machine file.
+    /// How far the limit switches of axes may be, in steps, from the machine file.
     pub home_within: Vec<(AxisId, u32)>,
-    /// What stands in the machine file.
+    /// The machine file.
     pub machine: Option<MachineSheet>,
-    /// The board brakes by itself when it hears nothing from here for this time, while an axis runs
-    /// without end or is homed.
+    /// How long the board may hear nothing from here before it brakes by itself, while an axis runs endlessly
+    /// or is homed.
     pub lease: LeaseMillis,
-    /// And while it is on a travel that ends by itself: for a program whose motors are to rest when
-    /// it has died.
+    /// Whether the lease also covers travels that end by themselves: for a program whose motors are to rest
+    /// when it dies.
     pub leases_travels: bool,
 }
 
-/// Keeps a board.
+/// The keeper of a board.
 pub struct Keeper<D> {
     pub(crate) board: KeptBoard,
     pub(crate) desk: Arc<D>,
-    /// The pulses that were planned.
+    /// The planned pulses.
     pub(crate) pulses: Arc<PlannedPins>,
     pub(crate) axes: Vec<Watched>,
-    /// Axes that ran for a hand when the board was lost, and were not braked yet.
+    /// Axes that ran for a hand when the board was lost, and that were not braked yet.
     ran: Vec<AxisId>,
-    /// The requests whose answer waits for the end of their order.
+    /// Requests whose answer waits for the end of their order.
     pub(crate) waiting: Vec<WaitingJob>,
-    /// Whether the board brakes by itself when we fall silent.
+    /// Whether the board has a lease, and brakes by itself when it hears nothing.
     pub(crate) leased: bool,
-    /// What is told but for the axes and the time.
+    /// The reported state, without the axes and the time.
     pub(crate) told: LiveState,
-    /// When the axes that move were looked at, and when all were.
+    /// When the moving axes were last looked at, and when all of them were.
     looked: f64,
     looked_at_all: f64,
 }
 
 impl<D: KeeperDesk> Keeper<D> {
-    /// Keeps a board that was not met yet.
+    /// A keeper of a board that was not met yet.
     pub fn new(desk: Arc<D>, board: KeptBoard) -> Keeper<D> {
         let (axes, ran, waiting) = (Vec::new(), Vec::new(), Vec::new());
         let told = LiveState::default();
@@ -112,14 +112,13 @@ impl<D: KeeperDesk> Keeper<D> {
         Keeper { board, desk, pulses, axes, ran, waiting, leased, told, looked, looked_at_all }
     }
 
-    /// The pulses that were planned: all that is known of the pins where only a line leads to a
-    /// board.
+    /// The planned pulses: all that is known about the pins of a board at the end of a line.
     pub fn pulses(&self) -> Arc<PlannedPins> {
         self.pulses.clone()
     }
 
-    /// Begins with a board that was met, or met again: looks at all of it. What ran when it was lost
-    /// is braked, for nobody has held it meanwhile.
+    /// Begins with a board that was met, or met again: looks at all of it. Axes that ran when the board was
+    /// lost are braked, as nobody controlled them meanwhile.
     ///
     /// # Errors
     /// The board is silent, or its line is gone.
@@ -128,7 +127,7 @@ impl<D: KeeperDesk> Keeper<D> {
         self.ran.extend(ran.map(|axis| axis.id));
         let again = self.told.trouble.is_some();
         self.learn(talk).await?;
-        // It may be lost again meanwhile.
+        // The board may be lost again meanwhile.
         while let Some(&axis) = self.ran.last() {
             talk.stop(Selection::One(axis)).await?;
             self.ran.pop();
@@ -143,12 +142,12 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(())
     }
 
-    /// The board is left: whoever waits for it is told so.
+    /// Leaves the board: answers the requests that wait for it.
     pub fn leave(&mut self) {
         self.give_up_waiting("the board was left");
     }
 
-    /// Another board is kept from now on.
+    /// Keeps another board from now on.
     pub fn keep(&mut self, name: String) {
         self.axes.clear();
         self.ran.clear();
@@ -156,11 +155,11 @@ impl<D: KeeperDesk> Keeper<D> {
         (self.told.connected, self.told.trouble) = (false, None);
     }
 
-    /// Does what there is to do now: this job, and whatever is due. For this time at most a job may
-    /// be waited for before the next turn.
+    /// Does all work that is due: this job, and the looks. Returns how long the caller may wait for a job
+    /// before the next turn.
     ///
     /// # Errors
-    /// The conversation has ended: [`lose`](Keeper::lose) the board.
+    /// The conversation has ended: call [`lose`](Keeper::lose).
     pub async fn turn(
         &mut self,
         talk: &mut Conversation,
@@ -194,7 +193,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(Duration::try_from_secs_f64(left).unwrap_or_default())
     }
 
-    /// What other programs ask through us.
+    /// Handles the lines of other programs.
     async fn take_changes(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
         talk.pause(Duration::ZERO).await?;
         while let Some(change) = talk.next_change() {
@@ -212,7 +211,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(())
     }
 
-    /// Brakes what moves, and has the board wait for nothing from here; whether anything moves.
+    /// Brakes all moving axes, and ends the lease. Returns whether anything moved.
     ///
     /// # Errors
     /// The board is silent, or its line is gone.
@@ -227,8 +226,8 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(moving)
     }
 
-    /// Waits until everything rests that was [let go](Keeper::let_go), and answers who has waited
-    /// for that.
+    /// Waits until everything rests that was [let go](Keeper::let_go), and answers the requests that waited for
+    /// it.
     ///
     /// # Errors
     /// The board is silent, or its line is gone.
@@ -240,12 +239,12 @@ impl<D: KeeperDesk> Keeper<D> {
         self.settle(talk).await
     }
 
-    /// Whether an axis moved when it was looked at last.
+    /// Whether an axis moved at the last look.
     pub fn is_moving(&self) -> bool {
         self.axes.iter().any(|axis| axis.moving)
     }
 
-    /// Asks the board what it is.
+    /// Asks the board for its description.
     pub(crate) async fn learn(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
         let sheet = sheet::of(talk, &self.board).await?;
         let count = sheet.axes.len() as u8;
@@ -259,7 +258,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(())
     }
 
-    /// Has the board no longer brake by itself, unless somebody has to be heard of.
+    /// Ends the lease, unless an axis still needs it.
     pub(crate) async fn end_lease(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
         let travels = self.board.leases_travels;
         let is_free = |axis: &Watched| {
@@ -272,12 +271,12 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(())
     }
 
-    /// Brakes what runs for a hand that is not heard of any more.
+    /// Brakes the axes that run for a hand which is no longer heard from.
     async fn brake_lost_hands(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
         for place in 0..self.axes.len() {
             let Some(axis) = self.axes.get_mut(place) else { continue };
             let (id, hand) = (axis.id, axis.hand);
-            // A homing ends by itself: for it, who waits for the answer is there.
+            // A homing ends by itself: for it, a hand that waits for an answer counts as present.
             let homes = axis.homing.is_some();
             let is_gone = |hand: Hand| match homes {
                 true => !self.desk.is_there(hand),
@@ -297,7 +296,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(())
     }
 
-    /// The conversation has ended: everybody who waits is told, and why is returned.
+    /// Handles the end of the conversation: answers all requests that wait, and returns the reason.
     pub fn lose(&mut self, trouble: &LinkError) -> Declined {
         let what = format!("{}: {trouble}", self.board.name);
         let remedy = "look at its cable and its power; it is met again when it is back";
@@ -314,7 +313,7 @@ impl<D: KeeperDesk> Keeper<D> {
         why
     }
 
-    /// Tells what is known.
+    /// Publishes the present state.
     pub fn publish(&self) {
         let connected = self.told.connected;
         let time = self.desk.time();

@@ -1,6 +1,6 @@
-//! Keeps a stepper board for pages and programs: what may be asked of it, how that is carried out,
-//! and what is told of it. It does no I/O, and knows neither HTTP nor a browser: `stepwright serve`
-//! runs it on a thread, a page without a server as WebAssembly.
+//! Keeps a stepper board for pages and programs: which requests there are, how they are carried out, and what
+//! is reported. The crate does no I/O, and knows neither HTTP nor a browser: `stepwright serve` runs it on a
+//! thread, a page without a server runs it as WebAssembly.
 //!
 //! ```text
 //!   request, JSON ─► Wish ─► Job ─► Keeper ─► Conversation ─► Pipe ─► bytes
@@ -9,16 +9,16 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | [`request`], [`asked`] | what may be asked, checked; the same by its address |
-//! | [`decline`] | refusals: what, what is allowed, what to do |
-//! | [`report`] | what is told |
-//! | [`explain`] | what the lines of the conversation mean, and who says them ([`tap`]) |
+//! | [`request`], [`asked`] | requests, checked; the same by their address |
+//! | [`decline`] | refusals: the reason, what is allowed, the remedy |
+//! | [`report`] | reports |
+//! | [`explain`] | the meaning of the conversation's lines, which [`tap`] listens to |
 //! | [`scope`] | the pins of the last seconds, as VCD, CSV and MCAP ([`mcap`]) |
-//! | [`jobs`] | what waits to be carried out |
+//! | [`jobs`] | jobs that wait to be carried out |
 //! | [`keeper`] | looks at the axes, carries out jobs, meets a lost board again |
-//! | `orders`, `homing`, `waits` | begins orders, homes, answers when an order has ended |
-//! | `sight`, `sheet` | what is known of an axis, and of the board |
-//! | `forecast`, [`pulses`] | where an order will take an axis, and which pulses it has |
+//! | `orders`, `homing`, `waits` | begin orders, home, answer when an order has ended |
+//! | `sight`, `sheet` | the known state of an axis, and the board's description |
+//! | `forecast`, [`pulses`] | the expected course of an order, and its pulses |
 
 #![warn(missing_docs)]
 #![deny(unsafe_code)]

@@ -1,8 +1,8 @@
-//! Levels of pins over time, and what their motors do, as an MCAP file for Foxglove and PlotJuggler.
+//! The levels of pins over time, and the motion of their motors, as an MCAP file for Foxglove and PlotJuggler.
 //!
-//! A pin is a channel, its topic the name behind a slash: `/step1`. A message is a level from its
-//! log time on, in JSON with a schema: `{"level":1}`. So is an axis, `/axis1`, with a message for
-//! each step: `{"position":40,"speed":-812.5}`, in steps and steps/s.
+//! A pin is a channel, with the topic `/step1`. A message has the level from its log time on, in JSON with a
+//! schema: `{"level":1}`. An axis is a channel too, `/axis1`, with a message for each step:
+//! `{"position":40,"speed":-812.5}`, in steps and steps/s.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -11,46 +11,46 @@ use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 
-/// The schema of every message. The page's `mcap.js` has the same.
+/// The schema of the levels.
 const SCHEMA: &str = r#"{"type":"object","properties":{"level":{"type":"integer","minimum":0,"maximum":1,"description":"1 high, 0 low"}}}"#;
 
-/// The schema of what an axis does.
+/// The schema of an axis' motion.
 const MOTION: &str = r#"{"type":"object","properties":{"position":{"type":"integer","description":"steps from the beginning of the file"},"speed":{"type":"number","description":"steps/s, by the time since the step before; 0 at the first step and behind the last one of a motion"}}}"#;
 
 /// The schema of a laser's power.
 const POWER: &str = r#"{"type":"object","properties":{"power":{"type":"number","description":"of full power, from 0, off, to 1"}}}"#;
 
-/// A pause is this many times longer than the interval before it.
+/// A step counts as coming after a pause if its interval is this many times longer than the interval before.
 const PAUSE: u64 = 5;
 
-/// Writes levels as they change, from the front to the end: into a pipe, too.
+/// Writes levels as they change, from front to end, so the output may be a pipe.
 pub struct McapWriter<W: Write> {
     writer: Writer<NoSeek<W>>,
-    /// The channel of each pin.
+    /// The channels of the pins.
     pins: Vec<Channel>,
-    /// Axes by their numbers, with their channels.
+    /// The numbers of the axes, and their channels.
     axes: Vec<(u8, Channel, Motion)>,
     laser: Option<Channel>,
 }
 
-/// A channel, and its messages so far.
+/// A channel, and the number of its messages so far.
 #[derive(Clone, Copy)]
 struct Channel {
     id: u16,
     count: u32,
 }
 
-/// What an axis has done.
+/// The motion of an axis so far.
 #[derive(Clone, Copy, Default)]
 struct Motion {
     position: i64,
     forward: bool,
-    /// The last step, in ns, and the time since the one before it in the same motion.
+    /// The time of the last step in ns, and the interval before it in the same motion.
     last: Option<u64>,
     interval: Option<u64>,
 }
 
-/// What has gone wrong is of the file: nothing else here can.
+/// Every error here is one of the file.
 fn failed(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,
@@ -59,11 +59,11 @@ fn failed(error: McapError) -> io::Error {
 }
 
 impl<W: Write> McapWriter<W> {
-    /// Begins a file of pins of these names, and axes of these numbers; `words` say where their
-    /// edges are from.
+    /// Begins a file for pins of these names and axes of these numbers. `words` describe the source of the
+    /// edges.
     ///
     /// # Errors
-    /// Those of the writer; more than 65,535 pins.
+    /// Errors of the writer; more than 65,535 pins.
     pub fn new<'n>(
         out: W,
         names: impl IntoIterator<Item = &'n str>,
@@ -92,21 +92,21 @@ impl<W: Write> McapWriter<W> {
         Ok(McapWriter { writer, pins, axes, laser: None })
     }
 
-    /// From `nanos` on the pin at this place of the names has this level. A pin that is not
-    /// there is left out.
+    /// Sets the level of the pin at this place of the names, from `nanos` on. Ignores a pin that the file does
+    /// not have.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn level(&mut self, pin: usize, nanos: u64, level: bool) -> io::Result<()> {
         let Some(channel) = self.pins.get_mut(pin) else { return Ok(()) };
         let data: &[u8] = if level { br#"{"level":1}"# } else { br#"{"level":0}"# };
         channel.say(&mut self.writer, nanos, data)
     }
 
-    /// From `nanos` on the laser has this power, 0 to 1, on a channel of its own.
+    /// Sets the power of the laser, 0 to 1, from `nanos` on, on a channel of its own.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn laser(&mut self, nanos: u64, power: f64) -> io::Result<()> {
         if self.laser.is_none() {
             let schema = self.writer.add_schema("stepwright.Power", "jsonschema", POWER.as_bytes());
@@ -118,10 +118,10 @@ impl<W: Write> McapWriter<W> {
         channel.say(&mut self.writer, nanos, format!(r#"{{"power":{power:.4}}}"#).as_bytes())
     }
 
-    /// The axis of this number makes a step at `nanos`. One that is not there is left out.
+    /// Adds a step of the axis of this number at `nanos`. Ignores an axis that the file does not have.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn step(&mut self, axis: u8, nanos: u64, forward: bool) -> io::Result<()> {
         let found = self.axes.iter_mut().find(|(number, ..)| *number == axis);
         let Some((_, channel, motion)) = found else { return Ok(()) };
@@ -146,7 +146,7 @@ impl<W: Write> McapWriter<W> {
     /// Ends the file.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn finish(mut self) -> io::Result<W> {
         for (_, channel, motion) in &mut self.axes {
             if let Some((rests, data)) = motion.rest() {
@@ -176,14 +176,14 @@ impl Channel {
 }
 
 impl Motion {
-    /// Where it is, and how fast by its last interval.
+    /// The position, and the speed by the last interval.
     fn told(&self) -> String {
         let speed = self.interval.map_or(0.0, |nanos| 1e9 / nanos.max(1) as f64);
         let speed = if self.forward { speed } else { 0.0 - speed };
         format!(r#"{{"position":{},"speed":{speed:.3}}}"#, self.position)
     }
 
-    /// After its last step: when, and that it rests. Nothing of a motion of one step.
+    /// The time at which the axis rests after its last step, and the message; `None` for a motion of one step.
     fn rest(&self) -> Option<(u64, String)> {
         let rests = self.last?.saturating_add(self.interval?);
         Some((rests, Motion { interval: None, ..*self }.told()))
@@ -194,7 +194,7 @@ impl Motion {
 mod tests {
     use super::*;
 
-    /// What is told of `/axis1`, in the order of time.
+    /// The messages of `/axis1`, in order of time.
     fn told(steps: &[(u64, bool)]) -> Vec<(u64, String)> {
         let mut file = McapWriter::new(Vec::new(), ["step1"], [1], "w").unwrap();
         for (nanos, forward) in steps {
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn each_step_has_its_position_and_speed() {
-        // Two steps at 1000 a second, a pause, and one back.
+        // Two steps at 1000 steps/s, a pause, and one step back.
         let steps = [(1_000_000, true), (2_000_000, true), (50_000_000, false)];
         let right = [
             (1_000_000, r#"{"position":1,"speed":0.000}"#),

@@ -1,4 +1,4 @@
-//! Carries out what is asked for.
+//! Carries out requests.
 
 use stepwright_host::line::{NoLine, apart, furthest, shares};
 use stepwright_host::motion::{NotBegun, Start};
@@ -17,9 +17,9 @@ use crate::{Declined, Hand, Wish, forecast, homing};
 
 /// Why a wish is not carried out.
 pub enum Undone {
-    /// Who asks is told.
+    /// The caller gets the reason.
     Declined(Declined),
-    /// Who asks is told, and the conversation can't go on.
+    /// The caller gets the reason, and the conversation can't go on.
     Lost(LinkError),
 }
 
@@ -45,7 +45,7 @@ impl From<NoLine> for Undone {
     }
 }
 
-/// The steps to go from a position.
+/// The steps from a position.
 fn distance(way: Way, from: i64) -> Result<Distance, Declined> {
     let to = match way {
         Way::By(by) => return Ok(by),
@@ -60,19 +60,19 @@ fn distance(way: Way, from: i64) -> Result<Distance, Declined> {
     })
 }
 
-/// An axis that is to begin a travel.
+/// An axis and the travel that it is to begin.
 pub struct Begins {
     pub axis: AxisId,
-    /// Where it stands, if that is known.
+    /// The position at rest, if it is known.
     pub from: Option<i64>,
     pub order: Order,
 }
 
-/// The lines that were taken.
+/// The lines that the board accepted.
 pub type SaidLines = Result<Vec<Command>, Undone>;
 
 impl<D: KeeperDesk> Keeper<D> {
-    /// Does what was asked for, and answers.
+    /// Carries out a job, and answers it.
     pub(crate) async fn carry_out(
         &mut self,
         talk: &mut Conversation,
@@ -94,7 +94,7 @@ impl<D: KeeperDesk> Keeper<D> {
         };
         match done {
             Ok(lines) => {
-                // What is asked next is asked knowing what has come of this.
+                // The next request sees the result of this one.
                 self.publish();
                 let lines = lines.iter().map(ToString::to_string).collect();
                 self.answer(job, lines);
@@ -114,7 +114,7 @@ impl<D: KeeperDesk> Keeper<D> {
         }
     }
 
-    /// The axis that a wish is about.
+    /// The axis of a wish.
     pub(crate) fn axis(&mut self, axis: AxisId) -> Result<&mut Watched, Undone> {
         let count = self.axes.len();
         let number = axis.number();
@@ -162,7 +162,7 @@ impl<D: KeeperDesk> Keeper<D> {
         let begins = |(axis, order)| Begins { axis, from: place(axis), order };
         let begins: Vec<_> = orders.into_iter().map(begins).collect();
         let begun = self.start(talk, &begins, None).await?;
-        // Also of one that stands at its target.
+        // Also for an axis that is already at its target.
         for (axis, _, target) in goes {
             self.axis(axis)?.target = Some(target);
         }
@@ -185,7 +185,7 @@ impl<D: KeeperDesk> Keeper<D> {
         self.start(talk, &[Begins { axis, from: Some(from), order }], Some(hand)).await
     }
 
-    /// That an axis rests that is to move.
+    /// Checks that an axis which is to move rests.
     pub(crate) async fn rests(
         &mut self,
         talk: &mut Conversation,
@@ -200,7 +200,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(self.ended(talk, axis).await?)
     }
 
-    /// Where an axis stands that is to move.
+    /// The position of an axis that is to move.
     async fn stands_at(&mut self, talk: &mut Conversation, axis: AxisId) -> Result<i64, Undone> {
         self.rests(talk, axis, "wait, stop it, or retarget it").await?;
         talk.rest_position(axis).await?.ok_or_else(|| {
@@ -210,7 +210,7 @@ impl<D: KeeperDesk> Keeper<D> {
         })
     }
 
-    /// Starts axes that stand still, together.
+    /// Starts axes that rest, together.
     async fn start(
         &mut self,
         talk: &mut Conversation,
@@ -219,7 +219,7 @@ impl<D: KeeperDesk> Keeper<D> {
     ) -> SaidLines {
         let begun = self.set_off(talk, begins, hand).await?;
         for one in begins {
-            // A homing that has failed is past.
+            // A homing that has failed is no longer reported.
             let watched = self.axis(one.axis)?;
             watched.home = watched.home.take().filter(|home| home.stage == "done");
         }
@@ -229,7 +229,7 @@ impl<D: KeeperDesk> Keeper<D> {
         }
     }
 
-    /// Starts axes that stand still, together; the lines, or why none did start.
+    /// Starts axes that rest, together. Returns the lines, or why none has started.
     pub(crate) async fn set_off(
         &mut self,
         talk: &mut Conversation,
@@ -264,7 +264,7 @@ impl<D: KeeperDesk> Keeper<D> {
             }
             Err(not) => return Ok(Err(not)),
         }
-        // E was answered just now; the lines before it took their time.
+        // E was answered just now; the lines before it took some time.
         let began = self.desk.time();
         for Begins { axis, from, order } in begins {
             let watched = self.axis(*axis)?;
@@ -284,7 +284,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(Ok(lines))
     }
 
-    /// That the board follows the limit of jerk, if the order has one.
+    /// Checks that the board keeps the jerk limit, if the order has one.
     async fn can_bend(&self, talk: &mut Conversation, order: &Order) -> Result<(), Undone> {
         let name = &self.board.name;
         let (what, remedy) = match talk.no_curves(order).await? {
@@ -325,7 +325,7 @@ impl<D: KeeperDesk> Keeper<D> {
                 Some(distance(Way::To(to), from)?)
             }
         };
-        // The ramps first: the speed and the target are to be reached by them.
+        // The ramps first: the new speed and target use them.
         let top = change.top.and_then(Command::top);
         let slopes = [change.up.map(Command::Accel), change.down.map(Command::Decel)];
         let rest = [top, target.map(Command::Retarget)];
@@ -365,7 +365,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(vec![Command::Kill])
     }
 
-    /// From here on these axes need nobody: they end by themselves.
+    /// These axes end by themselves from here on, and need no hand.
     fn leave_alone(&mut self, axes: Selection) {
         for axis in self.axes.iter_mut().filter(|axis| axes.contains(axis.id) && axis.moving) {
             axis.hand = None;
@@ -374,7 +374,7 @@ impl<D: KeeperDesk> Keeper<D> {
     }
 
     async fn zero(&mut self, talk: &mut Conversation, axis: AxisId) -> SaidLines {
-        // How its order ended is told by the positions that it was given in.
+        // An order's end is reported in the positions in which the order was given.
         self.rests(talk, axis, "wait, or stop it").await?;
         let lines = self.say(talk, Command::Zero(axis)).await?;
         let watched = self.axis(axis)?;
@@ -400,7 +400,7 @@ impl<D: KeeperDesk> Keeper<D> {
     }
 }
 
-/// That an axis travels: at rest the board would keep a change for later.
+/// Checks that an axis travels: at rest the board would keep a change for later.
 async fn on_its_way(talk: &mut Conversation, axis: AxisId) -> Result<(), Undone> {
     if talk.is_busy(Selection::One(axis)).await? {
         return Ok(());

@@ -1,5 +1,5 @@
-//! The pulses that a board was ordered to make: all that is known of its pins where only a
-//! line leads to it.
+//! The pulses that a board was ordered to make: all that is known about the pins of a board at the end of a
+//! line.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -9,19 +9,19 @@ use stepwright_protocol::{Direction, Distance, Order, Travel};
 
 use crate::scope::{LONGEST, ScopeRecord, ScopeSignal, ScopeSource};
 
-/// Ticks in a second of a record.
+/// Ticks per second of a record.
 const HZ: u32 = 1_000_000;
 
-/// Pulses of an axis in a record, at most; it begins later if there are more.
+/// The most pulses of an axis in a record; a record with more begins later.
 const MOST: usize = 50_000;
 
-/// Travels that are kept.
+/// The most travels that are kept.
 const KEPT: usize = 64;
 
 const WORDS: &str = "the pulses as they were planned, from the moment of the order: the edges \
                      on this board's pins are not seen by its line";
 
-/// What the axes were ordered to do.
+/// The orders of the axes.
 #[derive(Default)]
 pub struct PlannedPins(Mutex<Plans>);
 
@@ -43,7 +43,7 @@ struct PlannedTravel {
 }
 
 impl PlannedTravel {
-    /// Its pulses between two times, in µs, the last `MOST` of them.
+    /// The pulses between two times, in µs; the last `MOST` of them.
     fn pulses(&self, from: f64, to: f64) -> Vec<u64> {
         let count = self.course.pulses();
         let first = |time: f64| {
@@ -67,17 +67,17 @@ fn micros(seconds: f64) -> u64 {
 
 impl PlannedPins {
     fn plans(&self) -> MutexGuard<'_, Plans> {
-        // Nothing here is changed by halves.
+        // No change can panic half-way.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Of a board with this number of axes, whose STEP stays high for this many µs.
+    /// Sets the number of axes, and how long STEP stays high, in µs.
     pub fn describe(&self, axes: u8, pulse: u32) {
         let mut plans = self.plans();
         (plans.axes, plans.pulse) = (axes, pulse.max(1).into());
     }
 
-    /// An axis begins with this order, at this time in s since the server began.
+    /// Notes that an axis begins this order, at this time in s since the server began.
     pub fn begin(&self, axis: u8, order: &Order, begin: f64) {
         let far = |way| Travel::By(Distance::new(if way { i32::MAX } else { -i32::MAX }));
         let (forward, travel) = match order.travel {
@@ -106,7 +106,7 @@ impl ScopeSource for PlannedPins {
             let travels = plans.travels.iter().filter(move |travel| travel.axis == axis);
             travels.map(move |travel| (travel, travel.pulses(from, now)))
         };
-        // Where an axis has made too many, everything begins later.
+        // If an axis has made too many pulses, the whole record begins later.
         for axis in 1..=plans.axes {
             let times: Vec<u64> = of(axis, from).flat_map(|(_, pulses)| pulses).collect();
             if let Some(time) = times.len().checked_sub(MOST).and_then(|n| times.get(n)) {
@@ -155,7 +155,7 @@ mod tests {
     use stepwright::{Accel, Speed};
     use stepwright_protocol::Ramp;
 
-    /// From its first step on it has this speed.
+    /// The travel has this speed from its first step on.
     fn order(travel: Travel) -> Order {
         let (up, speed) = (Ramp::Accel(Accel::from_steps(1000).unwrap()), Speed::from_steps(100));
         let speed = speed.unwrap();
@@ -181,7 +181,7 @@ mod tests {
         let names: Vec<_> = record.signals.iter().map(|signal| signal.name.as_str()).collect();
         assert_eq!(names, ["step1", "dir1", "step2", "dir2"]);
         assert!(record.signals[0].edges.is_empty());
-        // Each 10 ms, of the second travel those that were due.
+        // One each 10 ms; of the second travel only those that were due.
         let rises: Vec<_> = times(&record.signals[2]).into_iter().step_by(2).collect();
         assert_eq!(rises, [485_000, 495_000, 505_000, 985_000, 995_000]);
         assert_eq!(record.signals[2].edges[1], 2);
@@ -196,7 +196,7 @@ mod tests {
         pins.begin(1, &order(Travel::Endless(Direction::Backward)), 1.0);
         pins.unplan(1, 1.095);
         assert_eq!(pins.record(10.0, 9.0).signals[0].edges.len(), 2 * 10);
-        // A fast one for long: the record begins later, and is whole from there on.
+        // A fast, long run: the record begins later, and is complete from there on.
         let fast = Speed::from_steps(20_000).unwrap();
         let fast = Order { start: fast, top: fast, ..order(Travel::Endless(Direction::Forward)) };
         pins.begin(1, &fast, 10.0);

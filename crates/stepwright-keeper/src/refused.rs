@@ -1,4 +1,4 @@
-//! Why a board refused a line, and what can be done about it.
+//! Why a board refused a line, and the remedy.
 
 use stepwright_host::motion::NotBegun;
 use stepwright_host::settings::{STEEPEST, behind};
@@ -9,7 +9,7 @@ use crate::Declined;
 use crate::keeper::{Keeper, KeeperDesk};
 use crate::orders::Undone;
 
-/// What can be done where no setting is behind a refusal.
+/// The remedy, where no setting causes the refusal.
 fn remedy(why: Refusal, max: Option<u32>) -> Option<String> {
     Some(match why {
         Refusal::TooFast => {
@@ -47,7 +47,7 @@ impl<D: KeeperDesk> Keeper<D> {
         }))
     }
 
-    /// Why an order was not begun that has moved nothing.
+    /// Why an order that has moved nothing was not begun.
     pub(crate) async fn not_begun(&self, talk: &mut Conversation, not: NotBegun) -> Undone {
         let name = &self.board.name;
         match not {

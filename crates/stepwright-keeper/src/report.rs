@@ -1,24 +1,24 @@
-//! What the server tells, as JSON.
+//! Reports of the server, as JSON.
 
 use serde::Serialize;
 
 use crate::request::home::HomeReport;
 
-/// What the board is: `GET /api/board`.
+/// The board's description: `GET /api/board`.
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct BoardSheet {
-    /// What to call it: its port, or `the virtual board`.
+    /// The name of the board: its port, or `the virtual board`.
     pub name: String,
     /// The version of its protocol.
     pub protocol: Option<String>,
     /// What it can do: `jerk`, `safety`, `sum`, …
     pub can: Vec<&'static str>,
-    /// The fastest it steps one axis, in steps/s.
+    /// The highest speed of one axis, in steps/s.
     pub max_speed: Option<u32>,
     /// Its axes.
     pub axes: Vec<AxisSheet>,
-    /// Its settings; none of a board that has none.
+    /// Its settings; empty if the board has none.
     pub settings: Vec<SettingSheet>,
     /// The machine file that was read when the server started.
     pub machine: Option<MachineSheet>,
@@ -30,7 +30,7 @@ pub struct BoardSheet {
 pub struct MachineSheet {
     /// Its path.
     pub file: String,
-    /// What stands in it.
+    /// Its values.
     pub values: Vec<MachineValue>,
 }
 
@@ -38,28 +38,28 @@ pub struct MachineSheet {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct MachineValue {
-    /// The axis that it is of; none for the board's own.
+    /// The axis; none for a value of the board itself.
     pub axis: Option<u8>,
-    /// Its name there.
+    /// The name in the file.
     pub name: &'static str,
-    /// What stands there, with its unit.
+    /// The value with its unit.
     pub value: String,
 }
 
-/// What an axis is.
+/// The description of an axis.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct AxisSheet {
     /// Its number, from 1.
     pub axis: u8,
-    /// The unit that its position is shown in: `steps`, `mm` or `deg`.
+    /// The unit of its position: `steps`, `mm` or `deg`.
     pub unit: &'static str,
-    /// Steps of one such unit.
+    /// Steps per unit.
     pub steps_per_unit: f64,
-    /// Whether the board looks at a limit switch of this axis.
+    /// Whether the board watches a limit switch of this axis.
     pub switch: bool,
-    /// How far that switch may be, in steps: `home-within` of the machine file. Without it a
-    /// homing has to say `within`.
+    /// How far that switch may be, in steps: `home-within` of the machine file. Without it a homing needs
+    /// `within`.
     pub home_within: Option<u32>,
 }
 
@@ -69,21 +69,21 @@ pub struct AxisSheet {
 pub struct SettingSheet {
     /// Its name, the same everywhere.
     pub name: &'static str,
-    /// Its number.
+    /// Its value.
     pub value: u32,
-    /// What a board has that nobody has set up.
+    /// The default of a board that was never set up.
     pub default: u32,
-    /// The smallest number.
+    /// The smallest value.
     pub min: u32,
-    /// The largest number.
+    /// The largest value.
     pub max: u32,
-    /// The unit of its number; empty for a switch or a set of axes.
+    /// The unit of the value; empty for a switch or a set of axes.
     pub unit: &'static str,
     /// What it does.
     pub help: &'static str,
 }
 
-/// What the board does: `GET /api/state`, and frames of `/api/live`.
+/// The state of the board: `GET /api/state`, and frames of `/api/live`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct LiveState {
@@ -91,31 +91,31 @@ pub struct LiveState {
     pub time: f64,
     /// Whether the board answers.
     pub connected: bool,
-    /// Why it does not, and what can be done.
+    /// Why it does not answer, and the remedy.
     pub trouble: Option<Trouble>,
     /// Its axes.
     pub axes: Vec<LiveAxis>,
-    /// Steps that came late since the last acknowledgement.
+    /// The number of late steps since the last acknowledgement.
     pub late: u32,
-    /// Lines that the board has refused since then.
+    /// The number of lines that the board has refused since the last acknowledgement.
     pub refused: u32,
-    /// What has gone wrong since then.
+    /// The errors since the last acknowledgement.
     pub errors: Vec<Reason>,
-    /// Who controls, if anyone.
+    /// Who has control, if anyone.
     pub control: Option<Controller>,
-    /// Counts the times that the board was met, or a setting changed: `GET /api/board` again.
+    /// Counts how often the board was met or a setting changed: ask `GET /api/board` again.
     pub sheet: u64,
 }
 
-/// What an axis does.
+/// The state of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct LiveAxis {
     /// Its number, from 1.
     pub axis: u8,
-    /// Where it is, in steps; nothing if that is not known.
+    /// Its position, in steps; nothing if that is unknown.
     pub position: Option<i64>,
-    /// When that was, in seconds since the server began.
+    /// The time of the position, in seconds since the server began.
     pub time: f64,
     /// Its speed over the last tenth of a second, in steps/s.
     pub speed: f64,
@@ -123,12 +123,11 @@ pub struct LiveAxis {
     pub moving: bool,
     /// `ready`, `busy` or `uncertain`.
     pub state: &'static str,
-    /// What has stopped it before the end of its order.
+    /// What stopped it before the end of its order.
     pub stop: Option<Reason>,
-    /// Its homing, if it is being homed, or was.
+    /// Its present or last homing.
     pub home: Option<HomeReport>,
-    /// Counts the times that another place was called 0: positions from before it are not
-    /// to be compared with those after.
+    /// Counts how often another place was made 0: positions from before and after can't be compared.
     pub origin: u32,
 }
 
@@ -148,20 +147,20 @@ pub struct Reason {
 pub struct Trouble {
     /// What happened.
     pub what: String,
-    /// What can be done about it.
+    /// The remedy.
     #[serde(rename = "do")]
     pub remedy: Option<String>,
 }
 
-/// Who controls.
+/// Who has control.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct Controller {
-    /// Its number: control that is given again has another one.
+    /// The number of the hand: control that is given again has another number.
     pub hand: u64,
     /// Its name.
     pub name: String,
-    /// Whether it was heard of a moment ago.
+    /// Whether it was heard from recently.
     pub live: bool,
 }
 
@@ -171,51 +170,51 @@ pub struct Controller {
 pub struct ControlGiven {
     /// The number of this hand.
     pub hand: u64,
-    /// The word that orders need, in the header `Stepwright-Control`.
+    /// The key that orders need, in the header `Stepwright-Control`.
     pub key: String,
-    /// A run without end brakes after this much silence, in ms. A beat over `/api/live`,
-    /// an order or `POST /api/control/beat` ends a silence.
+    /// An endless run brakes after this much silence, in ms. A beat over `/api/live`, an order or `POST
+    /// /api/control/beat` ends a silence.
     pub lease_ms: u32,
 }
 
-/// What has become of an order.
+/// The result of an order.
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct Done {
-    /// The lines that the board has taken.
+    /// The lines that the board has accepted.
     pub lines: Vec<String>,
-    /// How the order has ended, in an answer that has waited for that.
+    /// How the order has ended, if the request has waited for the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ended: Option<OrderEnd>,
 }
 
-/// How an order has ended: of a request with `?wait=true`.
+/// How an order has ended: for a request with `?wait=true`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct OrderEnd {
-    /// `reached`: every axis rests where it was ordered to, or is homed. `stopped`: one rests
-    /// elsewhere. `uncertain`: it is not known where one is.
+    /// `reached`: every axis rests at its target, or is homed. `stopped`: an axis rests elsewhere. `uncertain`:
+    /// the position of an axis is unknown.
     pub outcome: &'static str,
-    /// The same for people, with the reason.
+    /// The outcome in words, with the reason.
     pub words: String,
-    /// What can be done about it.
+    /// The remedy.
     #[serde(rename = "do", skip_serializing_if = "Option::is_none")]
     pub remedy: Option<String>,
     /// The axes of the order.
     pub axes: Vec<AxisEnd>,
 }
 
-/// Where an axis has ended.
+/// The end of an axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct AxisEnd {
     /// Its number, from 1.
     pub axis: u8,
-    /// Where it rests, in steps; nothing if that is not known.
+    /// Its position at rest, in steps; nothing if that is unknown.
     pub position: Option<i64>,
-    /// Where it was ordered to, by the last retarget; nothing of a homing.
+    /// Its target, from the last retarget; nothing for a homing.
     pub target: Option<i64>,
-    /// What has stopped it before the end of its order.
+    /// What stopped it before the end of its order.
     pub stop: Option<Reason>,
 }
 
@@ -225,49 +224,49 @@ pub struct AxisEnd {
 pub struct Exchange {
     /// Seconds since the server began.
     pub time: f64,
-    /// What was said.
+    /// The line.
     pub line: String,
-    /// What that means.
+    /// The meaning of the line.
     pub means: String,
     /// The answer, if one came.
     pub answer: Option<String>,
-    /// What that means.
+    /// The meaning of the answer.
     pub answer_means: String,
-    /// Whether the line asks something, and changes nothing.
+    /// Whether the line only asks, and changes nothing.
     pub question: bool,
 }
 
-/// Where an axis is to be, from an order on: what its law says.
+/// The expected course of an axis under an order, from its law.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct PlannedCurve {
-    /// Which axis.
+    /// The axis.
     pub axis: u8,
-    /// When the order was taken, in seconds since the server began.
+    /// When the order was accepted, in seconds since the server began.
     pub begin: f64,
-    /// Seconds from there.
+    /// The times of the points, in seconds from `begin`.
     pub seconds: Vec<f64>,
-    /// Where the axis is then, in steps.
+    /// The positions at these times, in steps.
     pub position: Vec<f64>,
-    /// Its speed then, in steps/s, + forward.
+    /// The speeds at these times, in steps/s, positive forward.
     pub speed: Vec<f64>,
 }
 
-/// How a run goes on: `GET /api/path`, and frames of `/api/live`.
+/// The progress of a run: `GET /api/path`, and frames of `/api/live`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct PathReport {
-    /// What messages call the file.
+    /// The name of the file in messages.
     pub name: String,
-    /// The same for the same text: that of its drawing.
+    /// An identifier of the file's text, the same as that of its drawing.
     pub id: String,
-    /// `running`, `held` from a hold on, `braking` after a stop, then `done`, `stopped`, `killed` or `failed`.
+    /// `running`, `held` after a hold, `braking` after a stop, then `done`, `stopped`, `killed` or `failed`.
     pub state: &'static str,
     /// The time that was played, in s.
     pub seconds: f64,
-    /// Where each motor is then.
+    /// The positions of the motors at that time.
     pub places: Vec<i64>,
-    /// Why it has failed, and what can be done.
+    /// Why it has failed, and the remedy.
     pub trouble: Option<Trouble>,
 }
 
@@ -276,26 +275,26 @@ pub struct PathReport {
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(tag = "type", rename_all = "lowercase")]
 pub enum LiveMessage {
-    /// What the board does: up to 50 a second while an axis moves.
+    /// The state of the board: up to 50 a second while an axis moves.
     State(LiveState),
-    /// What was said to the board.
+    /// A line to the board, and its answer.
     Line(Exchange),
-    /// What an axis is going to do.
+    /// The expected course of an axis.
     Plan(PlannedCurve),
-    /// How the run of a path goes on: some 50 a second.
+    /// The progress of a path's run: some 50 a second.
     Path(PathReport),
-    /// Something that people should know.
+    /// A note for users.
     Note {
-        /// When, in seconds since the server began.
+        /// The time, in seconds since the server began.
         time: f64,
-        /// What.
+        /// The note.
         text: String,
     },
-    /// The travel of this axis was changed: its plan holds no longer.
+    /// The travel of this axis was changed: its plan is no longer valid.
     Unplanned {
-        /// Which axis.
+        /// The axis.
         axis: u8,
-        /// When, in seconds since the server began.
+        /// The time, in seconds since the server began.
         time: f64,
     },
 }

@@ -1,7 +1,7 @@
-//! What may be asked, as JSON; and the same, checked, as the board's thread gets it.
+//! The requests, as JSON; and the same requests, checked, as the board's thread gets them.
 //!
-//! Unknown fields, missing ones and values outside their range are declined here, so that
-//! a [`Wish`] can be carried out as far as only the board can tell.
+//! Unknown fields, missing fields and values outside their range are declined here. Only the board can refuse a
+//! [`Wish`].
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -19,57 +19,57 @@ pub mod line;
 
 pub use home::HomeLimits;
 
-/// One who gives orders, by number; each is another one.
+/// The number of a client that gives orders; no two clients have the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hand(pub u64);
 
 /// What the board is to do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wish {
-    /// Travel so far, or to a position.
+    /// Travel by a distance, or to a position.
     Travel(AxisId, Way, Limits),
-    /// Several axes together along a straight line; each of them once, the first one first.
+    /// Several axes together along a straight line; each axis once, the lowest first.
     Line(Vec<(AxisId, Way)>, Limits),
-    /// Run without end, as long as this hand is heard of.
+    /// Run endlessly, as long as this hand is heard from.
     Run(AxisId, Direction, Limits, Hand),
-    /// Find 0 by the limit switch, as long as this hand is heard of.
+    /// Find 0 by the limit switch, as long as this hand is heard from.
     Home(AxisId, HomeLimits, Hand),
     /// Change the travel on its way.
     Retarget(AxisId, TravelChange),
     /// Brake; the position is kept.
     Stop(Selection),
-    /// Stop dead; the position of an axis that moves is lost.
+    /// Stop at once; the position of an axis that moves is lost.
     Kill,
-    /// The place where this axis stands is 0.
+    /// Make the present position of this axis 0.
     Zero(AxisId),
-    /// A setting of the board.
+    /// Change a setting of the board.
     Set(Value),
-    /// Forget what has gone wrong.
+    /// Forget all errors.
     Acknowledge,
 }
 
 impl Wish {
-    /// Whether it ends motion, and so goes before whatever waits.
+    /// Whether the wish ends a motion, and so goes before all others.
     pub fn is_urgent(&self) -> bool {
         matches!(self, Wish::Stop(_) | Wish::Kill)
     }
 
-    /// Whether a motor moves by it that has rested.
+    /// Whether the wish starts a motor that rests.
     pub fn starts(&self) -> bool {
         matches!(self, Wish::Travel(..) | Wish::Line(..) | Wish::Run(..) | Wish::Home(..))
     }
 }
 
-/// How far.
+/// A distance or a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// From where the axis stands, in steps.
+    /// From the present position, in steps.
     By(Distance),
     /// To this position, in steps.
     To(i64),
 }
 
-/// How fast, and how it gets there.
+/// The speeds and ramps of a travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     start: Speed,
@@ -85,10 +85,10 @@ impl Limits {
         self.top
     }
 
-    /// The order of a travel, as the line carries it.
+    /// The order of a travel, as the serial line can send it.
     ///
     /// # Errors
-    /// No line can say it: an acceleration below 1 step/s².
+    /// The line can't send it: an acceleration is below 1 step/s².
     pub fn order(&self, travel: Travel) -> Result<Order, Declined> {
         let Limits { start, top, jerk, .. } = *self;
         let (up, down) = (Ramp::Accel(self.up), Ramp::Accel(self.down));
@@ -100,7 +100,7 @@ impl Limits {
 /// Other limits, or another target, for a travel on its way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TravelChange {
-    /// Where it is to end.
+    /// The new end.
     pub way: Option<Way>,
     /// Speed between the ramps.
     pub top: Option<Speed>,
@@ -115,18 +115,18 @@ pub struct TravelChange {
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MoveRequest {
-    /// Which axis, from 1.
+    /// The axis, from 1.
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 8, example = 1))]
     axis: u8,
-    /// How far from where it stands, in steps; negative is backward.
+    /// The distance from the present position, in steps; negative is backward.
     #[cfg_attr(feature = "http", schema(minimum = -2147483648i64, maximum = 2147483647, example = 4000))]
     by: Option<i64>,
-    /// Where to, in steps. Either this or `by`.
+    /// The target position, in steps. Either this or `by`.
     to: Option<i64>,
     /// Speed between the ramps, in steps/s: 0.001 to 1000000 [default: 1000].
     #[cfg_attr(feature = "http", schema(minimum = 0.001, maximum = 1_000_000))]
     top_speed: Option<f64>,
-    /// Speed that the motor jumps to from rest, and stops from, in steps/s [default: 50].
+    /// Speed that the motor reaches from rest in one step, and stops from, in steps/s [default: 50].
     #[cfg_attr(feature = "http", schema(minimum = 0, maximum = 1_000_000))]
     start_speed: Option<f64>,
     /// Acceleration in steps/s²: 1 to 100000000 [default: up to the top speed in 0.4 s].
@@ -135,20 +135,20 @@ pub struct MoveRequest {
     /// Deceleration, if it differs from the acceleration.
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 100_000_000))]
     decel: Option<f64>,
-    /// How fast the acceleration comes and goes, in steps/s³ [default: at once].
+    /// The jerk limit, in steps/s³ [default: none].
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 4_000_000_000i64))]
     jerk: Option<f64>,
 }
 
-/// `POST /api/run`: on and on, as long as the one who asks is heard of.
+/// `POST /api/run`: runs endlessly, as long as the client is heard from.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RunRequest {
-    /// Which axis, from 1.
+    /// The axis, from 1.
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 8, example = 1))]
     axis: u8,
-    /// How fast, in steps/s; negative is backward. Not 0.
+    /// The speed, in steps/s; negative is backward. Not 0.
     #[cfg_attr(feature = "http", schema(minimum = -1_000_000, maximum = 1_000_000, example = 400))]
     speed: f64,
     /// As in a move.
@@ -165,18 +165,18 @@ pub struct RunRequest {
     jerk: Option<f64>,
 }
 
-/// `POST /api/retarget`: another mind for a motor on its way.
+/// `POST /api/retarget`: changes a travel on its way.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RetargetRequest {
-    /// Which axis, from 1.
+    /// The axis, from 1.
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 8, example = 1))]
     axis: u8,
-    /// Where it is to end, in steps from where the travel began.
+    /// The new end, in steps from where the travel began.
     #[cfg_attr(feature = "http", schema(minimum = -2147483647, maximum = 2147483647))]
     by: Option<i64>,
-    /// Where it is to end, as a position. Either this or `by`, or neither.
+    /// The new end, as a position. Either this or `by`, or neither.
     to: Option<i64>,
     /// Speed between the ramps, in steps/s.
     #[cfg_attr(feature = "http", schema(minimum = 0.001, maximum = 1_000_000))]
@@ -189,22 +189,22 @@ pub struct RetargetRequest {
     decel: Option<f64>,
 }
 
-/// `POST /api/stop`: brake, and keep the position.
+/// `POST /api/stop`: brakes, and keeps the position.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct StopRequest {
-    /// Only this axis; all of them without it.
+    /// Only this axis; all axes without it.
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 8))]
     axis: Option<u8>,
 }
 
-/// `POST /api/zero`: the place where an axis stands is 0.
+/// `POST /api/zero`: makes the present position of an axis 0.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ZeroRequest {
-    /// Which axis, from 1.
+    /// The axis, from 1.
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 8, example = 1))]
     axis: u8,
 }
@@ -214,35 +214,35 @@ pub struct ZeroRequest {
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SetRequest {
-    /// Its name: `GET /api/board` lists them with their ranges.
+    /// The name of the setting: `GET /api/board` lists the settings with their ranges.
     #[cfg_attr(feature = "http", schema(example = "idle-ms"))]
     name: String,
-    /// Its number, a whole one.
+    /// The value, a whole number.
     #[cfg_attr(feature = "http", schema(value_type = u32, example = 60000))]
     value: f64,
 }
 
-/// A request without anything to say: `{}`.
+/// A request without fields: `{}`.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct EmptyRequest {}
 
-/// `POST /api/control`: to be the one who moves the motors.
+/// `POST /api/control`: asks for control of the motors.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ControlRequest {
-    /// What others see, at most 40 characters.
+    /// The name that others see, at most 40 characters.
     #[serde(default)]
     pub name: String,
-    /// Also from another one who is heard of.
+    /// Whether to take control from another client that is still heard from.
     #[serde(default)]
     pub take_over: bool,
 }
 
 impl MoveRequest {
-    /// The travel.
+    /// The wish for the travel.
     ///
     /// # Errors
     /// A value outside its range, or neither or both of `by` and `to`.
@@ -258,7 +258,7 @@ impl MoveRequest {
 }
 
 impl RunRequest {
-    /// The run of this hand.
+    /// The wish for the run of this hand.
     ///
     /// # Errors
     /// A value outside its range.
@@ -271,7 +271,7 @@ impl RunRequest {
 }
 
 impl RetargetRequest {
-    /// The change.
+    /// The wish for the change.
     ///
     /// # Errors
     /// A value outside its range, or nothing to change.
@@ -297,7 +297,7 @@ impl RetargetRequest {
 }
 
 impl StopRequest {
-    /// The stop.
+    /// The wish for the stop.
     ///
     /// # Errors
     /// There is no such axis.
@@ -310,7 +310,7 @@ impl StopRequest {
 }
 
 impl ZeroRequest {
-    /// The zero.
+    /// The wish for the new 0.
     ///
     /// # Errors
     /// There is no such axis.
@@ -320,7 +320,7 @@ impl ZeroRequest {
 }
 
 impl SetRequest {
-    /// The setting.
+    /// The wish for the setting.
     ///
     /// # Errors
     /// No setting has this name, or its number is outside its range.
@@ -344,13 +344,13 @@ const START: RangeInclusive<f64> = 0.0..=1e6;
 const ACCEL: RangeInclusive<f64> = 1.0..=1e8;
 const JERK: RangeInclusive<f64> = 1.0..=4e9;
 
-/// From the start speed to the top speed, where no acceleration is given, in s.
+/// The time from the start speed to the top speed if no acceleration is given, in s.
 const RISE: f64 = 0.4;
 
-/// Digits of a number that is said again, at most: none that is allowed has more.
+/// The most digits of a number in an answer; no valid number has more.
 const LONGEST: usize = 24;
 
-/// Why a number is declined that is outside its range.
+/// Declines a number that is outside its range.
 pub fn outside(
     number: impl Display,
     name: &str,
@@ -392,7 +392,7 @@ pub(crate) fn way(by: Option<i64>, to: Option<i64>) -> Result<Option<Way>, Decli
     }
 }
 
-/// A number of this range in thousandths, rounded.
+/// A number within this range in thousandths, rounded.
 fn thousandths(
     number: f64,
     name: &str,

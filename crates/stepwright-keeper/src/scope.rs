@@ -1,5 +1,5 @@
-//! STEP and DIR, or coils, and enable of the last seconds, as a logic analyser has them; and as a
-//! file: VCD, CSV, MCAP.
+//! STEP and DIR, or coils, and enable of the last seconds, as a logic analyser shows them; and as a file: VCD,
+//! CSV, MCAP.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -12,28 +12,28 @@ use crate::mcap::McapWriter;
 /// The most seconds that are kept.
 pub const LONGEST: f64 = 10.0;
 
-/// Where edges come from.
+/// A source of edges.
 pub trait ScopeSource: Send + Sync {
-    /// The edges of the last seconds; it is `now`, in seconds since the server began.
+    /// The edges of the last seconds up to `now`, in seconds since the server began.
     fn record(&self, seconds: f64, now: f64) -> ScopeRecord;
 
-    /// From this time on, in seconds since the server began, the plan of an axis holds no
-    /// longer: for a source that knows no more than plans.
+    /// The plan of an axis is no longer valid from this time on, in seconds since the server began. For a
+    /// source that knows plans only.
     fn unplan(&self, _axis: u8, _time: f64) {}
 }
 
-/// What was seen of a board's pins.
+/// The recorded levels of a board's pins.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct ScopeRecord {
-    /// `pins`: the edges themselves, of a virtual board. `plan`: the pulses that were planned,
-    /// where only a line leads to the board.
+    /// `pins`: the edges themselves, of a virtual board. `plan`: the planned pulses of a board at the end of a
+    /// line.
     #[cfg_attr(feature = "http", schema(value_type = String))]
     pub source: Cow<'static, str>,
-    /// The same for people.
+    /// The source in words.
     #[cfg_attr(feature = "http", schema(value_type = String))]
     pub words: Cow<'static, str>,
-    /// Ticks in a second of the times below.
+    /// Ticks per second of the times below.
     pub hz: u32,
     /// When the record begins, in ticks of the board's clock.
     pub begin: u64,
@@ -49,26 +49,26 @@ pub struct ScopeRecord {
 pub struct ScopeSignal {
     /// Its name: `step1`, `dir1`, `coil1a`, `enable`.
     pub name: String,
-    /// The axis that it belongs to, if it is of one.
+    /// The axis of the pin, if it has one.
     pub axis: Option<u8>,
     /// `step`, `dir`, `coil` or `enable`.
     #[cfg_attr(feature = "http", schema(value_type = String))]
     pub pin: Cow<'static, str>,
-    /// Its level when the record begins, if that is known.
+    /// Its level at the beginning of the record, if that is known.
     pub level: Option<bool>,
-    /// The ticks from the beginning to the first edge, and from each edge to the next: the
-    /// level changes at every one.
+    /// The ticks from the beginning to the first edge, and from each edge to the next. The level changes at
+    /// each edge.
     pub edges: Vec<u64>,
 }
 
 impl ScopeSignal {
-    /// A pin whose edges follow.
+    /// A pin without edges.
     pub fn new(axis: Option<u8>, pin: &'static str) -> ScopeSignal {
         let name = axis.map_or_else(|| pin.to_owned(), |axis| format!("{pin}{axis}"));
         ScopeSignal { name, axis, pin: pin.into(), level: None, edges: Vec::new() }
     }
 
-    /// Its edges from the beginning of the record: when, in ticks, and the level after each.
+    /// Its edges: the time in ticks from the beginning of the record, and the level after the edge.
     fn changes(&self) -> impl Iterator<Item = (u64, bool)> + '_ {
         let mut time = 0;
         let mut level = self.level.unwrap_or_default();
@@ -80,7 +80,7 @@ impl ScopeSignal {
     }
 }
 
-/// A file of a record.
+/// A file format for a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScopeFile {
     /// A Value Change Dump.
@@ -92,7 +92,7 @@ pub enum ScopeFile {
 }
 
 impl ScopeFile {
-    /// The file whose name ends so: `vcd`, `csv`, `mcap`.
+    /// The file format with this ending: `vcd`, `csv`, `mcap`.
     pub fn named(ending: &str) -> Option<ScopeFile> {
         Some(match ending {
             "vcd" => ScopeFile::Vcd,
@@ -102,7 +102,7 @@ impl ScopeFile {
         })
     }
 
-    /// Its bytes.
+    /// The bytes of the file.
     ///
     /// # Errors
     /// More pins than MCAP has channels.
@@ -115,7 +115,7 @@ impl ScopeFile {
     }
 }
 
-/// All edges in order of time: when, in ticks from the beginning; which signal; its level.
+/// All edges in order of time: ticks from the beginning, the number of the signal, and its level.
 fn merged(record: &ScopeRecord) -> Vec<(u64, usize, bool)> {
     let signals = record.signals.iter().enumerate();
     let edges =
@@ -125,9 +125,9 @@ fn merged(record: &ScopeRecord) -> Vec<(u64, usize, bool)> {
     edges
 }
 
-/// A Value Change Dump, for GTKWave and PulseView; time counts from the beginning.
+/// The record as a Value Change Dump (VCD), for GTKWave and PulseView. Times count from the beginning.
 ///
-/// A tick is told in the longest unit that holds it exactly, or rounded down to 1 ps.
+/// The unit of time is the longest that holds a tick exactly, or else 1 ps, rounded down.
 pub fn vcd(record: &ScopeRecord) -> String {
     let hz = u128::from(record.hz.max(1));
     let units: Vec<u128> = (0..=12).map(|power| 10u128.pow(power)).collect();
@@ -159,7 +159,7 @@ pub fn vcd(record: &ScopeRecord) -> String {
     out
 }
 
-/// A row for each time at which something changes: µs from the beginning, and every level.
+/// The record as a table, with a row for each time of a change: µs from the beginning, and all levels.
 pub fn csv(record: &ScopeRecord) -> String {
     let mut out = String::from("time_us");
     let mut levels: Vec<_> = record.signals.iter().map(|signal| signal.level).collect();
@@ -186,8 +186,8 @@ pub fn csv(record: &ScopeRecord) -> String {
     out
 }
 
-/// As MCAP: the levels at the beginning, every edge, in ns from there, rounded down, and the
-/// position, from 0 at the beginning, and speed of each axis that has STEP and DIR.
+/// The record as MCAP: the levels at the beginning, all edges in ns from there, rounded down, and the position
+/// (0 at the beginning) and speed of each axis with STEP and DIR.
 ///
 /// # Errors
 /// More pins than MCAP has channels.
@@ -221,7 +221,7 @@ pub fn mcap(record: &ScopeRecord) -> io::Result<Vec<u8>> {
 mod tests {
     use super::*;
 
-    /// Two pulses of 2 µs, a turn between them, at 16 MHz.
+    /// Two pulses of 2 µs with a turn between them, at 16 MHz.
     fn record() -> ScopeRecord {
         let step = ScopeSignal::new(Some(1), "step");
         let step = ScopeSignal { level: Some(false), edges: vec![16, 32, 1600, 32], ..step };
@@ -262,7 +262,7 @@ mod tests {
         assert!(csv(&odd).contains("\n5333333.3333,1,1,\n"));
     }
 
-    /// What another reader finds in it: topic, ns, and the level or the position.
+    /// The file as another reader sees it: topic, ns, and the level or position.
     fn read(file: &[u8]) -> Vec<(String, u64, i64)> {
         let messages = ::mcap::MessageStream::new(file).unwrap().map(Result::unwrap);
         let of = |message: ::mcap::Message<'_>| {
@@ -285,7 +285,7 @@ mod tests {
         assert!(found.is_sorted_by_key(|(_, nanos, _)| *nanos));
         found.sort_by_key(|(pin, ..)| pin.clone());
         let right = [
-            // A step, a turn, and back.
+            // A step, a turn, and a step back.
             message("axis1", 1_000, 1),
             message("axis1", 103_000, 0),
             message("dir1", 0, 1),
@@ -297,7 +297,7 @@ mod tests {
             message("step1", 105_000, 0),
         ];
         assert_eq!(found, right);
-        // Who seeks has what there is to find: a pin without edges has its channel.
+        // The summary is complete: a pin without edges has its channel too.
         let summary = ::mcap::Summary::read(&file).unwrap().unwrap();
         assert_eq!((summary.channels.len(), summary.chunk_indexes.len()), (4, 1));
         assert_eq!(summary.stats.unwrap().message_count, 9);

@@ -1,4 +1,4 @@
-//! What the board is, for pages.
+//! The board's description, for pages.
 
 use stepwright_host::{Conversation, LinkError};
 use stepwright_protocol::{Ability, AxisId, Command, Info, Listed, Reply, Setting};
@@ -6,10 +6,10 @@ use stepwright_protocol::{Ability, AxisId, Command, Info, Listed, Reply, Setting
 use crate::keeper::KeptBoard;
 use crate::report::{AxisSheet, BoardSheet, SettingSheet};
 
-/// Asks the board what it is.
+/// Asks the board for its description.
 pub async fn of(talk: &mut Conversation, board: &KeptBoard) -> Result<BoardSheet, LinkError> {
     let info = talk.info().copied();
-    // A board that has no settings refuses to list them, which is no trouble.
+    // A board without settings refuses to list them, which is no error.
     let listed = match info {
         Some(_) => match talk.once(Command::Settings).await? {
             Some(Reply::Settings(listed)) => Some(listed),

@@ -1,4 +1,4 @@
-//! Looks at the axes, and says what it sees.
+//! Looks at the axes, and notes their state.
 
 use std::collections::VecDeque;
 
@@ -11,34 +11,34 @@ use crate::keeper::{Keeper, KeeperDesk};
 use crate::report::{LiveAxis, Reason};
 use crate::request::home::HomeReport;
 
-/// A speed is measured over this time, in s.
+/// The time over which a speed is measured, in s.
 const WINDOW: f64 = 0.1;
 
-/// What is known of an axis.
+/// The known state of an axis.
 pub struct Watched {
     pub id: AxisId,
     pub position: Option<i64>,
-    /// Whether it moves, as far as it was looked at.
+    /// Whether it moves, by the last look.
     pub moving: bool,
     pub stop: Option<Stop>,
-    /// Whose run without end it is on.
+    /// The hand of its endless run.
     pub hand: Option<Hand>,
     /// Where its travel began.
     pub from: Option<i64>,
-    /// Where its travel is to end.
+    /// The target of its travel.
     pub target: Option<i64>,
-    /// The homing that it is on.
+    /// Its homing in progress.
     pub homing: Option<AxisHoming>,
-    /// What is told of that, or of the last one.
+    /// The report of its present or last homing.
     pub home: Option<HomeReport>,
-    /// How often another place was called 0.
+    /// How often another place was made 0.
     origin: u32,
-    /// Times in s, and positions then, the last ones.
+    /// The last times in s, and the positions at these times.
     seen: VecDeque<(f64, i64)>,
 }
 
 impl Watched {
-    /// Nothing is known of it.
+    /// An axis of which nothing is known yet.
     pub fn new(id: AxisId) -> Watched {
         Watched {
             id,
@@ -55,7 +55,7 @@ impl Watched {
         }
     }
 
-    /// It was seen there at a time in s.
+    /// Notes its position at a time in s.
     pub fn see(&mut self, time: f64, position: Option<i64>) {
         self.position = position;
         match position {
@@ -67,13 +67,13 @@ impl Watched {
         }
     }
 
-    /// Another place is 0: what was seen before says nothing any more.
+    /// Notes that another place is 0: earlier positions no longer count.
     pub fn shift_origin(&mut self) {
         self.seen.clear();
         self.origin = self.origin.wrapping_add(1);
     }
 
-    /// Its speed in steps/s: the slope of the line through its last places.
+    /// The speed in steps/s: the slope of the line through its last positions.
     fn speed(&self) -> f64 {
         let Some((first, from)) = self.seen.front().copied().filter(|_| self.moving) else {
             return 0.0;
@@ -90,9 +90,9 @@ impl Watched {
         if below > 0.0 { above / below } else { 0.0 }
     }
 
-    /// For pages. `now` is the time where it was not seen yet.
+    /// The state for pages. `now` is the time if the axis was not seen yet.
     pub fn state(&self, now: f64) -> LiveAxis {
-        // Between two legs of a homing it is on its way still.
+        // Between two legs of a homing the axis counts as moving.
         let moving = self.moving || self.homing.is_some();
         LiveAxis {
             axis: self.id.number(),
@@ -112,7 +112,7 @@ impl Watched {
     }
 }
 
-/// What has stopped an axis, for pages.
+/// The reason of a stop, for pages.
 pub fn reason(stop: Stop) -> Reason {
     Reason { name: stop.name().to_owned(), words: stop.words() }
 }
@@ -123,7 +123,7 @@ impl<D: KeeperDesk> Keeper<D> {
         let mut ended = false;
         for place in 0..self.axes.len() {
             if self.axes.get(place).is_some_and(|axis| axis.moving) {
-                // A stop is waited for: it goes first.
+                // A stop that waits goes first.
                 if self.desk.is_urgent() {
                     return Ok(());
                 }
@@ -137,7 +137,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(())
     }
 
-    /// Looks at all axes, and at what has gone wrong.
+    /// Looks at all axes, and at the board's errors.
     pub(crate) async fn look_at_all(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
         for place in 0..self.axes.len() {
             if self.desk.is_urgent() {
@@ -149,11 +149,11 @@ impl<D: KeeperDesk> Keeper<D> {
         self.end_lease(talk).await
     }
 
-    /// Looks at one axis; whether it has come to rest since the last look.
+    /// Looks at one axis. Returns whether it has come to rest since the last look.
     async fn look_at(&mut self, talk: &mut Conversation, place: usize) -> Result<bool, LinkError> {
         let Some(axis) = self.axes.get_mut(place) else { return Ok(false) };
         let id = axis.id;
-        // First whether it rests, then where: the other way round it might move on.
+        // First whether it rests, then the position: in the other order it might move on in between.
         let busy = talk.is_busy(Selection::One(id)).await?;
         let position = talk.position(id).await?;
         axis.see(self.desk.time(), position);
@@ -165,7 +165,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(ended)
     }
 
-    /// Asks what has stopped axes, and what has gone wrong.
+    /// Asks why axes have stopped, and for the board's errors.
     pub(crate) async fn ask_why(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
         let Some(info) = talk.ask_info().await? else { return Ok(()) };
         for axis in &mut self.axes {

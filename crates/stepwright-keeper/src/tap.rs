@@ -1,19 +1,19 @@
-//! The bytes of a conversation, heard as lines and their answers.
+//! Splits the bytes of a conversation into lines and answers.
 
-/// No line and no answer is longer.
+/// The most bytes of a line or an answer.
 const LONGEST: usize = 1024;
 
-/// Hears what a master and a board say to each other.
+/// Listens to a host and a board.
 #[derive(Default)]
 pub struct Tap {
-    /// What was said since the last CR, and what was answered.
+    /// The bytes from the host since its last CR, and those from the board.
     saying: Vec<u8>,
     answer: Vec<u8>,
-    /// Said, and not answered yet.
+    /// The line that has no answer yet.
     said: Option<String>,
 }
 
-/// Puts a byte to a line; the line, if it is whole.
+/// Adds a byte to a line, and returns the line once it is complete.
 fn whole(line: &mut Vec<u8>, byte: u8) -> Option<String> {
     match byte {
         b'\n' => None,
@@ -28,7 +28,7 @@ fn whole(line: &mut Vec<u8>, byte: u8) -> Option<String> {
 }
 
 impl Tap {
-    /// The master has said this; `heard` is told of each line that stays without an answer.
+    /// Takes bytes from the host; `heard` is called for each line that gets no answer.
     pub fn said(&mut self, bytes: &[u8], mut heard: impl FnMut(&str, Option<&str>)) {
         for &byte in bytes {
             if let Some(said) = whole(&mut self.saying, byte) {
@@ -41,7 +41,7 @@ impl Tap {
         }
     }
 
-    /// The board has said this; `heard` is told of each line and its answer.
+    /// Takes bytes from the board; `heard` is called for each line and its answer.
     pub fn answered(&mut self, bytes: &[u8], mut heard: impl FnMut(&str, Option<&str>)) {
         for &byte in bytes {
             if let Some(answer) = whole(&mut self.answer, byte)
@@ -68,7 +68,7 @@ mod tests {
         tap.answered(b"\r\n", &mut note);
         tap.answered(b"7", &mut note);
         tap.said(b"F\rZ\r", &mut note);
-        // Half an answer to what was said before is none.
+        // Half an answer to an earlier line is dropped.
         tap.answered(b"Y\rnoise\r", &mut note);
         let right = [("V1", Some("")), ("F", None), ("Z", Some("Y"))];
         let right = right.map(|(line, answer)| (line.to_owned(), answer.map(str::to_owned)));

@@ -1,7 +1,7 @@
 //! Requests whose answer waits for the end of their order.
 //!
-//! What becomes of each axis is written down as soon as it rests: another order may move it again
-//! before the other axes of a line have come to rest.
+//! The end of each axis is noted as soon as it rests: another order may move it again before the other axes of
+//! a line rest.
 
 use stepwright_host::{Conversation, LinkError};
 use stepwright_protocol::AxisId;
@@ -15,23 +15,23 @@ use crate::{Declined, Wish, homing};
 /// A request that waits.
 pub struct WaitingJob {
     job: Job,
-    /// The lines that the board has taken.
+    /// The lines that the board has accepted.
     lines: Vec<String>,
-    /// The axes of the order, and what has become of them.
+    /// The axes of the order, and their ends.
     axes: Vec<(AxisId, Option<Rest>)>,
 }
 
-/// How an axis has ended.
+/// The end of an axis.
 struct Rest {
     end: AxisEnd,
-    /// Why its homing has failed, and what can be done.
+    /// Why its homing has failed, and the remedy.
     failed: Option<(String, Option<String>)>,
     /// That it is homed, in words.
     homed: Option<String>,
 }
 
 impl<D: KeeperDesk> Keeper<D> {
-    /// Answers a job whose order has begun: now, or when it has ended.
+    /// Answers a job whose order has begun: now, or when the order has ended.
     pub(crate) fn answer(&mut self, mut job: Job, lines: Vec<String>) {
         job.begins();
         let axes: Vec<AxisId> = match &job.wish {
@@ -48,13 +48,13 @@ impl<D: KeeperDesk> Keeper<D> {
         self.waiting.push(WaitingJob { job, lines, axes });
     }
 
-    /// Whether the end of an order of this axis is waited for.
+    /// Whether a request waits for the end of an order of this axis.
     fn is_awaited(&self, axis: AxisId) -> bool {
         let mut axes = self.waiting.iter().flat_map(|one| &one.axes);
         axes.any(|(one, rest)| *one == axis && rest.is_none())
     }
 
-    /// Writes down how the axes have ended that rest, and answers who has waited for that.
+    /// Notes the ends of the axes that rest, and answers the requests whose order has ended.
     pub(crate) async fn settle(&mut self, talk: &mut Conversation) -> Result<(), LinkError> {
         let rests = |axis: &&Watched| !axis.moving && axis.homing.is_none();
         let ended: Vec<_> = self.axes.iter().filter(rests).map(|axis| axis.id).collect();
@@ -62,7 +62,7 @@ impl<D: KeeperDesk> Keeper<D> {
         if ended.is_empty() {
             return Ok(());
         }
-        // What has stopped them.
+        // The reasons of the stops.
         self.ask_why(talk).await?;
         for axis in ended {
             let position = talk.rest_position(axis).await?;
@@ -79,7 +79,7 @@ impl<D: KeeperDesk> Keeper<D> {
                 }
             }
         }
-        // What is asked next is asked knowing this.
+        // The next request sees this state.
         self.publish();
         let is_over = |one: &mut WaitingJob| one.axes.iter().all(|(_, rest)| rest.is_some());
         for over in self.waiting.extract_if(.., is_over) {
@@ -89,7 +89,7 @@ impl<D: KeeperDesk> Keeper<D> {
         Ok(())
     }
 
-    /// This axis rests, whether it was looked at or not: what comes next is another order.
+    /// Notes that this axis rests, even if it was not looked at: another order comes next.
     pub(crate) async fn ended(
         &mut self,
         talk: &mut Conversation,
@@ -104,7 +104,7 @@ impl<D: KeeperDesk> Keeper<D> {
         self.settle(talk).await
     }
 
-    /// Nobody knows what becomes of the orders that are waited for.
+    /// Answers all requests that wait: the ends of their orders are unknown.
     pub(crate) fn give_up_waiting(&mut self, what: &str) {
         let why = Declined::away(what).remedy("a motor may be moving: look at it");
         self.waiting.drain(..).for_each(|one| one.job.answer(Err(why.clone())));
@@ -117,12 +117,12 @@ impl Rest {
         let (done, failed) = match home {
             Some(home) if home.stage == "done" => (Some(home.words), None),
             Some(home) => (None, Some((home.words, home.remedy))),
-            // A kill forgets a homing that was stopped.
+            // A kill clears the report of a homing that was stopped.
             None if homed => (None, Some((homing::stopped().what, None))),
             None => (None, None),
         };
         let (position, target) = (watched.position, watched.target.filter(|_| !homed));
-        // That its switch has stopped it is what homes an axis.
+        // A homed axis was stopped by its switch, as intended.
         let there = if homed { done.is_some() } else { position.is_some() && position == target };
         Rest {
             end: AxisEnd {
@@ -137,10 +137,10 @@ impl Rest {
     }
 }
 
-/// How an order has ended whose axes rest so.
+/// The end of an order, from the ends of its axes.
 fn concluded(rests: Vec<Rest>) -> OrderEnd {
     let lost = rests.iter().find(|rest| rest.end.position.is_none());
-    // A run without end has no target, and ends by a stop alone.
+    // An endless run has no target, and ends only by a stop.
     let elsewhere = rests.iter().find(|rest| {
         rest.failed.is_some()
             || rest.end.target.is_some_and(|to| Some(to) != rest.end.position)
@@ -160,7 +160,7 @@ fn concluded(rests: Vec<Rest>) -> OrderEnd {
             ("stopped", format!("axis {} is not homed: {words}", end.axis), remedy.clone())
         }
         (None, Some(Rest { end, .. })) => {
-            // Of a line the first one that something has stopped.
+            // For a line, the first axis that something has stopped.
             let stopped = rests.iter().find_map(|rest| Some((&rest.end, rest.end.stop.as_ref()?)));
             match stopped {
                 Some((end, stop)) => {

@@ -1,4 +1,4 @@
-//! `POST /api/home`: what may be asked of a homing, and what is told of it.
+//! `POST /api/home`: the request for a homing, and its report.
 
 use serde::{Deserialize, Serialize};
 use stepwright_protocol::AxisId;
@@ -6,16 +6,15 @@ use stepwright_protocol::AxisId;
 use crate::Declined;
 use crate::request::{self, Hand, Limits, Wish};
 
-/// The longest way of a homing, in steps.
+/// The largest distance of a homing, in steps.
 const FAR: i64 = i32::MAX as i64;
 
-/// `POST /api/home`: find 0 by the limit switch of an axis. Of the machine file `home-within` alone
-/// counts here.
+/// `POST /api/home`: finds 0 by the limit switch of an axis. Of the machine file only `home-within` is used.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct HomeRequest {
-    /// Which axis, from 1.
+    /// The axis, from 1.
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 8, example = 1))]
     axis: u8,
     /// Speed towards the switch the first time, in steps/s [default: 500].
@@ -24,14 +23,14 @@ pub struct HomeRequest {
     /// Speed towards the switch the second time, in steps/s [default: 50].
     #[cfg_attr(feature = "http", schema(minimum = 0.001, maximum = 1_000_000))]
     slow: Option<f64>,
-    /// How far to go from the closed switch, in steps [default: 50].
+    /// The distance to back off from the closed switch, in steps [default: 50].
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 2147483647))]
     back_off: Option<i64>,
-    /// How far the switch may be, in steps: the axis ends there [default: `home-within` of the
-    /// machine file; needed where that has none].
+    /// How far the switch may be, in steps: the axis stops there [default: `home-within` of the machine file;
+    /// required without it].
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 2147483647))]
     within: Option<i64>,
-    /// Speed that the motor jumps to from rest, and stops from, in steps/s [default: 50].
+    /// Speed that the motor reaches from rest in one step, and stops from, in steps/s [default: 50].
     #[cfg_attr(feature = "http", schema(minimum = 0, maximum = 1_000_000))]
     start_speed: Option<f64>,
     /// Acceleration in steps/s²: 1 to 100000000 [default: up to the top speed in 0.4 s].
@@ -46,14 +45,14 @@ pub struct HomeLimits {
     pub seek: Limits,
     /// Towards the switch the second time.
     pub approach: Limits,
-    /// How far to go from the closed switch, in steps.
+    /// The distance to back off from the closed switch, in steps.
     pub back_off: u32,
-    /// How far the switch may be, in steps; nothing where the machine file is to say it.
+    /// How far the switch may be, in steps; `None` if the machine file is to tell it.
     pub within: Option<u32>,
 }
 
 impl HomeRequest {
-    /// The homing, for this hand.
+    /// The wish for the homing, for this hand.
     ///
     /// # Errors
     /// A value outside its range.
@@ -79,7 +78,7 @@ impl HomeRequest {
     }
 }
 
-/// Why an axis is not homed of which nobody says how far its switch may be.
+/// Declines a homing for which neither the request nor the machine file tells how far the switch may be.
 pub fn needs_within(axis: u8) -> Declined {
     Declined::range(format!("`within` is missing: how far the switch of axis {axis} may be"))
         .allowed(format!("1 to {FAR} steps"))
@@ -89,15 +88,15 @@ pub fn needs_within(axis: u8) -> Declined {
         ))
 }
 
-/// Where the last homing of an axis is, or how it has ended.
+/// The state of the present homing of an axis, or how the last one ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 pub struct HomeReport {
     /// `seek`, `back-off`, `approach` and `leave` on the way, then `done` or `failed`.
     pub stage: &'static str,
-    /// The same for people; of one that has failed, the reason.
+    /// The stage in words, with the reason if the homing has failed.
     pub words: String,
-    /// What can be done about a failure.
+    /// The remedy for a failure.
     #[serde(rename = "do")]
     pub remedy: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! `POST /api/line`: what may be asked of a straight line of several axes.
+//! `POST /api/line`: the request for a straight line of several axes.
 
 use serde::Deserialize;
 use stepwright_protocol::{AxisId, MAX_AXES};
@@ -6,24 +6,24 @@ use stepwright_protocol::{AxisId, MAX_AXES};
 use crate::Declined;
 use crate::request::{self, Limits, Way, Wish};
 
-/// `POST /api/line`: several axes together, straight from where they stand to their targets.
+/// `POST /api/line`: several axes together, straight from their positions to their targets.
 ///
-/// The speeds and ramps are those of the axis that goes furthest; the others have their share.
+/// The speeds and ramps are those of the axis with the most steps; the others have their share.
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct LineRequest {
-    /// How far each axis goes, in steps: the first number is for axis 1. `null` or 0 leaves an
-    /// axis where it is.
+    /// The distance of each axis, in steps: the first number is for axis 1. `null` or 0 leaves an axis where it
+    /// is.
     #[cfg_attr(feature = "http", schema(min_items = 1, max_items = 8, example = json!([2000, -500])))]
     by: Option<Vec<Option<i64>>>,
-    /// Where each axis goes to, in steps; `null` leaves it where it is. Either this or `by`.
+    /// The target of each axis, in steps; `null` leaves the axis where it is. Either this or `by`.
     #[cfg_attr(feature = "http", schema(min_items = 1, max_items = 8))]
     to: Option<Vec<Option<i64>>>,
     /// Speed between the ramps, in steps/s: 0.001 to 1000000 [default: 1000].
     #[cfg_attr(feature = "http", schema(minimum = 0.001, maximum = 1_000_000))]
     top_speed: Option<f64>,
-    /// Speed that the motors jump to from rest, and stop from, in steps/s [default: 50].
+    /// Speed that the motors reach from rest in one step, and stop from, in steps/s [default: 50].
     #[cfg_attr(feature = "http", schema(minimum = 0, maximum = 1_000_000))]
     start_speed: Option<f64>,
     /// Acceleration in steps/s²: 1 to 100000000 [default: up to the top speed in 0.4 s].
@@ -32,13 +32,13 @@ pub struct LineRequest {
     /// Deceleration, if it differs from the acceleration.
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 100_000_000))]
     decel: Option<f64>,
-    /// How fast the acceleration comes and goes, in steps/s³ [default: at once].
+    /// The jerk limit, in steps/s³ [default: none].
     #[cfg_attr(feature = "http", schema(minimum = 1, maximum = 4_000_000_000i64))]
     jerk: Option<f64>,
 }
 
 impl LineRequest {
-    /// The line.
+    /// The wish for the line.
     ///
     /// # Errors
     /// A value outside its range, neither or both of `by` and `to`, or no axis that moves.
@@ -72,7 +72,7 @@ impl LineRequest {
     }
 }
 
-/// Why a line is none that leads nowhere.
+/// Declines a line along which no axis moves.
 pub fn still() -> Declined {
     Declined::range("no axis moves")
         .allowed("a line that one axis or more moves along")
@@ -96,7 +96,7 @@ mod tests {
         let by = |steps| Way::By(stepwright_protocol::Distance::new(steps));
         assert_eq!(ways, [(2, by(-4000)), (4, by(7))]);
         assert_eq!(limits.top().millisteps(), 500_500);
-        // 0 is a place as any other.
+        // 0 is a target like any other.
         let Ok(Wish::Line(ways, _)) = asked(json!({"to": [0, null, -5]})) else { panic!() };
         assert_eq!(ways.iter().map(|(_, way)| *way).collect::<Vec<_>>(), [Way::To(0), Way::To(-5)]);
     }

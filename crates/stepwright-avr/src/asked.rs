@@ -1,14 +1,14 @@
-//! Any law on any drive: the step interrupt makes the step, then asks the law for the delay
-//! to the next one.
+//! Any law on any drive: the step interrupt makes the step, then computes the delay to the next
+//! step by the law.
 //!
 //! ```text
 //!   law: an iterator of delays ──► interrupt of a 16-bit timer ──► Output: step and direction,
 //!   (1 µs each; 0 is left out)     deadlines, freely running        or windings with any table
 //! ```
 //!
-//! For laws that are quick enough to be asked there: the published listing takes some 1,000
-//! cycles a step, 2,600 at most, its form with the remainder carried 700. Slower ones are asked
-//! ahead, in the main loop: `law.rs`. One line makes a motor of a timer, a law and a drive:
+//! For laws that are fast enough for the interrupt: the published listing takes about 1,000 cycles
+//! a step, 2,600 at most; its form with the remainder carried takes 700. Slower laws are computed
+//! ahead, in the main loop: `law.rs`. One line makes a motor from a timer, a law and a drive:
 //! [`asked_motor!`](crate::asked_motor).
 
 use stepwright::drive::{Coils, Drive, Port, PortDrive};
@@ -18,11 +18,11 @@ use crate::laps::Laps;
 use crate::slot::Slot;
 use crate::timed::Timer;
 
-/// A drive, and its current.
+/// A drive with a switchable current.
 pub trait Output: Drive {
-    /// The current goes on, where the motor is.
+    /// Switches the current on, at the motor's present phase.
     fn on(&mut self) {}
-    /// The current goes off.
+    /// Switches the current off.
     fn off(&mut self) {}
 }
 
@@ -37,27 +37,27 @@ impl<P: Port> Output for Coils<P> {
     }
 }
 
-/// Clocks of the timer in a tick of the law, 1 µs.
+/// Clocks of the timer per tick of the law, 1 µs.
 const TICK: u32 = 16;
-/// Clocks from the order to the first step: DIR is set up, the current has come.
+/// Clocks from the order to the first step: set-up time of DIR, and time for the current to rise.
 const LEAD: u32 = 16_000;
-/// Cycles that STEP is high beside the calls: 2 µs.
+/// Cycles for which STEP is high, in addition to the calls: 2 µs.
 const PULSE: u32 = 32;
-/// A motor, the step interrupt's.
+/// A motor, owned by the step interrupt.
 pub struct Motor<L, O> {
     law: Option<L>,
     output: Option<O>,
     laps: Laps,
-    /// The law's first delay, until it has passed or is left out.
+    /// The law's first delay, until it has passed; 0 if there is none.
     first: u32,
     /// The last interval.
     last: u32,
-    /// The event that is due switches the current off.
+    /// The next event switches the current off.
     resting: bool,
 }
 
 impl<L: Iterator<Item = u32>, O: Output> Motor<L, O> {
-    /// At rest, without a drive.
+    /// A motor at rest, without a drive.
     pub const fn new() -> Motor<L, O> {
         Motor { law: None, output: None, laps: Laps::new(), first: 0, last: LEAD, resting: false }
     }
@@ -85,7 +85,7 @@ impl<L: Iterator<Item = u32>, O: Output> Motor<L, O> {
         }
     }
 
-    /// Makes the step that is due, and says how many clocks later the next event is.
+    /// Makes the step that is due. Returns the clocks from there to the next event.
     #[inline(always)]
     fn event(&mut self) -> Option<u32> {
         let output = self.output.as_mut()?;
@@ -103,7 +103,7 @@ impl<L: Iterator<Item = u32>, O: Output> Motor<L, O> {
         };
         match delay {
             Some(delay) => self.last = delay.wrapping_mul(TICK),
-            // The rotor gets as long to settle.
+            // The rotor gets the same time to settle.
             None => self.resting = true,
         }
         Some(self.last)
@@ -116,11 +116,11 @@ impl<L: Iterator<Item = u32>, O: Output> Default for Motor<L, O> {
     }
 }
 
-/// The foreground's hold on a motor and its timer.
+/// The foreground's handle to a motor and its timer.
 pub struct AvrEngine<L: 'static, O: 'static, T>(Guarded<Motor<L, O>, T>);
 
 impl<L: Iterator<Item = u32>, O: Output, T: Timer> AvrEngine<L, O, T> {
-    /// Lets the timer run.
+    /// Starts the timer.
     ///
     /// # Safety
     /// See [`Guarded::new`].
@@ -129,7 +129,7 @@ impl<L: Iterator<Item = u32>, O: Output, T: Timer> AvrEngine<L, O, T> {
         AvrEngine(unsafe { Guarded::new(motor) })
     }
 
-    /// Has the motor on this drive from now on, while it rests.
+    /// Puts the motor on this drive. The motor must rest.
     pub fn wire(&mut self, output: O) {
         self.0.with(|motor, _| {
             let output = motor.output.insert(output);
@@ -137,20 +137,20 @@ impl<L: Iterator<Item = u32>, O: Output, T: Timer> AvrEngine<L, O, T> {
         });
     }
 
-    /// Moves it by the delays of a law; by none, not at all.
+    /// Moves the motor by the delays of a law; without delays it does not move.
     pub fn play(&mut self, mut law: L, forward: bool) {
         let Some(first) = law.next() else { return };
         self.0.with(|motor, timer| motor.begin(timer, law, first, forward));
     }
 
-    /// Whether it moves.
+    /// Whether the motor moves.
     pub fn is_moving(&mut self) -> bool {
         self.0.with(|motor, _| motor.law.is_some())
     }
 }
 
-/// A motor as a module with a function that takes it: a name, a law, a drive, a timer and its
-/// vector.
+/// Makes a module for a motor, with a function that takes it, from a name, a law, a drive, a timer
+/// and its vector.
 #[macro_export]
 macro_rules! asked_motor {
     ($(#[$doc:meta])* mod $name:ident, $law:ty, $drive:ty, $timer:ident, $vector:ident) => {
@@ -164,7 +164,7 @@ macro_rules! asked_motor {
             static MOTOR: Slot<Motor<$law, $drive>> = Slot::new(Motor::new());
 
             $crate::handler!($vector, $vector, {
-                // SAFETY: the interrupt that owns them; it comes with interrupts off.
+                // SAFETY: this is the interrupt that owns them; it runs with interrupts off.
                 unsafe { MOTOR.get().on_compare(&mut $timer::steal()) };
             });
 

@@ -1,7 +1,7 @@
 //! Milliseconds, without an interrupt.
 //!
-//! Timer 0 counts in 64 µs and wraps after 16.4 ms. The main loop asks more
-//! often than that, so that no wrap is missed.
+//! Timer 0 counts every 64 µs and wraps after 16.4 ms. The main loop reads it more often than that,
+//! so it misses no wrap.
 
 use crate::chip::TC0;
 
@@ -10,30 +10,29 @@ pub struct Clock {
     registers: TC0,
     /// The counter when it was last read.
     seen: u8,
-    /// Time since the last whole millisecond, in 8 µs: 125 make one.
+    /// The time since the last whole millisecond, in units of 8 µs: 125 make one.
     part: u16,
 }
 
 impl Clock {
-    /// A clock that stands, for a static.
+    /// A clock that is not running, for a static.
     ///
     /// # Safety
-    /// It is not asked.
+    /// It must not be read.
     #[cfg(feature = "stream")]
     pub(crate) const unsafe fn blank() -> Clock {
         // SAFETY: the caller's promise.
         Clock { registers: unsafe { crate::slot::token() }, seen: 0, part: 0 }
     }
 
-    /// Lets timer 0 run.
+    /// Starts timer 0.
     pub fn start(registers: TC0) -> Clock {
         registers.tccr0b().write(|w| w.cs0().prescale_1024());
         Clock { registers, seen: 0, part: 0 }
     }
 
-    /// Whether another millisecond has passed. To be called at least every 16
-    /// ms, and on average more often than once a millisecond: it tells of one
-    /// at a time.
+    /// Whether another millisecond has passed. It reports one at a time. Call it at least every 16
+    /// ms, and on average more often than once a millisecond.
     pub fn ticked(&mut self) -> bool {
         let now = self.registers.tcnt0().read().bits();
         self.part = self.part.wrapping_add(8 * u16::from(now.wrapping_sub(self.seen)));
@@ -46,28 +45,28 @@ impl Clock {
     }
 }
 
-/// Milliseconds since the start.
+/// The milliseconds since the start.
 pub struct Millis {
     clock: Clock,
     millis: u32,
 }
 
 impl Millis {
-    /// Lets timer 0 run, from 0.
+    /// Starts timer 0, at 0 ms.
     pub fn start(registers: TC0) -> Millis {
         Millis { clock: Clock::start(registers), millis: 0 }
     }
 
-    /// What it shows. To be asked at least every 16.
+    /// The milliseconds. Call it at least every 16 ms.
     pub fn get(&mut self) -> u32 {
-        // It tells of one at a time, and this is asked after some.
+        // `ticked` reports one at a time, and several may have passed.
         while self.clock.ticked() {
             self.millis = self.millis.wrapping_add(1);
         }
         self.millis
     }
 
-    /// Waits until it shows `millis`.
+    /// Waits until the milliseconds reach `millis`.
     pub fn wait_until(&mut self, millis: u32) {
         while (self.get().wrapping_sub(millis) as i32) < 0 {}
     }

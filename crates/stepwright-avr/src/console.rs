@@ -1,7 +1,6 @@
-//! The serial line and the milliseconds without an interrupt: so that nothing comes between a
-//! step and its edge.
+//! The serial line and the milliseconds without an interrupt, so that nothing delays a step's edge.
 //!
-//! Sending waits for the line and looks at the clock meanwhile.
+//! Sending waits for the line and reads the clock meanwhile.
 
 use stepwright_device::main_loop::{Received, SerialPort};
 use stepwright_timed::{Code, Dump, Field};
@@ -12,17 +11,17 @@ use crate::clock::Millis;
 /// 16 MHz / 8 / 115200 − 1.
 const DIVISOR: u16 = 16;
 
-/// The decimal digits of a number, found one after another without a division, which a small
+/// The decimal digits of a number, computed one after another without a division, which a small
 /// chip lacks.
 pub struct Digits {
     rest: u32,
     units: core::slice::Iter<'static, u32>,
-    /// A digit has come: zeros count from now on.
+    /// A digit was returned: zeros are significant from now on.
     begun: bool,
 }
 
 impl Digits {
-    /// Those of `number`.
+    /// The digits of `number`.
     pub fn of(number: u32) -> Digits {
         const UNITS: &[u32] = &[
             1_000_000_000,
@@ -58,12 +57,11 @@ impl Iterator for Digits {
     }
 }
 
-/// The serial line at 115200 baud, looked at: a byte has to be taken within 170 µs while a line
-/// comes.
+/// The serial line at 115200 baud, polled: a byte must be read within 170 µs while a line arrives.
 pub struct PolledLine(USART0);
 
 impl PolledLine {
-    /// Sets the line up.
+    /// Sets up the line.
     pub fn start(usart: USART0) -> PolledLine {
         usart.ucsr0a().write(|w| w.u2x0().set_bit());
         usart.ubrr0().write(|w| w.set(DIVISOR));
@@ -72,18 +70,18 @@ impl PolledLine {
         PolledLine(usart)
     }
 
-    /// Whether an interrupt comes for each byte.
+    /// Whether the receiver's interrupt is enabled.
     pub fn interrupts(&self) -> bool {
         self.0.ucsr0b().read().rxcie0().bit_is_set()
     }
 
-    /// Has an interrupt come for each byte from now on, which takes it by [`received`].
+    /// Enables the receiver's interrupt, which reads bytes with [`received`].
     pub fn interrupt(&mut self) {
         self.0.ucsr0b().modify(|_, w| w.rxcie0().set_bit());
     }
 }
 
-/// A byte that has come, if one has, or that one was damaged or lost.
+/// The next received byte, or its error, if there is one.
 #[inline(always)]
 pub fn received(usart: &USART0) -> Option<Received> {
     let status = usart.ucsr0a().read();
@@ -108,7 +106,7 @@ impl SerialPort for PolledLine {
 
     #[inline(always)]
     fn send(&mut self, byte: u8) {
-        // SAFETY: a byte to be sent touches no memory.
+        // SAFETY: sending a byte affects no memory.
         self.0.udr0().write(|w| unsafe { w.bits(byte) });
     }
 }
@@ -120,22 +118,22 @@ pub struct Console {
 }
 
 impl Console {
-    /// 115200 baud, and the clock at 0.
+    /// Starts the line at 115200 baud, and the clock at 0.
     pub fn start(usart: USART0, timer: TC0) -> Console {
         Console { line: PolledLine::start(usart), clock: Millis::start(timer) }
     }
 
-    /// Milliseconds since the start. To be asked at least every 16.
+    /// The milliseconds since the start. Call it at least every 16 ms.
     pub fn millis(&mut self) -> u32 {
         self.clock.get()
     }
 
-    /// Waits until the clock shows `millis`.
+    /// Waits until the clock reaches `millis`.
     pub fn wait_until(&mut self, millis: u32) {
         self.clock.wait_until(millis);
     }
 
-    /// Sends a byte; waits for the line if it is not free.
+    /// Sends a byte, after waiting for room.
     pub fn byte(&mut self, byte: u8) {
         while !self.line.has_room() {
             self.millis();
@@ -176,14 +174,14 @@ impl Console {
         digits.iter().take(count).rev().for_each(|digit| self.byte(*digit));
     }
 
-    /// Two hexadecimal digits.
+    /// Sends two hexadecimal digits.
     fn hex(&mut self, byte: u8) {
         for digit in [byte >> 4, byte & 0x0F] {
             self.byte(if digit < 10 { b'0' + digit } else { b'A' - 10 + digit });
         }
     }
 
-    /// The article's debug dump.
+    /// Prints the article's debug dump.
     pub fn dump(&mut self, dump: &Dump) {
         for (name, field) in dump.fields() {
             self.text(name);
@@ -199,7 +197,7 @@ impl Console {
         }
     }
 
-    /// What the article prints of a `motorSetSpeed`.
+    /// Prints a `motorSetSpeed` as in the article.
     pub fn set_speed(&mut self, dump: &Dump, code: Code) {
         self.line(">>>motorSetSpeed");
         self.line(if cfg!(feature = "mega") { "Arduino Mega" } else { "Arduino Uno" });

@@ -1,9 +1,9 @@
-//! Motor cycles (stepper_h) on the chip: three motors, each with a program of its own,
-//! moved by the step interrupt while the main loop does as it likes.
+//! Motor cycles (stepper_h) on the chip: three motors, each with a program of its own, moved by the
+//! step interrupt while the main loop does other work.
 //!
-//! The interrupt reads the programs itself, bounds, switches and callbacks included; so it
-//! is compiled, and takes longer than the one that plays planned runs: `board::cycle` has
-//! the costs. Ramps at high rates are for the controller, `step.rs`.
+//! The interrupt itself reads the programs, checks bounds and switches, and calls callbacks; so it
+//! is compiled, and takes longer than the interrupt that plays planned runs: `board::cycle` has the
+//! costs. For ramps at high rates use the controller, `step.rs`.
 
 use avr_device::interrupt;
 use stepwright::drive::Axes;
@@ -18,13 +18,13 @@ use crate::slot::Slot;
 use crate::slot::token;
 use crate::timer::Timer;
 
-/// Three motors and what is around them.
+/// Three motors with their switches and drivers.
 pub type Motors = Cycle<'static, Timer, Pins, MotorIo, AXES>;
 
-/// Begun by `start`, before interrupts are enabled; from then on the step interrupt's.
+/// Set up by `start`, before interrupts are enabled; from then on owned by the step interrupt.
 static MOTORS: Slot<Motors> = Slot::new(Cycle::off(
-    // SAFETY: it takes no memory, and nothing is done with it before `start`, whose caller
-    // has the right to it.
+    // SAFETY: it takes no memory, and it is not used before `start`, whose caller has the right to
+    // it.
     unsafe { token() },
     // SAFETY: as above.
     unsafe { token() },
@@ -35,7 +35,7 @@ static MOTORS: Slot<Motors> = Slot::new(Cycle::off(
     board::cycle(),
 ));
 
-/// The drivers' enable, which they share, and the switches, one for each motor.
+/// The drivers' common enable pin, and the switches, one for each motor.
 pub struct MotorIo {
     levels: Levels,
     stand: Switches,
@@ -54,22 +54,22 @@ impl MachineIo for MotorIo {
     }
 }
 
-/// Takes the chip, and makes three motors of it, at position 0, and a serial line of
-/// 115200 baud to print to. `stand` says which motors have their switch at the minimum, and
-/// which at the maximum; the other switches are not looked at.
+/// Takes the chip. Sets up three motors, at position 0, and a serial line of 115200 baud to print
+/// to. `stand` says which motors have their switch at the minimum, and which at the maximum; the
+/// other switches are ignored.
 ///
 /// # Safety
-/// To be called once, with interrupts off, which are on afterwards; in a program with a
+/// To be called once, with interrupts off; it switches them on. The program needs a
 /// [`cycle_interrupt!`](crate::cycle_interrupt).
 #[inline(never)]
 pub unsafe fn start(motors: [Motor; AXES], stand: Switches) -> (AvrEngine, Console) {
-    // SAFETY: the only time that anybody takes them.
+    // SAFETY: they are taken only here.
     let chip = unsafe { chip::Peripherals::steal() };
     #[cfg(feature = "uno")]
     let (pins, levels) = board::pins(chip.PORTD, chip.PORTB);
     #[cfg(feature = "mega")]
     let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
-    let _ = (pins, levels); // their right is the engine's from here on
+    let _ = (pins, levels); // // the engine owns them from here on
     // SAFETY: called once.
     let _ = unsafe { Timer::start() };
     // SAFETY: interrupts are off.
@@ -77,31 +77,31 @@ pub unsafe fn start(motors: [Motor; AXES], stand: Switches) -> (AvrEngine, Conso
     cycle.begin();
     cycle.surroundings().stand = stand;
     for (axis, motor) in (0u8..).zip(motors) {
-        // No cycle runs yet, and there are as many.
+        // No cycle runs yet, and there are as many motors.
         let _ = cycle.set_motor(axis, motor);
     }
     let console = Console::start(chip.USART0, chip.TC0);
-    // SAFETY: all that an interrupt touches has been made.
+    // SAFETY: everything that an interrupt uses is set up.
     unsafe { interrupt::enable() };
     (AvrEngine(()), console)
 }
 
-/// The step interrupt; [`cycle_interrupt!`](crate::cycle_interrupt) has it called.
+/// The step interrupt, called by [`cycle_interrupt!`](crate::cycle_interrupt).
 ///
 /// # Safety
-/// For the step interrupt alone, once there are motors.
+/// Only for the step interrupt, once there are motors.
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn on_compare() {
-    // SAFETY: the caller's promise; the foreground gets them only with interrupts off.
+    // SAFETY: the caller's promise; the foreground accesses them only with interrupts off.
     unsafe { MOTORS.get() }.on_compare();
 }
 
-/// The motors, for the foreground: the step interrupt is held off for each call.
+/// The foreground's handle to the motors: each call holds off the step interrupt.
 pub struct AvrEngine(());
 
 impl AvrEngine {
-    /// All else that can be asked of a [`Cycle`].
+    /// Calls `ask` with the [`Cycle`], for all its other methods.
     #[inline(always)]
     pub fn with<R>(&mut self, ask: impl FnOnce(&mut Motors) -> R) -> R {
         interrupt::free(|_| {
@@ -114,14 +114,13 @@ impl AvrEngine {
     /// See [`Cycle::prepare`].
     ///
     /// # Errors
-    /// [`Refusal::Running`] while a cycle is; [`Refusal::NoMotor`].
+    /// [`Refusal::Running`] while a cycle is in progress; [`Refusal::NoMotor`].
     #[inline(never)]
     pub fn prepare(&mut self, motor: u8, program: Program<'static>) -> Result<(), Refusal> {
         self.with(|motors| motors.prepare(motor, program, Calibration::None))
     }
 
-    /// Starts all motors that were prepared, together. They are in no need of the main
-    /// loop.
+    /// Starts all prepared motors together. They run without the main loop.
     ///
     /// # Errors
     /// See [`Cycle::start`].
@@ -135,13 +134,13 @@ impl AvrEngine {
         self.with(|motors| motors.is_running())
     }
 
-    /// The position of a motor in its unit, also on the way; 0 if there is no such motor.
+    /// The position of a motor in its unit, also during motion; 0 if there is no such motor.
     #[inline(never)]
     pub fn position(&mut self, motor: u8) -> i64 {
         self.with(|motors| motors.position(motor)).unwrap_or(0)
     }
 
-    /// Why a cycle was cancelled.
+    /// The reason why a cycle was cancelled.
     pub fn error(&mut self) -> Option<CycleError> {
         self.with(|motors| motors.error())
     }

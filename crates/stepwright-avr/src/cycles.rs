@@ -5,11 +5,11 @@
 //!           (receiver's)  (main loop)  └───────────────────► AnyIo: ENABLE, switches
 //! ```
 //!
-//! The receiver's interrupt takes the bytes of the line, also within the step interrupt, which
-//! may take a millisecond: so none is lost.
+//! The receiver's interrupt takes the bytes of the line, even during the step interrupt, which may
+//! take a millisecond; so no byte is lost.
 //!
-//! As `cycle.rs`, with pins that are named while the program runs: a pin is a register and a
-//! mask, so that an edge costs some 10 cycles more.
+//! Like `cycle.rs`, with pins that are chosen while the program runs: a pin is a register and a
+//! mask, so an edge costs some 10 cycles more.
 
 use core::cell::Cell;
 use core::sync::atomic::{Ordering, compiler_fence};
@@ -32,12 +32,12 @@ use crate::slot::{Slot, token};
 use crate::timed::AnyPort;
 use crate::timer::Timer;
 
-/// Motors of the board, and legs of all their series.
+/// The number of motors, and the total number of legs of their series.
 #[cfg(feature = "uno")]
 pub const MOTORS: usize = 3;
 #[cfg(feature = "uno")]
 const LEGS: usize = 22;
-/// Motors of the board, and legs of all their series.
+/// The number of motors, and the total number of legs of their series.
 #[cfg(feature = "mega")]
 pub const MOTORS: usize = 4;
 #[cfg(feature = "mega")]
@@ -52,27 +52,27 @@ const CAN: &str = ",brakes,home,tick,paths";
 #[cfg(not(feature = "cycles-full"))]
 const CAN: &str = "";
 
-/// The longest stay in the step interrupt that makes one step, a look at another motor's wait
-/// included (`firmware/rig/tests/cycles.rs`).
+/// The longest stay in the step interrupt that makes one step, including a check of another motor's
+/// wait (`firmware/rig/tests/cycles.rs`).
 const COST: u16 = 2_000;
 
-/// Between two steps of a motor: a step counts as late half of that after its time, and may wait
-/// for a question of the line and a look at closed switches.
+/// The least cycles between two steps of a motor. A step counts as late when half of this has
+/// passed after its time, and it may have to wait for a query of the line and a check of closed
+/// switches.
 const MIN_INTERVAL: u32 = 4_800;
 
-/// A turn: the leg is read in the step before it, and its steps half an interval later
-/// (`firmware/rig/tests/turns.rs`).
+/// The cycles of a turn: the leg is read in the step before it, and its steps begin half an
+/// interval later (`firmware/rig/tests/turns.rs`).
 #[cfg(feature = "uno")]
 const TURN: u32 = 10_600;
 #[cfg(feature = "mega")]
 const TURN: u32 = 8_800;
 
-/// Steps of planned runs, of lines and arcs: a run is played without a question.
+/// The costs of steps of planned runs, for lines and arcs: a run is played without a query.
 #[cfg(feature = "mega")]
 const RUNS: RunCost = RunCost { cost: 1_600, min_interval: 3_200, on_time: 24_000 };
 
-/// A pin: where PINx of its port lies, DDRx and PORTx behind it, and its mask; 0 if there is
-/// none.
+/// A pin: the address of PINx of its port, which DDRx and PORTx follow, and its mask; 0 for no pin.
 #[derive(Clone, Copy)]
 struct Pin {
     place: u16,
@@ -82,7 +82,7 @@ struct Pin {
 impl Pin {
     const NONE: Pin = Pin { place: AnyPort::NONE.place(), mask: 0 };
 
-    /// The pin of a line's code, if it is the board's.
+    /// The pin with this code of a line, if the board has it.
     fn of(code: u8) -> Option<Pin> {
         if code == MotorPins::NO_PIN {
             return Some(Pin::NONE);
@@ -96,22 +96,22 @@ impl Pin {
         self.mask != 0 && (self.mask, self.place) == (other.mask, other.place)
     }
 
-    /// PINx, DDRx or PORTx: 0, 1, 2.
+    /// The address of PINx, DDRx or PORTx: 0, 1, 2.
     #[inline(always)]
     fn register(&self, which: u16) -> *mut u8 {
         usize::from(self.place.wrapping_add(which)) as *mut u8
     }
 
-    /// The other level.
+    /// Inverts the level.
     #[inline(always)]
     fn toggle(&self) {
-        // SAFETY: a port's register, for `of` gives no other; ones toggle their pins.
+        // SAFETY: a port's register, because `of` returns no other; ones toggle their pins.
         unsafe { self.register(0).write_volatile(self.mask) }
     }
 
-    /// A level of an output, or a pull-up.
+    /// Sets the level of an output, or switches a pull-up.
     fn set(&self, high: bool) {
-        // SAFETY: as above; reading disturbs nobody.
+        // SAFETY: as above; reading has no effect.
         let now = unsafe { self.register(2).read_volatile() } & self.mask != 0;
         if now != high {
             self.toggle();
@@ -128,10 +128,10 @@ impl Pin {
         }
     }
 
-    /// Whether it is there and low.
+    /// Whether there is a pin, and it is low.
     #[inline(always)]
     fn is_low(&self) -> bool {
-        // SAFETY: reading a port disturbs nobody.
+        // SAFETY: reading a port has no effect.
         self.mask != 0 && unsafe { self.register(0).read_volatile() } & self.mask == 0
     }
 }
@@ -143,7 +143,7 @@ pub struct AnyPins {
 }
 
 impl AnyPins {
-    // Each `begin` has its `end`.
+    // Every `begin` has its `end`.
     #[inline(always)]
     fn toggle(&self, mut axes: Axes) {
         for pin in &self.step {
@@ -179,7 +179,7 @@ pub struct AnyIo {
     enable: [Pin; MOTORS],
     min: [Pin; MOTORS],
     max: [Pin; MOTORS],
-    /// Motors that have any.
+    /// The motors that have a switch.
     watched: Axes,
 }
 
@@ -192,7 +192,7 @@ impl MachineIo for AnyIo {
     #[inline(never)]
     fn enable(&mut self, axes: Axes) {
         for pin in &self.enable {
-            // Motors may share one: on while one of them is wanted. Low is on.
+            // Motors may share a pin: it is on while any of them is wanted. Low is on.
             let mut others = axes;
             let mut wanted = false;
             for other in &self.enable {
@@ -221,16 +221,16 @@ impl AnyIo {
     }
 }
 
-/// The motors and what is around them.
+/// The motors with their switches and drivers.
 type Motors = Cycle<'static, Timer, AnyPins, AnyIo, MOTORS>;
 
-/// Begun by `start`, before interrupts are enabled; from then on the step interrupt's.
+/// Set up by `start`, before interrupts are enabled; from then on owned by the step interrupt.
 static CYCLE: Slot<Motors> = Slot::new(motors());
 
 const fn motors() -> Motors {
     let motors = Cycle::off(
-        // SAFETY: it takes no memory, and nothing is done with it before `start`, whose caller
-        // has the right to it.
+        // SAFETY: it takes no memory, and it is not used before `start`, whose caller has the right
+        // to it.
         unsafe { token() },
         AnyPins { step: [Pin::NONE; MOTORS], direction: [Pin::NONE; MOTORS] },
         AnyIo {
@@ -248,7 +248,7 @@ const fn motors() -> Motors {
     motors.with_turns(TURN)
 }
 
-// All bits of it are 0: any other leg would lie in flash, too.
+// All its bits are 0: any other leg would need flash for its initial value.
 #[cfg(feature = "cycles-full")]
 const NOTHING: Leg = Leg::Run { run: Run::steady(0, 0), forward: false };
 #[cfg(not(feature = "cycles-full"))]
@@ -256,11 +256,10 @@ const NOTHING: Leg = Leg::Steps { count: 0, delay: 0 };
 
 static STORE: Slot<[Cell<Leg>; LEGS]> = Slot::new([const { Cell::new(NOTHING) }; LEGS]);
 
-/// The line that comes: the receiver's interrupt has it, and while that is disabled the main
-/// loop.
+/// The incoming line. The receiver's interrupt owns it, and while that is disabled, the main loop.
 static LINE: Slot<Incoming<LONGEST>> = Slot::new(Incoming::new());
 
-/// The foreground's hold on the motors: the step interrupt is held off for each call.
+/// The foreground's handle to the motors: each call holds off the step interrupt.
 pub struct Held(());
 
 impl CycleHold<'static, MOTORS> for Held {
@@ -272,8 +271,8 @@ impl CycleHold<'static, MOTORS> for Held {
     fn with<R>(&mut self, ask: impl FnOnce(&mut Motors) -> R) -> R {
         Timer::enable(false);
         compiler_fence(Ordering::SeqCst);
-        // SAFETY: `serve` made this and the motors before it, and no step interrupt comes; that
-        // of the receiver does not touch them.
+        // SAFETY: `serve` made this and the motors before it, and no step interrupt comes; the
+        // receiver's interrupt does not use them.
         let told = ask(unsafe { CYCLE.get() });
         compiler_fence(Ordering::SeqCst);
         Timer::enable(true);
@@ -313,7 +312,7 @@ impl CycleHold<'static, MOTORS> for Held {
             if min.mask | max.mask != 0 {
                 io.watched |= 1 << n;
             }
-            // Steps low and drivers off before they are outputs; pull-ups at the switches.
+            // Steps low and drivers off before the pins become outputs; pull-ups at the switches.
             step.set(false);
             enable.set(true);
             for pin in [step, direction, enable] {
@@ -332,10 +331,10 @@ impl CycleHold<'static, MOTORS> for Held {
     }
 }
 
-/// The place of ENABLE among a motor's pins.
+/// The index of ENABLE among a motor's pins.
 const ENABLE: u8 = 2;
 
-/// Whether another motor is on a pin; motors may share an ENABLE.
+/// Whether another motor uses a pin. Motors may share an ENABLE.
 fn cycle_has(cycle: &mut Motors, motor: u8, pin: &Pin, enables: bool) -> bool {
     let has = |pins: &[Pin; MOTORS]| {
         (0u8..).zip(pins).any(|(other, theirs)| other != motor && pin.is(theirs))
@@ -346,31 +345,30 @@ fn cycle_has(cycle: &mut Motors, motor: u8, pin: &Pin, enables: bool) -> bool {
     drives || has(&io.min) || has(&io.max) || (!enables && has(&io.enable))
 }
 
-/// Takes the chip: motors on no pins, and a serial line of 115200 baud, which are served for
-/// ever.
+/// Takes the chip: motors without pins, and a serial line of 115200 baud. Serves them for ever.
 ///
 /// # Safety
-/// To be called once, with interrupts off; in a program with a
+/// To be called once, with interrupts off. The program needs a
 /// [`cycles_interrupts!`](crate::cycles_interrupts).
 #[inline(never)]
 pub unsafe fn serve() -> ! {
-    // SAFETY: the only time that anybody takes them.
+    // SAFETY: they are taken only here.
     let chip = unsafe { chip::Peripherals::steal() };
     // SAFETY: called once.
     let _ = unsafe { Timer::start() };
     // SAFETY: interrupts are off.
     unsafe { CYCLE.get() }.begin();
     let mut line = PolledLine::start(chip.USART0);
-    // SAFETY: nobody gets it.
+    // SAFETY: nobody else has it mutably.
     let mut remote = Remote::new(Held(()), unsafe { STORE.share() });
     line.interrupt();
-    // SAFETY: all that an interrupt touches has been made.
+    // SAFETY: everything that an interrupt uses is set up.
     unsafe { interrupt::enable() };
     let mut slave = ProgramSlave::new();
     loop {
         remote.poll();
         if !line.interrupts() && !slave.is_answering() {
-            // SAFETY: the receiver's interrupt has left it to the main loop.
+            // SAFETY: the receiver's interrupt is disabled, so the main loop owns the line.
             slave.obey(unsafe { LINE.get() }, &mut remote);
             line.interrupt();
         }
@@ -382,30 +380,30 @@ pub unsafe fn serve() -> ! {
     }
 }
 
-/// The step interrupt; [`cycles_interrupts!`](crate::cycles_interrupts) has it called.
+/// The step interrupt, called by [`cycles_interrupts!`](crate::cycles_interrupts).
 ///
 /// # Safety
-/// For the step interrupt alone, once there are motors.
+/// Only for the step interrupt, once there are motors.
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn on_compare() {
     Timer::enable(false);
-    // SAFETY: the one that comes in between is the receiver's.
+    // SAFETY: the only interrupt that comes now is the receiver's.
     unsafe { interrupt::enable() };
-    // SAFETY: the caller's promise; the foreground gets them only with this interrupt held off.
+    // SAFETY: the caller's promise; the foreground accesses them only with this interrupt held off.
     unsafe { CYCLE.get() }.on_compare();
     interrupt::disable();
     Timer::enable(true);
 }
 
-/// The receiver's interrupt, likewise.
+/// The receiver's interrupt, called in the same way.
 ///
 /// # Safety
-/// For the receiver's interrupt alone.
+/// Only for the receiver's interrupt.
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn on_receive() {
-    // SAFETY: this interrupt comes while the line is its own, and so is the receiver.
+    // SAFETY: this interrupt comes only while it owns the line; it also owns the receiver.
     let (usart, line) = unsafe { (chip::USART0::steal(), LINE.get()) };
     if let Some(received) = received(&usart)
         && line.receive(match received {

@@ -1,11 +1,11 @@
-//! Drives on pins of a port that is named while the program runs.
+//! Drives on pins of a port that is chosen while the program runs.
 //!
 //! ```text
 //!   AnyDrive::step_dir(b'D', 2, 5)                 STEP on PD2, DIR on PD5
 //!   AnyDrive::windings(b'B', UNIPOLAR_HALF, 0xF)   four lines on PB0 to PB3
 //! ```
 //!
-//! Any of them goes under any source of steps: planned moves
+//! Each of them works with any source of steps: planned moves
 //! ([`planned_motor!`](crate::planned_motor)), motor cycles
 //! ([`cycle_motors!`](crate::cycle_motors)), a law in the interrupt
 //! ([`asked_motor!`](crate::asked_motor)).
@@ -15,7 +15,7 @@ use stepwright::drive::{Axes, Coils, Drive, PortDrive, Sequence};
 use crate::asked::Output;
 use crate::timed::{AnyPort, Pins};
 
-/// What a motor is on.
+/// The drive of a motor.
 pub enum AnyDrive {
     /// A driver with STEP and DIR.
     StepDir(PortDrive<AnyPort>),
@@ -24,14 +24,14 @@ pub enum AnyDrive {
 }
 
 impl AnyDrive {
-    /// STEP and DIR on two bits of a port, which are outputs from now on; `None` if the chip has
-    /// no such port, or one of them is the serial line's.
+    /// STEP and DIR on two bits of a port, which become outputs; `None` if the chip has no such
+    /// port, or a bit is the serial line's.
     pub fn step_dir(letter: u8, step: u8, direction: u8) -> Option<AnyDrive> {
         let port = outputs(letter, bit(step) | bit(direction))?;
         Some(AnyDrive::StepDir(PortDrive::new(port, step, direction, 0)))
     }
 
-    /// Windings on the bits of a port that `mask` has; `sequence` is on these. Without current
+    /// Windings on the bits of a port in `mask`; `sequence` uses these bits. The current is off
     /// until [`Output::on`]. `None` as for [`step_dir`](AnyDrive::step_dir).
     pub fn windings(letter: u8, sequence: Sequence, mask: u8) -> Option<AnyDrive> {
         let mut coils = Coils::new(outputs(letter, mask)?, sequence, mask);
@@ -44,7 +44,7 @@ fn bit(number: u8) -> u8 {
     1u8.checked_shl(number.into()).unwrap_or(0)
 }
 
-/// Pins of a port as outputs.
+/// Makes pins of a port outputs.
 fn outputs(letter: u8, mask: u8) -> Option<AnyPort> {
     let mut port = AnyPort::of(letter, mask)?;
     port.drive(mask);
@@ -89,21 +89,21 @@ impl Output for AnyDrive {
     }
 }
 
-/// A drive for each of N motors, once it has one.
+/// A drive for each of N motors, once it is wired.
 pub struct Several<D, const N: usize> {
     drives: [Option<D>; N],
-    /// Motors that face backward.
+    /// The motors whose direction is backward.
     backward: Axes,
 }
 
 impl<D: Output, const N: usize> Several<D, N> {
-    /// Without drives.
+    /// No drives.
     pub(crate) const fn none() -> Several<D, N> {
         Several { drives: [const { None }; N], backward: 0 }
     }
 
-    /// Puts a motor on a drive, whose current goes on; that of the one before goes off. The motor
-    /// rests, and is there.
+    /// Puts a motor, which must rest, on a drive and switches its current on. The current of the
+    /// previous drive is switched off.
     pub fn wire(&mut self, motor: u8, mut drive: D) {
         if let Some(place) = self.drives.get_mut(usize::from(motor)) {
             if let Some(before) = place {

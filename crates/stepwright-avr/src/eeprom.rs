@@ -1,4 +1,4 @@
-//! Bytes that outlive the power: 1 KiB on the Uno, 4 KiB on the Mega.
+//! Bytes that outlast a loss of power: 1 KiB on the Uno, 4 KiB on the Mega.
 
 use core::arch::asm;
 
@@ -12,13 +12,13 @@ const EECR: u8 = 0x1F;
 const EEMPE: u8 = 2;
 const EEPE: u8 = 1;
 
-/// The chip's EEPROM. A byte takes 3.4 ms to write, and lasts 100,000 writes.
+/// The chip's EEPROM. Writing a byte takes 3.4 ms, and a byte endures 100,000 writes.
 ///
 /// Addresses wrap at its size.
 pub struct Eeprom(EEPROM);
 
 impl Eeprom {
-    /// Waits for the end of what was being written when the chip was reset.
+    /// Waits for the end of a write that was in progress when the chip was reset.
     pub fn new(registers: EEPROM) -> Eeprom {
         let eeprom = Eeprom(registers);
         while eeprom.is_writing() {}
@@ -41,8 +41,8 @@ impl Memory for Eeprom {
         self.0.eear().write(|w| w.set(address));
         self.0.eedr().write(|w| w.set(byte));
         interrupt::free(|_| {
-            // SAFETY: the register is ours. EEPE must follow EEMPE within 4 cycles,
-            // whatever the compiler does: it takes 2.
+            // SAFETY: the register is ours. EEPE must follow EEMPE within 4 cycles; these
+            // instructions take 2, whatever the compiler does.
             unsafe {
                 asm!(
                     "sbi {eecr}, {eempe}",

@@ -1,4 +1,4 @@
-//! A motor that an interrupt owns, for the foreground: the interrupt is held off for each call.
+//! A motor that an interrupt owns, for the foreground: each call holds off the interrupt.
 
 use core::marker::PhantomData;
 
@@ -7,25 +7,25 @@ use avr_device::interrupt;
 use crate::slot::Slot;
 use crate::timed::Timer;
 
-/// The foreground's hold on a motor and its timer.
+/// The foreground's handle to a motor and its timer.
 pub struct Guarded<M: 'static, T> {
     motor: &'static Slot<M>,
     timer: PhantomData<T>,
 }
 
 impl<M, T: Timer> Guarded<M, T> {
-    /// Takes the motor, and lets the timer run.
+    /// Takes the motor, and starts the timer.
     ///
     /// # Safety
-    /// To be called once for a motor, with interrupts off. `T` is the timer whose interrupt
-    /// is the motor's.
+    /// To be called once for a motor, with interrupts off. `T` is the timer whose interrupt owns
+    /// the motor.
     pub unsafe fn new(motor: &'static Slot<M>) -> Guarded<M, T> {
         let mut guarded = Guarded { motor, timer: PhantomData };
         guarded.with(|_, timer: &mut T| timer.start());
         guarded
     }
 
-    /// Has a look at both, while no interrupt comes.
+    /// Calls `look` with both while no interrupt comes.
     #[inline(always)]
     pub fn with<R>(&mut self, look: impl FnOnce(&mut M, &mut T) -> R) -> R {
         interrupt::free(|_| {

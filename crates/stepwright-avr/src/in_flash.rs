@@ -4,7 +4,7 @@ use core::cell::UnsafeCell;
 
 /// A value in flash: for a static in the section `.progmem.data`.
 ///
-/// A constant that is read in the ordinary way lies in RAM, and in flash as well.
+/// An ordinary constant takes RAM as well as flash.
 #[repr(transparent)]
 pub struct InFlash<T>(UnsafeCell<T>);
 
@@ -28,7 +28,7 @@ impl<T: Copy> InFlash<T> {
     #[inline(always)]
     pub unsafe fn load(&self, to: &mut T) {
         // SAFETY: reads this many bytes of flash, by the caller's promise those of a `T`, and
-        // writes as many where one lies.
+        // writes as many to a `T`.
         unsafe {
             core::arch::asm!(
                 "1: lpm {byte}, Z+",

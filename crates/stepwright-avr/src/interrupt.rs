@@ -1,13 +1,12 @@
-//! Interrupt handlers: in Rust, or assembly that is put at a vector by its name.
+//! Interrupt handlers: in Rust, or in assembly placed at a vector by its name.
 
-/// Declares a handler in Rust: its vector's name on the Uno, on the Mega, and
-/// what it does.
+/// Declares a handler in Rust: the name of its vector on the Uno and on the Mega, and its body.
 #[cfg(feature = "uno")]
 #[doc(hidden)]
 #[macro_export]
 macro_rules! handler {
     ($uno:ident, $mega:ident, $body:expr) => {
-        // Not public, and so in need of no documentation.
+        // Not public, so it needs no documentation.
         const _: () = {
             #[avr_device::interrupt(atmega328p)]
             fn $uno() {
@@ -32,7 +31,7 @@ macro_rules! handler {
     };
 }
 
-/// The vector of a byte that came, and that of the sender's room.
+/// The vectors of a received byte, and of room to send.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! vector {
@@ -44,7 +43,7 @@ macro_rules! vector {
     };
 }
 
-/// The one on the Uno, or the other on the Mega.
+/// The first literal on the Uno, the second on the Mega.
 #[cfg(feature = "uno")]
 #[doc(hidden)]
 #[macro_export]
@@ -62,8 +61,8 @@ macro_rules! either {
     };
 }
 
-/// The 4 cycles of a handler's entry. simavr enters it in no time; the feature
-/// `bench` spends them here, so that measured figures are the chip's.
+/// The 4 cycles of a handler's entry. simavr enters it in no time; the feature `bench` spends them
+/// here, so that measured figures match the chip.
 #[cfg(not(feature = "bench"))]
 #[doc(hidden)]
 #[macro_export]
@@ -84,6 +83,6 @@ macro_rules! entry {
 /// [`entry!`](crate::entry) for handlers in Rust.
 #[inline(always)]
 pub fn entry() {
-    // SAFETY: it does nothing to a register or to memory.
+    // SAFETY: it changes no register and no memory.
     unsafe { core::arch::asm!(entry!(), options(nomem, nostack, preserves_flags)) };
 }

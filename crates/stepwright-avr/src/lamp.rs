@@ -5,17 +5,17 @@ use crate::chip::{PORTB, Peripherals};
 /// Its bit on port B.
 const LAMP: u8 = if cfg!(feature = "uno") { 1 << 5 } else { 1 << 7 };
 
-/// The port, of which this file writes one pin. With interrupts on too: none of them writes a
+/// The port. This file writes one pin of it, also with interrupts on: no interrupt writes a
 /// register of this port.
 fn port() -> PORTB {
-    // SAFETY: one pin, which nobody else writes.
+    // SAFETY: one pin, which nothing else writes.
     unsafe { Peripherals::steal() }.PORTB
 }
 
 /// Switches the lamp on or off.
 pub fn set(on: bool) {
     drive();
-    // SAFETY: any level is one.
+    // SAFETY: any level is valid.
     port()
         .portb()
         .modify(|r, w| unsafe { w.bits(if on { r.bits() | LAMP } else { r.bits() & !LAMP }) });
@@ -24,12 +24,12 @@ pub fn set(on: bool) {
 /// Switches the lamp on if it is off, and off if it is on.
 pub fn toggle() {
     drive();
-    // SAFETY: a one in PINB toggles a pin, and leaves the others alone.
+    // SAFETY: a one in PINB toggles a pin, and does not change the others.
     port().pinb().write(|w| unsafe { w.bits(LAMP) });
 }
 
 /// Makes the pin an output.
 fn drive() {
-    // SAFETY: the other pins stay as they are.
+    // SAFETY: the other pins are unchanged.
     port().ddrb().modify(|r, w| unsafe { w.bits(r.bits() | LAMP) });
 }

@@ -1,14 +1,14 @@
-//! A time any number of clocks ahead, on a counter of 16 bits: what is far takes laps.
+//! A time any number of clocks ahead, on a counter of 16 bits. Far times take several laps.
 
 use crate::timed::Timer;
 
-/// Longer than half the counter a time can't be told from the past: it takes laps.
+/// From half the counter on, a future time can't be told from the past: it takes laps.
 const FAR: u32 = 0x8000;
 const LAP: u16 = 0x4000;
 
-/// When the next event is.
+/// The time of the next event.
 pub struct Laps {
-    /// What the compare register holds.
+    /// The value of the compare register.
     deadline: u16,
     /// Clocks from there to the event.
     left: u32,
@@ -20,7 +20,7 @@ impl Laps {
         Laps { deadline: 0, left: 0 }
     }
 
-    /// The first event is this many clocks from now; its interrupt may come.
+    /// Sets the first event this many clocks from now, and enables its interrupt.
     pub fn begin(&mut self, timer: &mut impl Timer, clocks: u32) {
         self.left = clocks;
         self.deadline = timer.now();
@@ -29,20 +29,20 @@ impl Laps {
         timer.enable(true);
     }
 
-    /// Whether the event is due, and not a lap.
+    /// Whether the event is due, and not only a lap.
     #[inline(always)]
     pub fn is_due(&self) -> bool {
         self.left == 0
     }
 
-    /// The next event is this many clocks after the one that is due.
+    /// Sets the next event this many clocks after the one that is due.
     #[inline(always)]
     pub fn next(&mut self, clocks: u32) {
         self.left = clocks;
     }
 
-    /// Sets the compare register: a lap, or the rest. True if that is ahead; otherwise it has
-    /// passed, its interrupt is none to wait for, and what is due is done at once.
+    /// Sets the compare register to the end of a lap, or to the event. True if that time is ahead.
+    /// Otherwise it has passed: its interrupt is cleared, and the caller continues at once.
     #[inline(always)]
     pub fn wait(&mut self, timer: &mut impl Timer) -> bool {
         self.aim(timer);

@@ -1,13 +1,14 @@
-//! Austin's laws over the serial line: the motor on axis 1 goes by any of them, ordered by
-//! `stepwright move --law … --port`, or by whoever writes the rows of `stepwright_austin::line`.
+//! Austin's laws over the serial line: the motor on axis 1 moves by any of them, ordered by
+//! `stepwright move --law … --port`, or by any sender of the rows of `stepwright_austin::line`.
 //!
 //! ```text
 //!   serial interrupts ──► Station ──► delays, up to 6 steps ahead ──► step interrupt of axis 1
 //!   (two rings)           (main loop, interrupts on)
 //! ```
 //!
-//! A Mega holds all laws in the program `laws`. An Uno has three: `laws` with the general form
-//! and the published listing, `transitions` with linear factor and piecewise, `power-term`.
+//! A Mega holds all laws in the program `laws`. An Uno has three programs: `laws` with the general
+//! form and the published listing, `transitions` with linear factor and piecewise, and
+//! `power-term`.
 
 use core::mem::MaybeUninit;
 
@@ -24,9 +25,9 @@ use crate::slot::Slot;
 use crate::step::{self, AvrEngine, RUNS};
 use crate::{chip, watchdog};
 
-/// Where the present travel began.
+/// The base positions of the present travels.
 static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);
-/// The motor; `start` makes it.
+/// The motor with its line; `start` makes it.
 static STATION: Slot<MaybeUninit<Motor>> = Slot::new(MaybeUninit::uninit());
 
 type Motor = ProgramDevice<Station<'static, AvrEngine, RUNS>, LONGEST>;
@@ -43,13 +44,13 @@ pub struct Desk {
 }
 
 impl Desk {
-    /// Makes everything, as at power-up.
+    /// Sets up everything, as at power-up.
     ///
     /// # Safety
     /// To be called once, with interrupts off.
     #[inline(never)]
     pub unsafe fn start() -> Desk {
-        // SAFETY: the only time that anybody takes them.
+        // SAFETY: they are taken only here.
         let chip = unsafe { chip::Peripherals::steal() };
         watchdog::start(&chip.WDT);
         #[cfg(feature = "uno")]
@@ -57,21 +58,21 @@ impl Desk {
         #[cfg(feature = "mega")]
         let (pins, mut levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
         levels.set_enable(false); // on while it is low
-        // SAFETY: the caller's promise. A producer of zeros is what `lend` asks for, and this
-        // one is the only one of its axis.
+        // SAFETY: the caller's promise. `lend` expects a producer of zeros, and this is the only
+        // one of its axis.
         let (engine, feed) = unsafe {
             let engine = step::start(pins, BASE.get());
             let mut feed = MaybeUninit::zeroed().assume_init();
             step::lend(0, &mut feed);
             (engine, feed)
         };
-        // SAFETY: the only time that anybody asks for it.
+        // SAFETY: taken only here.
         let station = unsafe { STATION.get() };
         let motor = station.write(ProgramDevice::new(Station::new(engine, feed, about())));
         Desk { motor, serial: Serial::start(chip.USART0) }
     }
 
-    /// Hears lines, makes delays, for ever.
+    /// Handles lines and computes delays, for ever.
     pub fn serve(mut self) -> ! {
         loop {
             watchdog::feed();
@@ -80,7 +81,7 @@ impl Desk {
     }
 }
 
-/// A program that goes by the laws of its features.
+/// Makes a program with the laws of its features.
 #[macro_export]
 macro_rules! ordered_laws {
     () => {
@@ -91,7 +92,7 @@ macro_rules! ordered_laws {
         fn main() -> ! {
             // SAFETY: called once, with interrupts off.
             let desk = unsafe { $crate::laws::Desk::start() };
-            // SAFETY: all that an interrupt touches has been made.
+            // SAFETY: everything that an interrupt uses is set up.
             unsafe { avr_device::interrupt::enable() };
             desk.serve()
         }

@@ -1,6 +1,6 @@
 //! Board support of Stepwright for Arduino Uno, Nano and Mega: ATmega328P and ATmega2560, 16 MHz.
 //!
-//! A program of your own is one function; the step interrupts move the motors meanwhile:
+//! A program of your own is one function; the step interrupts move the motors while it runs:
 //!
 //! ```ignore
 //! #![no_std]
@@ -21,12 +21,12 @@
 //! }
 //! ```
 //!
-//! Its `Cargo.toml` depends on this crate with the feature `uno` (for a Nano as well) or `mega`,
-//! and on `avr-device` with `rt`, whose macros are used here. It is built as any program for an
-//! AVR is: a compiler with `rust-src`, `-Zbuild-std=core`, `--target avr-none`, `-C
+//! Its `Cargo.toml` depends on this crate with the feature `uno` (also for a Nano) or `mega`, and
+//! on `avr-device` with `rt`, because the macros of this crate use it. It is built like any program
+//! for an AVR: a compiler with `rust-src`, `-Zbuild-std=core`, `--target avr-none`, `-C
 //! target-cpu=atmega328p`, optimised, with `panic = "abort"`. A program that can panic does not
-//! link: the panic handler calls a function that stands nowhere. Without the default feature
-//! `panic-handler` it brings a handler of its own.
+//! link: the panic handler calls a function that does not exist. Without the default feature
+//! `panic-handler` the program needs a handler of its own.
 //!
 //! # The way of the data
 //!
@@ -41,33 +41,33 @@
 //!   bytes ─► serial ─► main loop of stepwright-device ─► panel: enable, switches, EEPROM
 //! ```
 //!
-//! A program has one of the first five ways, as each has the step timer for itself.
+//! A program uses only one of the first five ways, because each needs the step timer for itself.
 //!
 //! | file | content |
 //! | --- | --- |
-//! | [`steppers`] | motors for a program of one's own |
-//! | [`board`] | which chip it is, its pins, what its steps cost |
-//! | [`step`] | the step interrupts that play queues, and the foreground's hold on them |
+//! | [`steppers`] | motors for your own program |
+//! | [`board`] | the chip, its pins, and the cost of its steps |
+//! | [`step`] | the step interrupts that play queues, and the foreground's handle to them |
 //! | `numbers` | the planner's numbers in assembly |
 //! | [`cycle`], [`cycles`], [`timer`] | motor cycles on the step timer; on any pins, ordered over the line |
 //! | [`planned`], [`cycle_drives`] | planned moves, and motor cycles, on any drive |
-//! | [`drives`] | drives on pins that are named while the program runs |
-//! | [`asked`] | any law on any drive, asked in the step interrupt |
-//! | `law` | laws that are asked in the main loop, and what a step of them costs (Uno) |
+//! | [`drives`] | drives on pins that are chosen while the program runs |
+//! | [`asked`] | any law on any drive, computed in the step interrupt |
+//! | `law` | laws that are computed in the main loop, and the cost of a step of each (Uno) |
 //! | `laws` | Austin's laws, ordered over the line |
-//! | `stream` | what a host streams |
+//! | `stream` | the player of a host's stream |
 //! | [`timed`] | the timed driver |
 //! | [`laps`], [`guarded`] | a far time on a counter of 16 bits; a motor that an interrupt owns |
 //! | [`serial`] | the serial line, by interrupts |
 //! | [`console`] | the serial line and a clock, without interrupts |
-//! | [`panel`], [`eeprom`], [`clock`], [`watchdog`], [`reset`] | what the device asks of its board |
+//! | [`panel`], [`eeprom`], [`clock`], [`watchdog`], [`reset`] | the board's side of the device |
 //! | [`lamp`] | the lamp at D13 |
 //! | [`slot`], `in_flash`, `memory` | statics, constants in flash, copying in few bytes |
-//! | [`interrupt`] | how handlers are declared, and what a simulator leaves out |
+//! | [`interrupt`] | the declaration of handlers, and the cycles that a simulator leaves out |
 //!
 //! # Memory and time
 //!
-//! `first-move` takes 20 KB of flash and 1.2 KB of RAM on an Uno, stack left out. A step is 70
+//! `first-move` takes 20 KB of flash and 1.2 KB of RAM on an Uno, without the stack. A step is 70
 //! cycles of interrupt; a piece of planning, in the main loop, 3,200 cycles at most
 //! (`bench/avr.json` in the repository).
 #![no_std]

@@ -1,17 +1,17 @@
-//! The routines that the compiler calls to copy and to fill memory: by the byte,
-//! in 50 bytes of flash instead of the 520 of its own. 10 cycles a byte.
+//! The routines that the compiler calls to copy and to fill memory: byte by byte, in 50 bytes of
+//! flash instead of the compiler's 520. 10 cycles a byte.
 
 use core::arch::asm;
 
-/// Copies `count` bytes, which do not overlap.
+/// Copies `count` bytes between areas that do not overlap.
 ///
 /// # Safety
-/// For the compiler: as C has it.
+/// For the compiler, as in C.
 #[unsafe(no_mangle)]
 unsafe extern "C" fn memcpy(to: *mut u8, from: *const u8, count: usize) -> *mut u8 {
     let [low, high] = count.to_le_bytes();
-    // SAFETY: the caller's promise. In assembly, for of a loop the compiler
-    // would make a call of this function.
+    // SAFETY: the caller's promise. In assembly, because the compiler would turn a loop into a call
+    // of this function.
     unsafe {
         asm!(
             "; memcpy takes r20 r21 r22 r23 r24 r25",
@@ -35,7 +35,7 @@ unsafe extern "C" fn memcpy(to: *mut u8, from: *const u8, count: usize) -> *mut 
 /// Sets `count` bytes to the lowest byte of `value`.
 ///
 /// # Safety
-/// For the compiler: as C has it.
+/// For the compiler, as in C.
 #[unsafe(no_mangle)]
 unsafe extern "C" fn memset(to: *mut u8, value: i16, count: usize) -> *mut u8 {
     let [low, high] = count.to_le_bytes();

@@ -1,10 +1,9 @@
-//! The planner's numbers in assembly, a third as long as the core's Rust and twice as fast.
+//! The planner's arithmetic in assembly, a third as long as the core's Rust and twice as fast.
 //!
-//! The core calls them by name (its feature `external-numbers`; `num/external.rs` there has
-//! the contract), and the tests hold both to the same bits
-//! (`firmware/rig/tests/numbers.rs`).
+//! The core calls it by name (its feature `external-numbers`; `num/external.rs` there has the
+//! contract), and the tests require the same bits from both (`firmware/rig/tests/numbers.rs`).
 //!
-//! | routine | cycles, call and return included |
+//! | routine | cycles, including call and return |
 //! | --- | --- |
 //! | `times`, `roughly` | 164, 86 |
 //! | `over` | 600 … 765 |
@@ -12,28 +11,28 @@
 //! | `plus`, `minus` | 67 … 180 |
 //! | `load`, `store`, `copy` | 32 |
 //!
-//! C's calling convention: an operand's address in r25–r24, a second one's in
-//! r23–r22. A number is four bytes m and two bytes e. Results are the number in hand, which
-//! has one address: so no routine hands one on.
+//! C's calling convention: the address of an operand in r25–r24, that of a second one in r23–r22. A
+//! number is four bytes m and two bytes e. The result is the number in hand, which has a fixed
+//! address, so no routine returns an address.
 //!
-//! Inside, a mantissa is r25–r22, a second one r21–r18; their exponents are r27–r26 and
+//! Inside, a mantissa is in r25–r22, a second one in r21–r18; their exponents are in r27–r26 and
 //! r31–r30.
 
 use core::arch::asm;
 
 use stepwright::number_layout as layout;
 
-/// The number in hand: the foreground's alone.
+/// The number in hand. Only the foreground uses it.
 #[unsafe(no_mangle)]
 static mut STEPWRIGHT_HAND: [u8; layout::SIZE] = [0; layout::SIZE];
 
-// What goes through X or Z reads a number from its first byte to its last.
+// Code that uses X or Z reads a number from its first byte to its last.
 const _: () = assert!(layout::MANTISSA == 0 && layout::EXPONENT == 4 && layout::SIZE == 6);
 
-/// Where the routines live. (Assembly outside a function is not told that the
-/// chip can multiply.) Never called; its own code is a `ret`.
-#[rustfmt::skip] // a round of a loop, a column of a product to a line
-#[expect(named_asm_labels)] // this is the one copy
+/// Contains the routines. (Assembly outside a function is not told that the chip can multiply.)
+/// Never called; its own code is a `ret`.
+#[rustfmt::skip] // // one line for a round of a loop, or for a column of a product
+#[expect(named_asm_labels)] // // this is the only copy
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn stepwright_numbers() {
@@ -42,13 +41,13 @@ extern "C" fn stepwright_numbers() {
         asm!(
             "rjmp 99f",
 
-            // The end of all that has a number as its result.
+            // The common end of routines with a number as their result.
             "stepwright_zero:",
             "clr r22", "clr r23", "movw r24, r22",
             "clr r26", "ldi r27, 0xC0",
             "rjmp 20f",
-            // From the upper half of a product, and the sum of exponents: one
-            // bit may be missing.
+            // From the upper half of a product, and the sum of exponents: the mantissa may lack one
+            // bit.
             "stepwright_product_done:",
             "adiw r26, 32",
             "tst r25", "brmi 20f",
@@ -81,17 +80,17 @@ extern "C" fn stepwright_numbers() {
             "brpl 22b",
             "rjmp 20b",
 
-            // Loads the other as the first, and the number in hand as the second.
+            // Loads the other operand as the first, and the number in hand as the second.
             "stepwright_load_other:",
             "movw r26, r24",
             "ldi r30, lo8({hand})", "ldi r31, hi8({hand})",
             "rjmp 23f",
-            // Loads two, whose addresses are in r25–r24 and r23–r22.
+            // Loads two operands, whose addresses are in r25–r24 and r23–r22.
             "stepwright_load_two:",
             "movw r26, r24",
             "movw r30, r22",
             "rjmp 23f",
-            // Loads the number in hand as the first, and the other as the second.
+            // Loads the number in hand as the first, and the other operand as the second.
             "stepwright_load:",
             "movw r30, r24",
             "ldi r26, lo8({hand})", "ldi r27, hi8({hand})",
@@ -112,8 +111,8 @@ extern "C" fn stepwright_numbers() {
             "rcall stepwright_load",
             "add r26, r30", "adc r27, r31",
             "push r26", "push r27",
-            // A column of the schoolbook product after another; its sum moves
-            // round r26, r27 and r30, and from column 4 on into the result.
+            // Computes the schoolbook product column by column. The sum of a column rotates through
+            // r26, r27 and r30, and from column 4 on it is stored in the result.
             "mul r22, r18",
             "mov r26, r1", "clr r27", "clr r30", "clr r31",
             // column 1: r26, r27, r30
@@ -148,7 +147,7 @@ extern "C" fn stepwright_numbers() {
             "pop r27", "pop r26",
             "rjmp stepwright_product_done",
 
-            // The upper halves only.
+            // Multiplies the upper halves only.
             ".global stepwright_hand_roughly",
             "; stepwright_hand_roughly takes r24 r25",
             "stepwright_hand_roughly:",
@@ -188,15 +187,14 @@ extern "C" fn stepwright_numbers() {
             "sbiw r26, 32",
             "rcall 31f",
             "rjmp 20b",
-            "38:", // by 0: beyond all that is meant here
+            "38:", // // by 0: larger than any number used here
             "ldi r22, 255", "ldi r23, 255", "movw r24, r22",
             "ldi r26, 255", "ldi r27, 31",
             "rjmp 20b",
             "39:",
             "rjmp stepwright_zero",
-            // r25–r22 · 2³² / r21–r18, for a quotient below 1, a bit a round.
-            // It accumulates, inverted, in r1, r0, r31, r30; the 1 that it begins
-            // with falls out at the end.
+            // r25–r22 · 2³² / r21–r18, for a quotient below 1, one bit a round. The quotient
+            // accumulates, inverted, in r1, r0, r31, r30; the initial 1 is shifted out at the end.
             "31:",
             "clr r0", "clr r31", "ldi r30, 1",
             "32:",
@@ -221,7 +219,7 @@ extern "C" fn stepwright_numbers() {
             "rcall stepwright_load",
             "cp r26, r30", "cpc r27, r31",
             "brge 40f",
-            // The second is the larger: exchange.
+            // The second is larger: exchange them.
             "movw r0, r26", "movw r26, r30", "movw r30, r0",
             "movw r0, r22", "movw r22, r18", "movw r18, r0",
             "movw r0, r24", "movw r24, r20", "movw r20, r0",
@@ -254,7 +252,7 @@ extern "C" fn stepwright_numbers() {
             "59:",
             "rjmp stepwright_zero",
 
-            // r21–r18 >> (r27–r26 less r31–r30), which is not negative.
+            // r21–r18 >> (r27–r26 less r31–r30), a difference that is not negative.
             "45:",
             "movw r0, r26",
             "sub r0, r30", "sbc r1, r31",
@@ -286,7 +284,7 @@ extern "C" fn stepwright_numbers() {
             "ld r22, Z", "ldd r23, Z+{m}+1", "ldd r24, Z+{m}+2", "ldd r25, Z+{m}+3",
             "ldd r26, Z+{e}", "ldd r27, Z+{e}+1",
             "tst r25", "breq 69b",
-            // An even exponent; the bit that falls off is half a unit.
+            // Makes the exponent even; the bit that is shifted out is half a unit.
             "clr r0",
             "sbrs r26, 0",
             "rjmp 60f",
@@ -297,8 +295,8 @@ extern "C" fn stepwright_numbers() {
             "asr r27", "ror r26",
             "sbiw r26, 16",
             "push r26", "push r27",
-            // First the root R of 16 bits: r21, r19, r18 is the rest, r31, r27,
-            // r26 the trial 4·R + 1, which becomes 2·trial + 3 or 2·trial − 1.
+            // First the root R of 16 bits: r21, r19, r18 is the remainder, r31, r27, r26 the trial
+            // 4·R + 1, which becomes 2·trial + 3 or 2·trial − 1.
             "clr r18", "clr r19", "clr r21",
             "ldi r26, 1", "clr r27", "clr r31",
             "ldi r30, 16",
@@ -317,7 +315,7 @@ extern "C" fn stepwright_numbers() {
             "63:",
             "dec r30",
             "brne 61b",
-            // Then 17 bits of rest / 2R: the trial less 1 is 4·R.
+            // Then 17 bits of remainder / 2R: the trial less 1 is 4·R.
             "dec r26",
             "lsr r0", "rol r18", "rol r19", "rol r21",
             "clr r22", "clr r23", "clr r24",
@@ -343,7 +341,7 @@ extern "C" fn stepwright_numbers() {
             "pop r27", "pop r26",
             "rjmp stepwright_normal",
 
-            // The whole part in r25–r22, the rest in r21–r18.
+            // The whole part in r25–r22, the fraction in r21–r18.
             ".global stepwright_hand_split",
             "; stepwright_hand_split takes",
             "stepwright_hand_split:",
@@ -402,7 +400,7 @@ extern "C" fn stepwright_numbers() {
             "mov r24, r0",
             "ret",
 
-            // Exponents first less second, and one less where the mantissas ask for it.
+            // The first exponent less the second, and one less if the first mantissa is smaller.
             ".global stepwright_doublings",
             "; stepwright_doublings takes r22 r23 r24 r25",
             "stepwright_doublings:",
@@ -421,7 +419,7 @@ extern "C" fn stepwright_numbers() {
             "add r22, r24", "adc r23, r25",
             "std Z+{e}, r22", "std Z+{e}+1, r23",
             "ret",
-            // From the first to the second.
+            // Copies from the first address to the second.
             ".global stepwright_copy",
             "; stepwright_copy takes r22 r23 r24 r25",
             "stepwright_copy:",
@@ -436,7 +434,7 @@ extern "C" fn stepwright_numbers() {
             "adiw r24, 32",
             "ldd r26, Z+{m}+3",
             "tst r26", "brne 91f",
-            "clr r24", "ldi r25, 0xC0", // of a 0
+            "clr r24", "ldi r25, 0xC0", // // for a 0
             "91:",
             "ret",
             ".global stepwright_hand_store",

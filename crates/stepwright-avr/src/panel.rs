@@ -1,4 +1,4 @@
-//! What the board lends its device: pins, time, and bytes that last.
+//! The board's side of its device: pins, time, and bytes that outlast a loss of power.
 
 use stepwright::Ticks;
 use stepwright::drive::Axes;
@@ -18,7 +18,7 @@ pub struct AvrIo {
 }
 
 impl AvrIo {
-    /// A panel whose time begins now.
+    /// A panel whose time starts now.
     pub fn new(levels: Levels, eeprom: Eeprom, clock: Clock) -> AvrIo {
         AvrIo { levels, eeprom, clock, millis: 0 }
     }

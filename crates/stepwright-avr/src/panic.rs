@@ -1,10 +1,9 @@
-//! There is no panic, and the linker proves it.
+//! Proves at link time that the firmware contains no panic.
 
 use core::panic::PanicInfo;
 
 unsafe extern "C" {
-    /// Stands nowhere: a firmware in which a panic could be reached does not
-    /// link.
+    /// Does not exist: a firmware that can reach a panic does not link.
     safe fn a_panic_can_be_reached() -> !;
 }
 

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! The step interrupt is compiled, for any [`Drive`]. Step and direction on the pins of a shield
-//! go by assembly, three motors and ten times as fast: [`steppers`](crate::steppers). One line
-//! makes a motor of a drive: [`planned_motor!`](crate::planned_motor).
+//! are driven by assembly, for three motors and ten times as fast: [`steppers`](crate::steppers).
+//! One line makes a motor from a drive: [`planned_motor!`](crate::planned_motor).
 
 use core::mem::MaybeUninit;
 
@@ -20,10 +20,10 @@ use crate::board;
 use crate::slot::Slot;
 use crate::timer::Timer;
 
-/// Runs that a queue holds.
+/// The runs that a queue holds.
 const RUNS: usize = 8;
-/// Cycles that a step is given: the longest stay in the step interrupt that makes one
-/// (`firmware/rig/tests/drives.rs`), and a fifth for the main loop.
+/// The cycles allowed for a step: the longest stay in the step interrupt that makes one step
+/// (`firmware/rig/tests/drives.rs`), and a fifth more for the main loop.
 const COST: u16 = 1_600;
 
 /// The engine of one motor.
@@ -39,7 +39,7 @@ pub struct PlannedStore<D> {
 }
 
 impl<D: Output> PlannedStore<D> {
-    /// Without a motor.
+    /// Memory without a motor.
     pub const fn new() -> PlannedStore<D> {
         PlannedStore { queue: Queue::new(), engine: MaybeUninit::uninit() }
     }
@@ -47,7 +47,7 @@ impl<D: Output> PlannedStore<D> {
     /// Makes the motor, with its current on.
     ///
     /// # Safety
-    /// To be called once, with interrupts off; `store` is that of timer 1's interrupt.
+    /// To be called once, with interrupts off; `store` belongs to timer 1's interrupt.
     #[doc(hidden)]
     pub unsafe fn take(store: &'static Slot<PlannedStore<D>>, mut drive: D) -> Motor<D> {
         // SAFETY: the caller's promise.
@@ -64,7 +64,7 @@ impl<D: Output> PlannedStore<D> {
     /// The step interrupt.
     ///
     /// # Safety
-    /// For that interrupt alone, once the motor is taken.
+    /// Only for that interrupt, once the motor is taken.
     #[doc(hidden)]
     #[inline(always)]
     pub unsafe fn on_compare(&mut self) {
@@ -73,7 +73,7 @@ impl<D: Output> PlannedStore<D> {
     }
 }
 
-/// The foreground's hold on the engine: the step interrupt is held off for each call.
+/// The foreground's handle to the engine: each call holds off the step interrupt.
 pub struct PlannedEngine<D: 'static>(&'static Slot<PlannedStore<D>>);
 
 impl<D: Drive> PlannedEngine<D> {
@@ -84,7 +84,7 @@ impl<D: Drive> PlannedEngine<D> {
         })
     }
 
-    /// Puts the motor on another drive, while it rests.
+    /// Puts the motor on another drive. The motor must rest.
     pub fn rewire(&mut self, drive: D)
     where
         D: Output,
@@ -110,7 +110,7 @@ impl<D: Drive> Control for PlannedEngine<D> {
         self.with(|engine| engine.report(axis))
     }
     fn playing(&mut self, axis: u8) -> Playing {
-        // Of steps nobody need know: a look is all that their interrupt waits for.
+        // Steps need not be reported: the step interrupt is held off only for this check.
         if self.with(|engine| engine.waits(axis)) {
             self.with(|engine| engine.playing(axis))
         } else {
@@ -131,7 +131,8 @@ impl<D: Drive> Control for PlannedEngine<D> {
     }
 }
 
-/// A planned motor on timer 1 as a module with a function that takes it: a name, and any drive.
+/// Makes a module for a planned motor on timer 1, with a function that takes it, from a name and a
+/// drive.
 #[macro_export]
 macro_rules! planned_motor {
     ($(#[$doc:meta])* mod $name:ident, $drive:ty) => {
@@ -144,7 +145,7 @@ macro_rules! planned_motor {
             static STORE: Slot<PlannedStore<$drive>> = Slot::new(PlannedStore::new());
 
             $crate::handler!(TIMER1_COMPA, TIMER1_COMPA, {
-                // SAFETY: the interrupt that owns it, which comes once it is taken.
+                // SAFETY: this is the interrupt that owns it; it comes once the motor is taken.
                 unsafe { STORE.get().on_compare() }
             });
 

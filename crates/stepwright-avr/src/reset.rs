@@ -1,6 +1,6 @@
-//! What the last reset was, and the mark that RAM keeps through it.
+//! The reason of the last reset, and the mark that RAM keeps through it.
 //!
-//! The mark lies behind all other statics: boot loaders use the two ends of RAM.
+//! The mark is placed after all other statics, because boot loaders use the two ends of RAM.
 
 use core::mem::MaybeUninit;
 
@@ -13,13 +13,13 @@ use crate::slot::Slot;
 #[unsafe(link_section = ".noinit")]
 static MARK: Slot<MaybeUninit<u16>> = Slot::new(MaybeUninit::uninit());
 
-/// Why the chip has begun. Once: the next call says [`Reset::Other`].
+/// The reason of the last reset. Call it once: the next call returns [`Reset::Other`].
 pub fn reason() -> Reset {
-    // SAFETY: a register of the chip's own, that only this function touches.
+    // SAFETY: a register of the chip that only this function uses.
     let register = unsafe { CPU::steal() };
     let flags = register.mcusr().read();
     register.mcusr().reset();
-    // At power-up the supply may rise slowly enough for others too.
+    // At power-up a slowly rising supply may set other flags too.
     if flags.porf().bit_is_set() {
         Reset::Power
     } else if flags.wdrf().bit_is_set() {
@@ -29,10 +29,10 @@ pub fn reason() -> Reset {
     }
 }
 
-/// The mark in RAM, or what is in its place.
+/// The mark in RAM, or the contents of its place.
 pub fn mark() -> Mark {
-    // SAFETY: two bytes that only the foreground reads and writes. They may hold
-    // anything, which is read as a volatile number.
+    // SAFETY: two bytes that only the foreground reads and writes. They may hold anything, and are
+    // read as a volatile number.
     Mark(unsafe { MARK.address().cast::<u16>().read_volatile() })
 }
 

@@ -1,8 +1,8 @@
 //! The serial line: USART0 at 115200 baud, 8 bits, no parity, one stop bit.
 //!
-//! Interrupts move bytes between the line and two rings, so that the main
-//! program may be planning while they come and go. A byte every 87 µs is
-//! fast: the handlers are short, because each puts off the steps.
+//! Interrupts move bytes between the line and two rings, so that the main program can plan while
+//! bytes arrive and are sent. At a byte every 87 µs the handlers must be short, because each delays
+//! the steps.
 
 use core::cell::UnsafeCell;
 use core::mem::offset_of;
@@ -11,15 +11,14 @@ use stepwright_device::main_loop::{Received, SerialPort};
 
 use crate::chip::{TC0, USART0};
 
-/// What the receiver puts in place of a byte that it lost or that came
-/// damaged: no byte of any line.
+/// The byte that the receiver stores in place of a lost or damaged one. No line contains this byte.
 #[doc(hidden)] // the handlers use it
 pub const GARBLED: u8 = 0xFF;
 
-/// 16 MHz / 8 / 115200 − 1; the rate is 2.1 % high, which the line allows.
+/// 16 MHz / 8 / 115200 − 1; the rate is 2.1 % high, which the line tolerates.
 const DIVISOR: u16 = 16;
 
-/// The registers and their bits, for the handlers: alike on both chips.
+/// The registers and their bits, for the handlers: the same on both chips.
 #[doc(hidden)] // the handlers use it
 pub const UCSR0A: u8 = 0xC0;
 #[doc(hidden)] // the handlers use it
@@ -29,17 +28,17 @@ pub const UDR0: u8 = 0xC6;
 /// A damaged byte, or a lost one.
 #[doc(hidden)] // the handlers use it
 pub const ERRORS: u8 = 1 << 4 | 1 << 3;
-/// `UCSR0B`: receiver and sender on, an interrupt for each byte that comes …
+/// `UCSR0B`: receiver and sender on, an interrupt for each received byte …
 #[doc(hidden)] // the handlers use it
 pub const LISTENING: u8 = 1 << 7 | 1 << 4 | 1 << 3;
 /// … and one while the sender has room.
 #[doc(hidden)] // the handlers use it
 pub const SENDING: u8 = LISTENING | 1 << 5;
 
-/// Bytes received since the beginning, and how many that may be, both modulo 256. An
-/// instruction reaches these registers in one cycle, memory in two. They are the compare
-/// registers of timer 0, alike on both chips, which compares nothing; the
-/// general ones are the step interrupt's.
+/// Bytes received since the start, and the limit of that count, both modulo 256. An instruction
+/// reaches these registers in one cycle, memory in two. They are the compare registers of timer 0,
+/// the same on both chips, which are not used for comparing; the general-purpose registers belong
+/// to the step interrupt.
 #[doc(hidden)] // the handlers use it
 pub const CAME: u8 = 0x27; // OCR0A
 #[doc(hidden)] // the handlers use it
@@ -54,10 +53,9 @@ pub static TO_SEND: Ring = Ring::new();
 pub struct Serial(());
 
 impl Serial {
-    /// Sets the line up. It works once interrupts are enabled.
+    /// Sets up the line. It works once interrupts are enabled.
     pub fn start(registers: USART0) -> Serial {
-        // Double speed first: a simulator computes its times when the divisor
-        // is written.
+        // Double speed first: a simulator computes its times when the divisor is written.
         registers.ucsr0a().write(|w| w.u2x0().set_bit());
         registers.ubrr0().write(|w| w.set(DIVISOR));
         registers.ucsr0c().write(|w| w.ucsz0().chr8());
@@ -80,18 +78,18 @@ impl SerialPort for Serial {
         !TO_SEND.is_full()
     }
 
-    /// Without room it spoils a byte that is still to be sent.
+    /// Without room it overwrites a byte that is still to be sent.
     fn send(&mut self, byte: u8) {
-        // The handler stops its interrupts when it has taken the last byte, and may
-        // have taken this one when they start again: then it finds none, and stops
-        // them again.
+        // The handler disables its interrupts when it has taken the last byte. It may have taken
+        // this byte already when they are enabled here: then it finds none, and disables them
+        // again.
         // SAFETY: there is one line, and this is its only writer.
         unsafe { TO_SEND.put(byte) };
         set_control(SENDING);
     }
 }
 
-/// Writes `UCSR0B`: one instruction.
+/// Writes `UCSR0B` in one instruction.
 fn set_control(bits: u8) {
     // SAFETY: both handlers and the line expect these bits, and no others.
     unsafe { USART0::steal().ucsr0b().write(|w| w.bits(bits)) };
@@ -99,20 +97,19 @@ fn set_control(bits: u8) {
 
 /// Puts the line's interrupts into a program.
 ///
-/// Both handlers are assembly, and let the step interrupt come in between as soon
-/// as they can: what they keep it waiting for, a step is late by.
+/// Both handlers are assembly, and let the step interrupt nest as soon as they can: a step is late
+/// by the time for which they hold it off.
 ///
-/// The receiver's counts its byte before it stores it, so that a handler which
-/// came in between (a visit of the step interrupt may take longer than a byte)
-/// would store the next one behind it. The sender's switches its own interrupt
-/// off meanwhile.
+/// The receiver's handler counts its byte before it stores it. So a nested receiver's handler (a
+/// stay in the step interrupt may be longer than a byte) stores the next byte behind it. The
+/// sender's handler disables its own interrupt meanwhile.
 ///
-/// Cycles on an Uno by its data sheet, from the request on, entry (4) and vector (3)
-/// included; steps may come from `sei` on.
+/// Cycles on an Uno according to its data sheet, from the request on, including entry (4) and
+/// vector (3); steps can interrupt from `sei` on.
 ///
 /// | | up to `sei` | in all |
 /// | --- | --- | --- |
-/// | a byte has come | 27 | 49 |
+/// | a byte was received | 27 | 49 |
 /// | the sender has room, and there is a byte that isn't the last | 16 | 60 |
 #[macro_export]
 macro_rules! serial_interrupts {
@@ -150,11 +147,11 @@ macro_rules! serial_interrupts {
             "pop  r30",
             "pop  r29",
             "reti",
-            // Lost or damaged.
+            // A lost or damaged byte.
             "4: ldi r29, {garbled}",
             "rjmp 2b",
-            // No room: the last byte is spoiled in its place, so that the line
-            // which lacks a byte is known.
+            // No room: overwrites the last byte in its place, so that the line which lacks a byte
+            // is known to be damaged.
             "5: ldi r31, {errors}",
             "rjmp 3b",
 
@@ -214,28 +211,29 @@ macro_rules! serial_interrupts {
     };
 }
 
-/// Bytes that come for the foreground, a power of two. The master waits for its answer
-/// before it says the next line, and a line has at most 31 bytes.
+/// The ring of received bytes, a power of two. The master waits for its answer before it sends the
+/// next line, and a line has at most 31 bytes.
 #[doc(hidden)] // the handlers use it
 pub const SIZE: u8 = 32;
 
-/// Bytes that go out, a power of two: the main loop adds one a round, so they last for several.
+/// The ring of bytes to send, a power of two: the main loop adds one a round, so they last for
+/// several rounds.
 #[doc(hidden)] // the handlers use it
 pub const OUTGOING: u8 = 8;
 
-/// Bytes from the receiver's handler to the foreground. What came is counted in a
-/// register, and another one has what is taken and SIZE more.
+/// Bytes from the receiver's handler to the foreground. One register counts received bytes, another
+/// holds the count of taken bytes plus SIZE.
 #[doc(hidden)]
 #[repr(C)]
 pub struct Inbox {
     bytes: UnsafeCell<[u8; SIZE as usize]>,
-    /// Bytes taken out, modulo 256; the foreground's alone.
+    /// The count of bytes taken, modulo 256. Only the foreground uses it.
     taken: UnsafeCell<u8>,
 }
 
-// SAFETY: a byte is touched by the handler only while the registers leave it free, by
-// the foreground only while they say that it is filled. Both registers are read and
-// written as volatile bytes, each by one side, after the byte has been used.
+// SAFETY: the handler uses a place only while the registers say that it is free, the foreground
+// only while they say that it is filled. Both registers are read and written as volatile bytes,
+// each written by one side, after it has used the byte.
 unsafe impl Sync for Inbox {}
 
 impl Inbox {
@@ -243,20 +241,20 @@ impl Inbox {
         Inbox { bytes: UnsafeCell::new([0; SIZE as usize]), taken: UnsafeCell::new(0) }
     }
 
-    /// Empty; before the receiver is on.
+    /// Empties the ring; before the receiver is on.
     fn begin(&self) {
-        // SAFETY: nobody else uses its compare registers.
+        // SAFETY: nothing else uses its compare registers.
         let timer = unsafe { TC0::steal() };
         timer.ocr0a().write(|w| w.set(0));
         timer.ocr0b().write(|w| w.set(SIZE));
     }
 
-    /// Takes the oldest byte out.
+    /// Takes the oldest byte.
     ///
     /// # Safety
-    /// For the foreground alone, one call at a time.
+    /// Only for the foreground, one call at a time.
     unsafe fn take(&self) -> Option<u8> {
-        // SAFETY: nobody else uses its compare registers.
+        // SAFETY: nothing else uses its compare registers.
         let timer = unsafe { TC0::steal() };
         // SAFETY: the caller's promise.
         let taken = unsafe { &mut *self.taken.get() };
@@ -271,7 +269,7 @@ impl Inbox {
     }
 }
 
-/// The place that a counter stands for.
+/// The place of a counter's byte.
 fn place<const N: usize>(bytes: &UnsafeCell<[u8; N]>, counter: u8) -> *mut u8 {
     const { assert!(N.is_power_of_two() && N <= 128) };
     // SAFETY: N is a power of two, so the place lies in the ring.
@@ -283,9 +281,9 @@ fn place<const N: usize>(bytes: &UnsafeCell<[u8; N]>, counter: u8) -> *mut u8 {
 #[repr(C)]
 pub struct Ring {
     bytes: UnsafeCell<[u8; OUTGOING as usize]>,
-    /// Bytes put in since the beginning, modulo 256; written by the writer.
+    /// The count of bytes put in, modulo 256; written by the writer.
     put: UnsafeCell<u8>,
-    /// Bytes taken out; written by the reader.
+    /// The count of bytes taken; written by the reader.
     taken: UnsafeCell<u8>,
 }
 
@@ -294,16 +292,15 @@ pub const PUT: usize = offset_of!(Ring, put);
 #[doc(hidden)] // the handlers use it
 pub const TAKEN: usize = offset_of!(Ring, taken);
 
-// SAFETY: a byte of the ring is read and written in one instruction, by the reader only while
-// put − taken says that it is filled.
-// The foreground stores its counter after it has used the byte, and reads and
-// writes both counters as volatile bytes, which takes one instruction. (Atomic
-// ones would hold interrupts off for each.)
+// SAFETY: a byte of the ring is read and written in one instruction, by the reader only while put −
+// taken says that it is filled. The foreground stores its counter after it has used the byte, and
+// reads and writes both counters as volatile bytes, which takes one instruction. (Atomic ones would
+// disable interrupts for each.)
 unsafe impl Sync for Ring {}
 
 impl Ring {
     const fn new() -> Ring {
-        // Where the handlers look for the bytes.
+        // The handlers expect the bytes at offset 0.
         const { assert!(offset_of!(Ring, bytes) == 0 && offset_of!(Inbox, bytes) == 0) };
         Ring {
             bytes: UnsafeCell::new([0; OUTGOING as usize]),
@@ -314,7 +311,7 @@ impl Ring {
 
     /// Both counters.
     fn counters(&self) -> (u8, u8) {
-        // SAFETY: one instruction each, and the handler changes but one.
+        // SAFETY: one instruction each, and the handler changes only one of them.
         unsafe { (self.put.get().read_volatile(), self.taken.get().read_volatile()) }
     }
 
@@ -323,10 +320,10 @@ impl Ring {
         put.wrapping_sub(taken) >= OUTGOING
     }
 
-    /// Puts a byte in, for which there is room.
+    /// Puts in a byte. There must be room.
     ///
     /// # Safety
-    /// For the foreground alone, one call at a time.
+    /// Only for the foreground, one call at a time.
     unsafe fn put(&self, byte: u8) {
         let (put, _) = self.counters();
         // SAFETY: there is one writer, and the handler reads a byte in one instruction. Volatile

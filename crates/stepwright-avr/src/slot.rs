@@ -1,44 +1,43 @@
-//! A static that the main program makes and an interrupt uses.
+//! A static that the main program sets up and an interrupt uses.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-/// Memory at a fixed address, whose owners agree who has it when.
+/// Memory at a fixed address. Its users agree who owns it at what time.
 ///
-/// A fixed address saves the interrupt a pointer, and there is no flag that
-/// says whether the value is there, as it would cost cycles in each interrupt.
+/// A fixed address saves the interrupt a pointer. No flag says whether the value is set, because it
+/// would cost cycles in each interrupt.
 #[repr(transparent)] // assembly finds the value at its address
 pub struct Slot<T>(UnsafeCell<T>);
 
-// SAFETY: the chip has one core, so that only an interrupt can come between;
-// each `get` says why none does.
+// SAFETY: the chip has one core, so only an interrupt can interfere; each `get` says why none does.
 unsafe impl<T> Sync for Slot<T> {}
 
 impl<T> Slot<T> {
-    /// Memory with a first value.
+    /// Memory with an initial value.
     pub const fn new(value: T) -> Slot<T> {
         Slot(UnsafeCell::new(value))
     }
 
-    /// Where the value lies.
+    /// The address of the value.
     pub const fn address(&self) -> *const T {
         self.0.get()
     }
 
-    /// The value, to be read by all.
+    /// A shared reference to the value.
     ///
     /// # Safety
-    /// Nobody may [`get`](Slot::get) it.
+    /// Nothing may call [`get`](Slot::get) on it.
     pub const unsafe fn share(&self) -> &T {
         // SAFETY: the caller's promise.
         unsafe { &*self.0.get() }
     }
 
-    /// The value.
+    /// An exclusive reference to the value.
     ///
     /// # Safety
-    /// While the reference lives, nobody else may get another: the caller is
-    /// the interrupt that owns the value, or that interrupt can't come.
+    /// While the reference lives, nothing else may get another: the caller is the interrupt that
+    /// owns the value, or that interrupt can't come.
     #[inline(always)]
     #[allow(clippy::mut_from_ref, reason = "that is what the caller promises")]
     pub unsafe fn get(&self) -> &mut T {
@@ -47,12 +46,12 @@ impl<T> Slot<T> {
     }
 }
 
-/// Registers, which are no more than a right.
+/// A value without bytes that stands for access to registers.
 ///
 /// # Safety
-/// The caller has the right, or nothing is done with them before somebody has.
+/// The caller has the access, or the value is not used before somebody has.
 pub(crate) const unsafe fn token<T>() -> T {
     const { assert!(size_of::<T>() == 0) };
-    // SAFETY: of a value without bytes none is missing; the caller's promise.
+    // SAFETY: a value without bytes is always initialised; the caller's promise.
     unsafe { MaybeUninit::uninit().assume_init() }
 }

@@ -1,9 +1,9 @@
-//! The step interrupts, one an axis, and the foreground's hold on them.
+//! The step interrupts, one for each axis, and the foreground's handle to them.
 //!
-//! Each axis has a compare register of its own, so that the hardware sorts the
-//! deadlines. An interrupt plays the events of a group ([`entry`]); when the group
-//! is over the next one is ready, and the one after it is prepared with interrupts
-//! on. Compiled code never runs while a step waits.
+//! Each axis has a compare register of its own, so that the hardware sorts the deadlines. An
+//! interrupt plays the events of a group ([`entry`]). When the group is over, the next one is
+//! ready, and the one after it is prepared with interrupts on. No compiled code runs while a step
+//! waits.
 //!
 //! ```text
 //!   queue ──► prepare ──► next group ──► present group ──► pins, compare register
@@ -28,25 +28,25 @@
 //!
 //! # Late steps
 //!
-//! 23 cycles after an edge the interrupt looks at the timer: less than half an interval
-//! less 1 µs to the next deadline is a late step (`stepwright::late_after`), and is counted. If that deadline
-//! has passed too, its step comes as soon as the minimum interval allows, and
-//! steps of other axes may come in between. Such steps are some 112 cycles apart: where the interval is
-//! shorter than that, nothing would be caught up, and the schedule slips at once, by less than two intervals.
-//! Elsewhere it slips when it is 3,072 ticks behind.
-//! An open queue that is empty at a deadline is one late step, and what comes then
-//! is played at once, and from there on.
+//! 23 cycles after an edge the interrupt compares the timer with the next deadline. If that is
+//! nearer than half an interval less 1 µs (`stepwright::late_after`), the step is counted as late.
+//! If that deadline has passed too, its step comes as soon as the minimum interval allows, and
+//! steps of other axes may come in between. Such steps are some 112 cycles apart. Where the
+//! interval is shorter than that, the axis could not catch up, and the schedule slips at once, by
+//! less than two intervals. Otherwise it slips when it is 3,072 ticks behind. An open queue that is
+//! empty at a deadline counts as one late step; the next entry is played at once, and the schedule
+//! continues from there.
 //!
 //! # The Uno's third axis
 //!
-//! Timer 2 counts every eighth cycle, in phase with timer 1: the edges of the third
-//! axis come at the next multiple of 8 cycles. A wait of more than 1,791 cycles is
-//! several turns of that timer, and a look at each.
+//! Timer 2 counts every eighth cycle, in phase with timer 1: the edges of the third axis come at
+//! the next multiple of 8 cycles. A wait of more than 1,791 cycles takes several turns of that
+//! timer, with a check at each.
 //!
-//! Simulators tell nothing of two things, which want one look on real hardware with
-//! an oscilloscope: the phase of timer 2 (the first and the third axis at one speed,
-//! their edges 0 to 8 cycles apart, and no jumps), and a compare register written
-//! just before it matches (the third axis at its highest speed, no step missing).
+//! Simulators do not show two things, which need one check on real hardware with an oscilloscope:
+//! the phase of timer 2 (the first and the third axis at one speed, their edges 0 to 8 cycles
+//! apart, without jumps), and a compare register written just before it matches (the third axis at
+//! its highest speed, without a missing step).
 //!
 //! [`entry`]: stepwright::entry
 
@@ -71,28 +71,29 @@ use channels::{OCR, TCCRA, TCNT, TIFR, TIMSK};
 #[doc(hidden)] // for the assembly
 pub use layout::{AxisState, Common};
 
-/// Entries queued for each axis, 11 bytes each. A Mega has the room for twice as many: a change or a
-/// stop on a steep ramp is planned while these are played.
+/// The entries queued for each axis, 11 bytes each. A Mega has room for twice as many: a change or
+/// a stop on a steep ramp is planned while these are played.
 pub const RUNS: usize = if cfg!(feature = "mega") { 16 } else { 8 };
 
-/// Cycles from an edge to the look at the timer, and the µs that a step may be later than
+/// Cycles from an edge to the check of the timer, plus the µs by which a step may be later than
 /// half an interval (`stepwright::late_after`).
 pub const LOOK: u8 = 23 + 16;
 /// High byte of −3,072 ticks: further behind, the schedule slips.
 pub const SLIP: u8 = 0xF4;
-/// Steps whose deadlines have passed are this many cycles apart: at shorter intervals none is caught up.
+/// Steps whose deadlines have passed are this many cycles apart: at shorter intervals an axis does
+/// not catch up.
 pub const CAUGHT: u8 = 114;
-/// How long an axis looks for nothing while its queue is empty, in 257 ticks.
+/// The time between two checks of an empty queue, in 257 ticks.
 pub const POLL: u8 = 0x23;
 
-/// Events that are `left` of a group.
+/// The events `left` of a group.
 fn events(left: [u8; 2]) -> u32 {
     let [low, high] = left;
     let high = if low == 0 { high.wrapping_add(1) } else { high };
     u16::from_le_bytes([low, high]).into()
 }
 
-/// Steps that are `left` of a group with these pins.
+/// The steps `left` of a group with these pins.
 fn steps(left: [u8; 2], pins: u8) -> u32 {
     if pins & channels::STEPS == 0 { 0 } else { events(left) }
 }
@@ -102,11 +103,11 @@ pub static STEPPERS: Slot<[AxisState; AXES]> = Slot::new([const { AxisState::new
 #[doc(hidden)]
 pub static COMMON: Slot<Common> = Slot::new(Common { late: [0; 3], resting: 0, hold: 0, pace: 0 });
 
-/// The step timer.
+/// The counter of the step timer.
 #[inline(always)]
 pub fn now() -> u16 {
-    // Its upper byte is read behind the lower one, from where the chip keeps it for all registers of
-    // 16 bits.
+    // The upper byte is read after the lower one, from the temporary register that the chip shares
+    // among all its 16-bit registers.
     // SAFETY: no interrupt comes in between.
     let bytes = interrupt::free(|_| unsafe {
         [register(TCNT).read_volatile(), register(TCNT + 1).read_volatile()]
@@ -178,29 +179,29 @@ unsafe extern "C" {
     fn stepwright_refill(axes: Axes);
 }
 
-/// A register of one byte.
+/// The address of a register of one byte.
 const fn register(address: u16) -> *mut u8 {
     core::ptr::without_provenance_mut(address as usize)
 }
 
-/// Where the ready flags are: GPIOR0.
+/// The address of the ready flags: GPIOR0.
 const FLAGS: *mut u8 = register(0x3E);
 
-/// Has the runs of an axis go to where its interrupt plays them.
+/// Connects the producer of an axis to the queue that its interrupt plays.
 ///
 /// # Safety
 /// The producer is all zeros, and the only one of this axis.
 pub unsafe fn lend(axis: u8, producer: &mut Producer<'static, RUNS>) {
-    // SAFETY: the caller's promise. A queue is shared as it is.
+    // SAFETY: the caller's promise. The queue is shared as it is.
     unsafe { (*place(axis)).queue.lend(producer, board::wiring(axis)) }
 }
 
-/// Where an axis is.
+/// The address of the state of an axis.
 #[inline(always)]
 fn place(axis: u8) -> *mut AxisState {
     let axis = if usize::from(axis) < AXES { axis } else { 0 };
     let offset = axis.wrapping_mul(size_of::<AxisState>() as u8);
-    // A product of bytes where that is enough.
+    // A product of bytes if that is enough.
     let offset = if size_of::<AxisState>() * AXES <= 256 {
         usize::from(offset)
     } else {
@@ -209,9 +210,8 @@ fn place(axis: u8) -> *mut AxisState {
     STEPPERS.address().cast_mut().cast::<AxisState>().wrapping_byte_add(offset)
 }
 
-/// The same pointer, of which the compiler does not know what it is: so it is loaded once,
-/// where the address of each field would be added up. In registers: `black_box` goes by the
-/// stack.
+/// The same pointer, hidden from the compiler, so that it is loaded once; otherwise the address of
+/// each field would be computed. It stays in registers: `black_box` uses the stack.
 #[inline(always)]
 fn pointed(mut at: *mut AxisState) -> *mut AxisState {
     // SAFETY: no instruction.
@@ -221,8 +221,7 @@ fn pointed(mut at: *mut AxisState) -> *mut AxisState {
     at
 }
 
-/// Has the timers run. Returns the foreground's hold on the axes, which rest and face
-/// forward.
+/// Starts the timers. Returns the foreground's handle to the axes, which rest and face forward.
 ///
 /// # Safety
 /// To be called once, with interrupts disabled.
@@ -230,12 +229,12 @@ pub unsafe fn start(mut pins: Pins, base: &'static mut [i64; AXES]) -> AvrEngine
     for axis in 0..AXES as u8 {
         pins.direction(axis, true);
     }
-    // SAFETY: the step interrupts' registers, and no interrupt comes.
+    // SAFETY: registers of the step interrupts, and no interrupt comes.
     unsafe {
         COMMON.get().resting = 0b111;
         FLAGS.write_volatile(0);
         register(TCCRA).write_volatile(0);
-        // Every cycle.
+        // No prescaler: every cycle counts.
         register(TCCRA + 1).write_volatile(1);
         #[cfg(feature = "uno")]
         in_phase();
@@ -245,17 +244,16 @@ pub unsafe fn start(mut pins: Pins, base: &'static mut [i64; AXES]) -> AvrEngine
     held
 }
 
-/// Lets timer 2 count every eighth cycle, when timer 1 has a multiple of 8.
+/// Starts timer 2, which counts every eighth cycle, when timer 1 is at a multiple of 8.
 ///
-/// The prescaler of timer 2 is held while both are set, and goes on with the last
-/// store. A simulator may know no prescaler, and lets the timer run from when it gets a
-/// clock: two cycles earlier.
+/// The prescaler of timer 2 is held while both are set, and released by the last store. A simulator
+/// may not model the prescaler, and starts the timer when it gets a clock: two cycles earlier.
 ///
 /// # Safety
 /// Interrupts are off.
 #[cfg(feature = "uno")]
 unsafe fn in_phase() {
-    // SAFETY: the caller's promise; registers that are the step interrupts'.
+    // SAFETY: the caller's promise; registers of the step interrupts.
     unsafe {
         core::arch::asm!(
             "sts 0xB0, r1",   // TCCR2A: normal mode
@@ -274,32 +272,32 @@ unsafe fn in_phase() {
     }
 }
 
-/// The axes with their interrupts held off for moments.
+/// The axes, whose interrupts are held off for short times.
 pub struct AvrEngine {
-    /// Positions at which the present travels began: in the main function's frame, as
-    /// statics are what a chip has little room for.
+    /// The positions at which the present travels began. They are in the main function's frame,
+    /// because the chip has little room for statics.
     base: *mut [i64; AXES],
 }
 
-/// Ticks from the call to the first event of those that start.
+/// Ticks from the call to the first event of the axes that start.
 const SOON: u16 = 400;
 
-/// Cycles of a pulse that is not held.
+/// Cycles of a pulse without a waiting loop.
 const PULSE: Ticks = 36;
-/// … of one that is held, and of a late step to the next, but for the loop.
+/// The same for a pulse with a waiting loop, and from a late step to the next, without the loop
+/// itself.
 const HELD: Ticks = 71;
 const PACE: Ticks = 103;
 
-/// Times round a loop of 3 cycles that lasts this long, less what is spent besides.
+/// Rounds of a 3-cycle loop for this time, less the cycles spent `besides`.
 #[inline(never)]
 fn rounds(cycles: Ticks, besides: Ticks) -> u8 {
     let cycles = cycles.saturating_sub(besides).min(762);
-    // A third, by multiplication: exact up to here, and without the 1.1 KB that
-    // a routine for division takes.
+    // A third, by multiplication: exact up to here, and without the 1.1 KB of a division routine.
     (cycles.wrapping_mul(21_846) >> 16) as u8 + 1
 }
 
-/// Axes whose interrupts are on: those that move.
+/// The axes whose interrupts are on: the moving axes.
 #[inline(always)]
 fn live() -> Axes {
     // SAFETY: one read each.
@@ -311,22 +309,23 @@ fn live() -> Axes {
     }
 }
 
-/// The laps that an axis still waits for, and a part in 64 more, in 256 ticks; of 255 laps at most,
-/// which are longer than anybody plans ahead. [`u16::MAX`] if it steps.
+/// The rest of a wait of an axis: its laps and 1/64 more, in 256 ticks. It counts 255 laps at most,
+/// which is longer than any planning horizon. [`u16::MAX`] if the axis steps.
 ///
-/// A wait may begin with a step, in its first lap: `then`, of the laps behind it, tells it from
-/// steps. What is held ready is of the next entry once that has been taken, and so are its laps.
+/// A wait may begin with a step, in its first lap: `then`, the pins of the following laps,
+/// distinguishes it from steps. Once the next entry has been taken, the prepared group and its laps
+/// belong to that entry.
 #[inline(never)]
 fn laps(axis: u8) -> u16 {
     let at = pointed(place(axis));
-    // SAFETY: reads of a byte. Interrupts stay on while it steps: this is asked at each piece of
-    // planning, and a step would wait.
+    // SAFETY: reads of a byte. Interrupts stay on while the axis steps: this is called at each
+    // piece of planning, and would delay a step.
     let pins = unsafe { (&raw const (*at).now.pins).read_volatile() };
     // SAFETY: as above.
     if pins & unsafe { (&raw const (*at).then).read_volatile() } != 0 {
         return u16::MAX;
     }
-    // SAFETY: no interrupt comes, and none refills.
+    // SAFETY: no interrupt comes, and no refill is in progress.
     let (left, lap, groups, pins, last) = interrupt::free(|_| unsafe {
         let AxisState { now, groups, queue, .. } = &*at;
         (now.left, now.interval[2], *groups, now.pins, queue.plays_last_taken())
@@ -340,30 +339,30 @@ fn laps(axis: u8) -> u16 {
 }
 
 impl AvrEngine {
-    /// For a static, until [`start`] makes one that may be used.
+    /// A placeholder for a static, until [`start`] makes a usable one.
     pub const NONE: AvrEngine = AvrEngine { base: core::ptr::null_mut() };
 
-    /// Prepares what has been queued since: to be called after something was.
+    /// Prepares newly queued entries. Call it after queueing.
     #[inline(never)]
     pub fn refill(&mut self) {
         // SAFETY: a read of a byte.
         let resting = unsafe { (&raw const (*COMMON.address()).resting).read_volatile() };
         let wanting = resting & live();
         if wanting != 0 {
-            // SAFETY: the foreground calls, so that no refill is at work.
+            // SAFETY: called from the foreground, so no refill is in progress.
             unsafe { stepwright_refill(wanting) };
         }
     }
 
-    /// Steps made since the travel began.
+    /// The steps made since the travel began.
     #[cfg(not(feature = "stream"))]
     #[inline(never)]
     fn made(&self, axis: u8) -> i64 {
-        // No more than the loads while interrupts are off: from one pointer, whose address the
-        // compiler would add up for each.
+        // Only the loads are done with interrupts off, from one pointer: the compiler would compute
+        // an address for each.
         let at = pointed(place(axis));
         let (loaded, now, pins, next, then, flags) = interrupt::free(|_| {
-            // SAFETY: no interrupt comes, and none refills.
+            // SAFETY: no interrupt comes, and no refill is in progress.
             unsafe {
                 let AxisState { loaded, now, next, .. } = &*at;
                 (*loaded, now.left, now.pins, next.left, next.pins, FLAGS.read_volatile())
@@ -373,23 +372,23 @@ impl AvrEngine {
         if flags >> axis & 1 != 0 {
             left = left.wrapping_add(steps(next, then));
         }
-        // Never less than 0: what is left has been loaded.
+        // Never negative: `left` is part of `loaded`.
         let [a, b, c, d, high] = loaded;
         let (low, under) = u32::from_le_bytes([a, b, c, d]).overflowing_sub(left);
         let [a, b, c, d] = low.to_le_bytes();
         i64::from_le_bytes([a, b, c, d, high.wrapping_sub(under.into()), 0, 0, 0])
     }
 
-    /// The axis rests: its travel begins here.
+    /// Sets the start of the next travel of an axis at rest.
     fn settle(&mut self, axis: u8, position: i64) {
-        // SAFETY: `start` has made it, and nobody else has it.
+        // SAFETY: `start` has set it, and nothing else has it.
         let bases = unsafe { &mut *self.base };
         if let Some(base) = bases.get_mut(usize::from(axis)) {
             *base = position;
         }
         let at = pointed(place(axis));
-        // SAFETY: an axis that rests is the foreground's. As two numbers: five bytes would be
-        // zeroed by a call.
+        // SAFETY: the foreground owns an axis at rest. Written as two numbers: the compiler would
+        // zero five bytes by a call.
         unsafe {
             let at = (&raw mut (*at).loaded).cast::<u8>();
             at.cast::<u32>().write_unaligned(0);
@@ -408,22 +407,22 @@ impl Control for AvrEngine {
             if left & 1 != 0 {
                 let position = self.position(axis);
                 self.settle(axis, position);
-                // SAFETY: an axis that rests is the foreground's.
+                // SAFETY: the foreground owns an axis at rest.
                 unsafe { (*place(axis)).groups = 1 };
             }
             left >>= 1;
         }
-        // SAFETY: the foreground calls, so that no refill is at work.
+        // SAFETY: called from the foreground, so no refill is in progress.
         unsafe { stepwright_refill(axes) };
         // SAFETY: one read.
         let ready = axes & unsafe { FLAGS.read_volatile() };
         left = ready;
         for axis in 0..AXES as u8 {
             if left & 1 != 0 {
-                // From one pointer, whose address the compiler would add up for each field.
+                // From one pointer: the compiler would compute the address of each field.
                 let at = pointed(place(axis));
-                // SAFETY: an axis that rests is the foreground's, and nobody prepares a group
-                // behind one that is ready.
+                // SAFETY: the foreground owns an axis at rest, and nothing prepares a group behind
+                // a ready one.
                 unsafe { (*at).now = (*at).next };
             }
             left >>= 1;
@@ -486,10 +485,11 @@ impl Control for AvrEngine {
                     mask.write_volatile(mask.read_volatile() & !bit);
                 }
             });
-            // Its interrupt is off, and no refill is at work.
+            // Its interrupt is off, and no refill is in progress.
             let position = self.position(axis);
             self.settle(axis, position);
-            // SAFETY: so the axis is the foreground's; others change what they share.
+            // SAFETY: so the foreground owns the axis; interrupts of other axes change shared
+            // bytes.
             interrupt::free(|_| unsafe {
                 let at = &mut *pointed(place(axis));
                 (at.now.pins, at.next.pins, at.starved) = (0, 0, 0);
@@ -508,7 +508,7 @@ impl Control for AvrEngine {
         }
     }
 
-    /// Of waits alone.
+    /// Reports waits only.
     #[inline(always)]
     fn playing(&mut self, axis: u8) -> Playing {
         match if self.is_idle(axis) { u16::MAX } else { laps(axis) } {

@@ -1,5 +1,5 @@
-//! What a host streams: frames and the common text lines over one serial line, three axes, no
-//! planner.
+//! The player of a host's stream: frames and the common text lines over one serial line, three
+//! axes, no planner.
 //!
 //! ```text
 //!   serial interrupts ──► StreamDevice ──► entries, some 12 ms ahead ──► step interrupts
@@ -23,36 +23,36 @@ use crate::slot::{Slot, token};
 use crate::step::{self, AvrEngine, RUNS};
 use crate::{chip, watchdog};
 
-/// Bytes of frames that wait.
+/// The bytes of frames that can wait.
 pub const FIFO: usize = if cfg!(feature = "mega") { 4_096 } else { 896 };
 
-/// No wait is shorter, in ticks: a step is 70 cycles of interrupt.
+/// The shortest wait, in ticks: a step is 70 cycles of interrupt.
 const LEAST: Ticks = 72;
 
 type Board = StreamDevice<'static, AvrEngine, AvrStreamIo, RUNS, FIFO>;
 
-/// Where the present travels began.
+/// The base positions of the present travels.
 static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);
 
 const WIRINGS: [Wiring; AXES] = [board::wiring(0), board::wiring(1), board::wiring(2)];
 
-/// All of it; `start` lends the engine, the queues and the pins. Made where it stays: the stack has no
-/// room for another one.
+/// The whole board; `start` adds the engine, the queues and the pins. It is built in place, because
+/// the stack has no room for a copy.
 static BOARD: Slot<Board> = Slot::new(StreamDevice::new(
     StreamPlayer::new(
         AvrEngine::NONE,
-        // SAFETY: a producer of zeros is what `lend` asks for, and `start` lends before anything else.
+        // SAFETY: `lend` expects producers of zeros, and `start` lends them before anything else.
         unsafe { MaybeUninit::<[Producer<'static, RUNS>; AXES]>::zeroed().assume_init() },
         WIRINGS,
         LEAST,
     ),
-    // SAFETY: nobody asks before `start`.
+    // SAFETY: not used before `start`.
     unsafe { AvrStreamIo { clock: Clock::blank(), levels: token() } },
     if cfg!(feature = "mega") { flash_text!("mega") } else { flash_text!("uno") },
     CLOCK,
 ));
 
-/// What the chip lends its stream.
+/// The chip's side of its stream.
 struct AvrStreamIo {
     clock: Clock,
     levels: Levels,
@@ -93,15 +93,15 @@ impl StreamIo for AvrStreamIo {
     }
 }
 
-/// A Mega's laser: D46, by timer 5 in fast PWM of 8 bits at 7.8 kHz. The pin is low from power-up on, and
-/// without a pulse while the power is 0.
+/// A Mega's laser: D46, by timer 5 in fast PWM of 8 bits at 7.8 kHz. The pin is low from power-up
+/// on, and has no pulses while the power is 0.
 #[cfg(feature = "mega")]
 mod laser {
     use crate::chip::{PORTL, TC5};
 
     /// D46 on port L: OC5A.
     const PIN: u8 = 1 << 3;
-    /// Fast PWM of 8 bits (WGM 5), from the clock by 8.
+    /// Fast PWM of 8 bits (WGM 5), with the clock divided by 8.
     const MODE_A: u8 = 1;
     const MODE_B: u8 = 1 << 3 | 0b010;
     /// Clears OC5A at a match, sets it at the bottom.
@@ -109,7 +109,7 @@ mod laser {
 
     /// Makes the pin a low output.
     pub fn start(port: PORTL) {
-        // SAFETY: directions and modes touch no memory; nothing else uses port L and timer 5.
+        // SAFETY: directions and modes affect no memory; nothing else uses port L and timer 5.
         unsafe {
             port.ddrl().write(|w| w.bits(PIN));
             let timer = TC5::steal();
@@ -118,7 +118,7 @@ mod laser {
         }
     }
 
-    /// Sets the duty, in 256ths less one; 0 is off, and 255 is on without a pause.
+    /// Sets the duty: `power` + 1 parts of 256; 0 is off, and 255 is on without a pause.
     pub fn set(power: u8) {
         let (level, mode) = match power {
             0 => (0, MODE_A),
@@ -142,13 +142,13 @@ pub struct StreamDesk {
 }
 
 impl StreamDesk {
-    /// Makes everything, as at power-up.
+    /// Sets up everything, as at power-up.
     ///
     /// # Safety
     /// To be called once, with interrupts off.
     #[inline(never)]
     pub unsafe fn start() -> StreamDesk {
-        // SAFETY: the only time that anybody takes them.
+        // SAFETY: they are taken only here.
         let chip = unsafe { chip::Peripherals::steal() };
         watchdog::start(&chip.WDT);
         #[cfg(feature = "uno")]
@@ -157,7 +157,7 @@ impl StreamDesk {
         let (pins, levels) = board::pins(chip.PORTB, chip.PORTE, chip.PORTG, chip.PORTH);
         #[cfg(feature = "mega")]
         laser::start(chip.PORTL);
-        // SAFETY: the only time that anybody asks for it.
+        // SAFETY: taken only here.
         let board = unsafe { BOARD.get() };
         board.io = AvrStreamIo { clock: Clock::start(chip.TC0), levels };
         let player = board.player();
@@ -167,14 +167,14 @@ impl StreamDesk {
             // SAFETY: all zeros, and the only one of its axis.
             unsafe { step::lend(axis, feed) };
         }
-        // What the engine paces late steps by.
+        // The engine spaces late steps by the minimum interval.
         let mut timing = board::description().timing;
         timing.min_interval = timing.min_interval.min(LEAST);
         player.engine().set_timing(timing);
         StreamDesk { board, serial: Serial::start(chip.USART0) }
     }
 
-    /// Hears frames and lines, and plays, for ever.
+    /// Handles frames and lines, for ever.
     pub fn serve(mut self) -> ! {
         loop {
             watchdog::feed();

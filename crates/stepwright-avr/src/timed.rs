@@ -6,22 +6,22 @@
 //!   steps      │          │   │
 //! ```
 //!
-//! The Arduino driver starts the counter again with each step (fast PWM), and divides its clock.
-//! Here it runs freely, and the article's prescaler is arithmetic, done by stepwright-timed's fit
-//! with its rounding and all. So no tick is lost however late the interrupt comes; a
-//! shortened top can't be missed, as the deadline is compared with the counter after it was
-//! set; and a change of the prescaler, which on an AVR is one for several timers and divides
-//! on whatever they do, costs nothing. CTC, whose counter starts again too, would have all
-//! three troubles. Fast PWM's late compare register is modelled in software:
-//! `Model::Latched`. The example `fast_pwm` does it the article's way.
+//! The Arduino driver restarts the counter at each step (fast PWM), and divides its clock. Here the
+//! counter runs freely, and the article's prescaler is arithmetic: stepwright-timed's fit computes
+//! it, with its rounding. So no tick is lost however late the interrupt comes; a shortened top
+//! can't be missed, because the deadline is compared with the counter after it was set; and a
+//! change of the prescaler, which on an AVR several timers share and which keeps dividing all the
+//! time, costs nothing. CTC, whose counter restarts too, would have all three problems. Fast PWM's
+//! late compare register is modelled in software: `Model::Latched`. The example `fast_pwm` uses the
+//! article's method.
 //!
-//! | file | what |
+//! | file | content |
 //! | --- | --- |
 //! | `timer` | the counter and its compare register |
-//! | `port` | pins, as windings have them |
+//! | `port` | the pins of windings |
 //! | `shield` | the motor shield's pins |
-//! | `io_clock` | the I/O clock from fuses and CLKPR |
-//! | `example` | what the article's cases have in common |
+//! | `io_clock` | the I/O clock, from the fuses and CLKPR |
+//! | `example` | the common part of the article's cases |
 
 pub mod example;
 mod io_clock;
@@ -47,28 +47,28 @@ use crate::guarded::Guarded;
 use crate::laps::Laps;
 use crate::slot::Slot;
 
-/// One motor, the step interrupt's.
+/// One motor, owned by the step interrupt.
 pub struct Motor<P> {
-    /// When it steps, and its windings.
+    /// The motor's timing and windings.
     stepper: Stepper<P>,
     laps: Laps,
 }
 
 impl<P: Port> Motor<P> {
-    /// At rest, on lines to be named by [`AvrEngine::new`].
+    /// A motor at rest, on lines that [`AvrEngine::new`] sets.
     pub const fn new(port: P) -> Motor<P> {
         Motor { stepper: Stepper::new(Coils::new(port, SHIELD, 0)), laps: Laps::new() }
     }
 
-    /// A motion begins now.
+    /// Begins a motion now.
     fn begin(&mut self, timer: &mut impl Timer, pace: Pace, forward: bool) {
         let first = pace.interval();
         self.stepper.begin(pace, forward);
         self.laps.begin(timer, first);
     }
 
-    /// The step interrupt. The edge comes first, always as many cycles after the match. What
-    /// comes then, an update above all, lets other interrupts in: another motor's edge waits
+    /// The step interrupt. The edge comes first, always the same number of cycles after the match.
+    /// The work after it, mainly an update, lets other interrupts nest: another motor's edge waits
     /// for some 100 cycles instead of 1,200.
     ///
     /// # Safety
@@ -79,7 +79,7 @@ impl<P: Port> Motor<P> {
             if self.laps.is_due() {
                 self.stepper.edge();
                 timer.enable(false);
-                // SAFETY: nobody else has the motor: its own interrupt is held off, others
+                // SAFETY: nothing else uses the motor: its own interrupt is held off, other motors
                 // have their own, and the foreground waits.
                 unsafe { interrupt::enable() };
                 let next = self.stepper.advance();
@@ -95,26 +95,26 @@ impl<P: Port> Motor<P> {
     }
 }
 
-/// What a program has of a motor: the driver's hold, and where the motor is.
+/// A program's handle to a motor: the driver's hold, and the motor's phase.
 pub trait Windings: Hold {
-    /// The row of the motor's table.
+    /// The present row of the motor's table.
     fn phase(&mut self) -> u8;
 }
 
-/// The foreground's hold on a motor and its timer: the interrupt is held off for each call.
+/// The foreground's handle to a motor and its timer: each call holds off the interrupt.
 pub struct AvrEngine<P: 'static, T> {
     motor: Guarded<Motor<P>, T>,
-    /// A bit of its own among the motors that share a shield's enables, or 0.
+    /// The motor's bit among those that share a shield's enables, or 0.
     bit: u8,
 }
 
 impl<P: Pins, T: Timer> AvrEngine<P, T> {
-    /// Names a motor's lines, which become outputs without current, and lets its timer run.
-    /// `bit` is its own among the shields, which share their enables; 0 if it is on none.
+    /// Sets a motor's lines, which become outputs without current, and starts its timer. `bit` is
+    /// the motor's own among the shields, which share their enables; 0 if it is on no shield.
     ///
     /// # Safety
-    /// To be called once for a motor, with interrupts off. `T` is the timer whose interrupt
-    /// is the motor's.
+    /// To be called once for a motor, with interrupts off. `T` is the timer whose interrupt owns
+    /// the motor.
     pub unsafe fn new(
         motor: &'static Slot<Motor<P>>,
         port: P,
@@ -128,8 +128,8 @@ impl<P: Pins, T: Timer> AvrEngine<P, T> {
         held
     }
 
-    /// Names the motor's lines once more, while it rests. These become outputs without
-    /// current; the lines before stay as they are.
+    /// Sets other lines for the motor, which must rest. They become outputs without current; the
+    /// previous lines stay as they are.
     pub fn rewire(&mut self, port: P, sequence: Sequence, mask: u8, bit: u8) {
         self.bit = bit;
         self.motor.with(|motor, _| {
@@ -139,12 +139,12 @@ impl<P: Pins, T: Timer> AvrEngine<P, T> {
         });
     }
 
-    /// Says at which row the motor is, before it moves: at power-up.
+    /// Sets the row of the motor's table before it moves, at power-up.
     pub fn restore(&mut self, phase: u8) {
         self.motor.with(|motor, _| motor.stepper.coils().restore(phase));
     }
 
-    /// Whether it moves.
+    /// Whether the motor moves.
     pub fn is_moving(&mut self) -> bool {
         self.with(|pace| pace.is_moving())
     }
@@ -191,7 +191,7 @@ impl<P: Pins, T: Timer> Hold for AvrEngine<P, T> {
     }
 }
 
-/// A motor with its timer's interrupt, as a module with a function that takes it.
+/// Makes a module for a motor and its timer's interrupt, with a function that takes the motor.
 #[macro_export]
 macro_rules! timed_motor {
     ($(#[$doc:meta])* mod $name:ident, $timer:ident, $port:ident, $vector:ident) => {
@@ -203,9 +203,9 @@ macro_rules! timed_motor {
             static MOTOR: Slot<Motor<$port>> = Slot::new(Motor::new($port));
 
             $crate::handler!($vector, $vector, {
-                // SAFETY: the interrupt that owns them.
+                // SAFETY: this is the interrupt that owns them.
                 let (motor, mut timer) = unsafe { (MOTOR.get(), $timer::steal()) };
-                // SAFETY: likewise; it comes with interrupts off.
+                // SAFETY: as above; it runs with interrupts off.
                 unsafe { motor.on_compare(&mut timer) };
             });
 

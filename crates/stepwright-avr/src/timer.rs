@@ -1,16 +1,16 @@
 //! The step timer: a free-running 16-bit counter at 16 MHz.
 //!
-//! Timer 1; on the Mega timer 3, 4 or 5 instead, if a feature says so. They
-//! are alike but for their names. The counter is never stopped nor set, and
-//! its compare register holds an absolute time: so no tick is ever lost.
+//! Timer 1; on the Mega timer 3, 4 or 5 instead, if a feature selects it. They differ only in their
+//! names. The counter is never stopped or set, and its compare register holds an absolute time, so
+//! no tick is lost.
 //!
-//! A 16-bit register is read in two halves through a byte that all registers
-//! of the timer share. The foreground therefore touches the timer only while
-//! the step interrupt is held off (`cycle.rs`).
+//! A 16-bit register is read in two halves through a byte that all registers of the timer share.
+//! The foreground therefore accesses the timer only while the step interrupt is held off
+//! (`cycle.rs`).
 
 use stepwright::timer::{Count, StepTimer};
 
-/// The step timer's registers have their timer's number in their names.
+/// The step timer's registers have the timer's number in their names.
 macro_rules! timer {
     (
         $tc:ident, $count:ident, $compare:ident, $mode:ident, $prescaler:ident, $select:ident,
@@ -19,8 +19,8 @@ macro_rules! timer {
         use crate::chip::$tc as Registers;
 
         impl Timer {
-            /// Lets the counter run, and its compare register interrupt once
-            /// interrupts are enabled. The timer's pins stay ordinary pins.
+            /// Starts the counter, and enables the interrupt of its compare register. The timer's
+            /// pins stay ordinary pins.
             ///
             /// # Safety
             /// To be called once.
@@ -33,9 +33,10 @@ macro_rules! timer {
                 Timer(registers)
             }
 
-            /// Lets its interrupt come, or holds it off. What has matched meanwhile comes then.
+            /// Enables its interrupt, or holds it off. A match that occurs meanwhile interrupts
+            /// afterwards.
             pub fn enable(on: bool) {
-                // SAFETY: the register is nobody else's, and this is its only bit in use.
+                // SAFETY: nothing else uses the register, and this is its only bit in use.
                 let registers = unsafe { Registers::steal() };
                 registers.$mask().write(|w| w.$enable().bit(on));
             }
@@ -45,7 +46,7 @@ macro_rules! timer {
             type Count = u16;
 
             const LINGER: u32 = LINGER;
-            /// A step takes longer than the pulse of a driver.
+            /// A step takes longer than a driver's pulse.
             const SPIN: u32 = u32::MAX;
 
             #[inline(always)]
@@ -53,7 +54,8 @@ macro_rules! timer {
                 self.0.$count().read().bits()
             }
 
-            /// A request can't be set by a program: what has passed comes some ticks from now.
+            /// A program can't set the interrupt flag, so a time that has passed becomes one some
+            /// ticks from now.
             fn wake_at(&mut self, mut at: u16) {
                 loop {
                     self.set_compare(at);
@@ -68,18 +70,17 @@ macro_rules! timer {
             #[inline(always)]
             fn set_compare(&mut self, at: u16) {
                 self.0.$compare().write(|w| w.set(at));
-                // A match of the time before is none of this one. One of this time may be lost
-                // with it.
+                // Discards a match of the previous time. A match of this time may be lost with it.
                 self.0.$flags().write(|w| w.$matched().set_bit());
             }
         }
     };
 }
 
-/// Leaving the interrupt and entering it again takes about this many cycles.
+/// The approximate cycles for leaving the interrupt and entering it again.
 const LINGER: u32 = 64;
 
-/// The step timer. There is one.
+/// The step timer. There is only one.
 pub struct Timer(Registers);
 
 #[cfg(not(any(feature = "timer3", feature = "timer4", feature = "timer5")))]

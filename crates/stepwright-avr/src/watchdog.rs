@@ -1,5 +1,4 @@
-//! The watchdog: resets the chip when the main loop has not come by for half a
-//! second.
+//! The watchdog: resets the chip when the main loop has not fed it for half a second.
 
 use core::arch::asm;
 
@@ -7,7 +6,7 @@ use avr_device::interrupt;
 
 use crate::chip::WDT;
 
-/// WDCE and WDE: a change is to follow.
+/// WDCE and WDE: allow a change.
 const CHANGE: u8 = 1 << 4 | 1 << 3;
 /// WDE, and 64 K cycles of 128 kHz: 0.5 s.
 const HALF_A_SECOND: u8 = 1 << 3 | 0b101;
@@ -16,8 +15,8 @@ const HALF_A_SECOND: u8 = 1 << 3 | 0b101;
 pub fn start(registers: &WDT) {
     feed();
     interrupt::free(|_| {
-        // SAFETY: two writes to the register that is ours. The second must come
-        // within 4 cycles of the first, whatever the compiler does: it takes 2.
+        // SAFETY: two writes to a register of ours. The second must come within 4 cycles of the
+        // first; it takes 2, whatever the compiler does.
         unsafe {
             asm!(
                 "st Z, {change}",
@@ -31,7 +30,7 @@ pub fn start(registers: &WDT) {
     });
 }
 
-/// All is well for another half second.
+/// Restarts the half second.
 #[inline(always)]
 pub fn feed() {
     avr_device::asm::wdr();

@@ -1,5 +1,5 @@
-//! Mega: the shield's pins are spread over ports B, E, G and H; the inputs that stop
-//! everything are on port F.
+//! Mega: the shield's pins are spread over ports B, E, G and H; the emergency stop and the drivers'
+//! fault are on port F.
 
 use stepwright::drive::{Axes, Drive};
 use stepwright::entry::Wiring;
@@ -28,12 +28,12 @@ pub struct Pins {
     g: PORTG,
 }
 
-/// What the foreground handles: enable and switches.
+/// The pins of the foreground: enable and switches.
 pub struct Levels {
     b: PORTB,
 }
 
-/// Sets all pins up: steps low, drivers disabled, pull-ups at the switches and inputs.
+/// Sets up all pins: steps low, drivers disabled, pull-ups at the switches and inputs.
 pub fn pins(b: PORTB, e: PORTE, g: PORTG, h: PORTH) -> (Pins, Levels) {
     write!(e.ddre(), 0b11 << STEP_E | DIRECTION_E);
     write!(g.ddrg(), 1 << STEP_G);
@@ -47,8 +47,8 @@ pub fn pins(b: PORTB, e: PORTE, g: PORTG, h: PORTH) -> (Pins, Levels) {
 }
 
 impl Pins {
-    // Writing ones to PINx toggles these pins and leaves the others alone, in
-    // one cycle. Every `begin` has its `end`.
+    // Writing ones to PINx toggles these pins and leaves the others alone, in one cycle. Every
+    // `begin` has its `end`.
     #[inline(always)]
     fn toggle(&mut self, axes: Axes) {
         write!(self.e.pine(), (axes & 0b011) << STEP_E);
@@ -77,8 +77,8 @@ impl Drive for Pins {
     }
 }
 
-/// What the pins of entries mean: STEP's bit in its port; a turn, whose bit is that of
-/// the first axis, the step interrupt puts on the port of DIR.
+/// The meaning of the pins of entries: STEP's bit in its port. The step interrupt maps a turn,
+/// whose bit is that of the first axis, to the port of DIR.
 pub const fn wiring(axis: u8) -> Wiring {
     let step = if axis == 0 { 1 << STEP_E } else { 1 << STEP_G };
     Wiring::new(step, DIRECTION_E)
@@ -97,7 +97,7 @@ pub(super) fn direction(axis: u8) -> bool {
 
 /// Toggles DIR of these axes.
 pub(super) fn turn_round(axes: Axes) {
-    // SAFETY: one write each, which leaves the other pins alone.
+    // SAFETY: one write each, which does not change the other pins.
     let (e, h) = unsafe { (PORTE::steal(), PORTH::steal()) };
     write!(e.pine(), (axes & 0b001) << 3);
     write!(h.pinh(), (axes & 0b110) << (DIRECTION_H - 1));
@@ -111,7 +111,7 @@ impl Levels {
 
     /// The switches' levels: bit 0 is the first axis, set when high (open).
     pub fn switches(&self) -> Axes {
-        // SAFETY: reading pins disturbs nobody.
+        // SAFETY: reading pins has no effect.
         let h = unsafe { PORTH::steal() }.pinh().read().bits();
         h >> SWITCH_H & 1 | self.b.pinb().read().bits() >> (SWITCH_B - 1) & 0b110
     }
@@ -121,7 +121,7 @@ impl Levels {
         port_f() & EMERGENCY != 0
     }
 
-    /// The level of the pin to which the drivers' fault outputs lead.
+    /// The level of the pin with the drivers' fault outputs.
     pub fn driver_fault(&self) -> bool {
         port_f() & DRIVER_FAULT != 0
     }
@@ -129,12 +129,12 @@ impl Levels {
 
 /// The levels on port F.
 fn port_f() -> u8 {
-    // SAFETY: reading pins disturbs nobody.
+    // SAFETY: reading pins has no effect.
     unsafe { PORTF::steal() }.pinf().read().bits()
 }
 
-/// Sets a pin of port H, which lies too far up for a single instruction, and
-/// on which interrupt and foreground both have pins.
+/// Sets a pin of port H. Its address is too high for a single instruction, and both the interrupt
+/// and the foreground have pins on it.
 fn set_h(mask: u8, high: bool) {
     avr_device::interrupt::free(|_| {
         // SAFETY: no interrupt comes between reading and writing.

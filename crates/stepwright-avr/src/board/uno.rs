@@ -1,5 +1,5 @@
-//! Uno and Nano: STEP and DIR of all axes lie on port D, so that one write
-//! moves them in the same cycle.
+//! Uno and Nano: STEP and DIR of all axes are on port D, so that one write moves them in the same
+//! cycle.
 
 use stepwright::drive::{Axes, Drive};
 use stepwright::entry::Wiring;
@@ -22,12 +22,12 @@ pub struct Pins {
     port: PORTD,
 }
 
-/// What the foreground handles: enable and switches.
+/// The pins of the foreground: enable and switches.
 pub struct Levels {
     port: PORTB,
 }
 
-/// Sets all pins up: steps low, drivers disabled, pull-ups at the switches and inputs.
+/// Sets up all pins: steps low, drivers disabled, pull-ups at the switches and inputs.
 pub fn pins(d: PORTD, b: PORTB) -> (Pins, Levels) {
     write!(d.ddrd(), 0b111 << STEP | 0b111 << DIRECTION);
     write!(b.portb(), ENABLE | 0b111 << SWITCH);
@@ -39,8 +39,8 @@ pub fn pins(d: PORTD, b: PORTB) -> (Pins, Levels) {
 }
 
 impl Drive for Pins {
-    // Writing ones to PIND toggles these pins and leaves the others alone, in
-    // one cycle. Every `begin` has its `end`.
+    // Writing ones to PIND toggles these pins and leaves the others alone, in one cycle. Every
+    // `begin` has its `end`.
     #[inline(always)]
     fn begin(&mut self, axes: Axes) {
         write!(self.port.pind(), axes << STEP);
@@ -57,7 +57,7 @@ impl Drive for Pins {
     }
 }
 
-/// What the pins of entries mean: bits that are written to PIND.
+/// The meaning of the pins of entries: bits to write to PIND.
 pub const fn wiring(axis: u8) -> Wiring {
     Wiring::new((1 << STEP) << (axis & 3), (1 << DIRECTION) << (axis & 3))
 }
@@ -71,7 +71,7 @@ pub(super) fn direction(axis: u8) -> bool {
 
 /// Toggles DIR of these axes.
 pub(super) fn turn_round(axes: Axes) {
-    // SAFETY: one write, which leaves the other pins alone.
+    // SAFETY: one write, which does not change the other pins.
     let port = unsafe { PORTD::steal() };
     write!(port.pind(), axes << DIRECTION);
 }
@@ -92,7 +92,7 @@ impl Levels {
         port_c() & EMERGENCY != 0
     }
 
-    /// The level of the pin to which the drivers' fault outputs lead.
+    /// The level of the pin with the drivers' fault outputs.
     pub fn driver_fault(&self) -> bool {
         port_c() & DRIVER_FAULT != 0
     }
@@ -100,6 +100,6 @@ impl Levels {
 
 /// The levels on port C.
 fn port_c() -> u8 {
-    // SAFETY: reading pins disturbs nobody.
+    // SAFETY: reading pins has no effect.
     unsafe { PORTC::steal() }.pinc().read().bits()
 }

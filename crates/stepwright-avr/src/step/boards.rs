@@ -1,6 +1,6 @@
 //! Pins and compare registers of the boards, for the step interrupts in `play.rs`.
 
-/// The Uno's three: OCR1A, OCR1B and OCR2A.
+/// The Uno's channels: OCR1A, OCR1B and OCR2A.
 #[cfg(feature = "uno")]
 #[doc(hidden)]
 #[macro_export]
@@ -150,8 +150,8 @@ __vector_{vector2}:
     };
 }
 
-/// The Mega's three: A, B and C of one timer. DIR of the second and third axis is on
-/// port H, so that pins 1 << 3 mean a turn there.
+/// The Mega's channels: A, B and C of one timer. DIR of the second and third axis is on port H, so
+/// pins 1 << 3 mean a turn there.
 #[cfg(feature = "mega")]
 #[doc(hidden)]
 #[macro_export]

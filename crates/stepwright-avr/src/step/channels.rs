@@ -13,17 +13,17 @@ mod uno {
     pub const OCR: u16 = 0x88;
     /// Mode and prescaler.
     pub const TCCRA: u16 = 0x80;
-    /// Which channels interrupt, from bit 1 on, and their flags (an I/O address).
+    /// The interrupt mask of the channels, from bit 1 on, and their flags (an I/O address).
     pub const TIMSK: u16 = 0x6F;
     pub const TIFR: u8 = 0x16;
     /// Mask and bit of the third axis.
     pub const MASK2: u16 = 0x70;
     pub const BIT2: u8 = 1;
-    /// The interrupts of the axes.
+    /// The interrupt vectors of the axes.
     pub const VECTORS: [u8; 3] = [11, 12, 7];
 }
 
-/// One timer of 16 bits: 1, or what a feature says.
+/// One 16-bit timer: 1, or the one selected by a feature.
 #[cfg(feature = "mega")]
 mod mega {
     macro_rules! timer {
@@ -48,7 +48,7 @@ mod mega {
     pub const BIT2: u8 = 3;
 }
 
-/// STEP in the pins of entries: those of all axes.
+/// The STEP bits of all axes in the pins of entries.
 pub const STEPS: u8 = {
     let mut all = 0;
     let mut axis = 0;

@@ -1,4 +1,4 @@
-//! The next groups of all axes, prepared with interrupts on: see `step.rs`.
+//! Preparation of the next groups of all axes, with interrupts on: see `step.rs`.
 //!
 //! ```text
 //! axis    now: interval 3, room 2, left 2, pins 1   next: the same
@@ -8,10 +8,12 @@
 //!         interrupt off   6 axis 3 of an Uno waits long   7 a refill is at work
 //! ```
 //!
-//! One refill is at work at a time: an interrupt that finds it busy asks by bits 3 to 5. So
-//! what a refill changes is its own, and interrupts are off only where it touches the timer.
+//! Only one refill is in progress at a time: an interrupt that finds one sets its request in bits 3
+//! to 5. So a refill owns the data that it changes, and interrupts are off only where it accesses
+//! the timer.
 
-/// The steps of the next group, in r26:r24, are loaded; `5:` is what has none. Z is the axis.
+/// Adds the steps of the next group, in r26:r24, to `loaded`; `5:` is for a group without steps. Z
+/// is the axis.
 #[cfg(not(feature = "stream"))]
 #[doc(hidden)]
 #[macro_export]
@@ -44,8 +46,8 @@ macro_rules! step_loaded_text {
     };
 }
 
-/// Likewise, where entries turn: backward they are taken off. Bit 0 of the byte behind what is
-/// loaded: what is prepared last goes backward.
+/// The same for entries with turns: backward steps are subtracted. Bit 0 of the byte after
+/// `loaded`: the last prepared group is backward.
 #[cfg(feature = "stream")]
 #[doc(hidden)]
 #[macro_export]
@@ -106,7 +108,7 @@ macro_rules! step_loaded_text {
     };
 }
 
-/// To the next entry, if the last group of the present one was prepared.
+/// Branches to load the next entry if the last group of the present one was prepared.
 #[cfg(not(feature = "stream"))]
 #[doc(hidden)]
 #[macro_export]
@@ -116,7 +118,7 @@ macro_rules! step_load_branch {
     };
 }
 
-/// Likewise, farther away.
+/// The same for a larger distance.
 #[cfg(feature = "stream")]
 #[doc(hidden)]
 #[macro_export]

@@ -1,5 +1,5 @@
-//! What the step interrupts and the foreground share, field by field: the assembly's offsets
-//! are constants of these structures, and what else it knows of them is asserted here.
+//! The structures that the step interrupts and the foreground share: the assembly's offsets are
+//! constants of these structures, and its other assumptions are asserted here.
 
 use core::mem::offset_of;
 
@@ -13,12 +13,12 @@ use super::RUNS;
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct Group {
-    /// In 2⁻⁸ ticks.
+    /// The interval, in 2⁻⁸ ticks.
     pub(super) interval: [u8; 3],
-    /// Half of it less [`LOOK`](super::LOOK), in ticks: with less
-    /// to the next deadline a step is late.
+    /// Half the interval less [`LOOK`](super::LOOK), in ticks: with less time to the next deadline
+    /// a step is late.
     pub(super) room: [u8; 2],
-    /// As `entry::Events`.
+    /// The number of events left, coded as in `entry::Events`.
     pub(super) left: [u8; 2],
     pub(super) pins: u8,
 }
@@ -27,7 +27,7 @@ impl Group {
     const NONE: Group = Group { interval: [0; 3], room: [0; 2], left: [0; 2], pins: 0 };
 }
 
-/// What the interrupt of an axis plays.
+/// The state of an axis that its interrupt plays.
 #[doc(hidden)]
 #[repr(C)]
 pub struct AxisState {
@@ -37,14 +37,13 @@ pub struct AxisState {
     pub(super) events: [u8; 2],
     pub(super) groups: u8,
     pub(super) then: u8,
-    /// The deadline in 2⁻⁸ ticks; its upper bytes are the compare register's, where
-    /// that has 16 bits.
+    /// The deadline in 2⁻⁸ ticks. A 16-bit compare register holds its upper bytes.
     pub(super) due: [u8; 3],
-    /// 1: the queue is empty, and the next event is not late yet; 2: it is.
+    /// 1: the queue is empty, and the next event is not late yet; 2: it is late.
     pub(super) starved: u8,
-    /// Steps that the groups had which were prepared since the travel began.
+    /// The steps of the groups prepared since the travel began.
     pub(super) loaded: [u8; 5],
-    /// Bit 0: what is prepared last goes backward.
+    /// Bit 0: the last prepared group is backward.
     #[cfg(feature = "stream")]
     pub(super) facing: u8,
     pub(super) queue: Queue<RUNS>,
@@ -61,7 +60,7 @@ impl AxisState {
     pub const STARVED: usize = offset_of!(AxisState, starved);
     pub const LOADED: usize = offset_of!(AxisState, loaded);
     pub const QUEUE: usize = offset_of!(AxisState, queue);
-    /// A group.
+    /// The layout of a group.
     pub const NOW: usize = offset_of!(AxisState, now);
     pub const GROUP: usize = size_of::<Group>();
     pub const WAIT: usize = offset_of!(Group, interval);
@@ -70,19 +69,18 @@ impl AxisState {
     pub const PINS: usize = offset_of!(Group, pins);
 
     const LAYOUT: () = {
-        // Of fields with several bytes the assembly knows how many these are.
+        // The assembly has the sizes of these fields built in.
         assert!(size_of::<Group>() == 3 + 2 + 2 + 1);
         assert!(Self::LOADED + 5 <= size_of::<AxisState>() && size_of::<AxisState>() < 256);
         #[cfg(feature = "stream")]
         assert!(offset_of!(AxisState, facing) == Self::LOADED + 5);
-        // An entry is read from its first byte to its last, and its place is 11 times its
-        // number.
+        // An entry is read from its first byte to its last, and its offset is 11 times its number.
         assert!(size_of::<Entry>() == 11);
         assert!(Entry::INTERVAL == 0 && Entry::GROWTH == 3 && Entry::EVENTS == 6);
         assert!(Entry::GROUPS == 8 && Entry::THEN == 9 && Entry::PINS == 10);
-        // Places are what is left of a counter when the upper bits are masked.
+        // A slot's number is the counter with the upper bits masked.
         assert!(RUNS.is_power_of_two());
-        // What the assembly reaches through Z.
+        // The assembly reaches these fields through Z.
         assert!(Self::QUEUE + Queue::<RUNS>::PLAYED < 64);
     };
 
@@ -105,17 +103,17 @@ impl AxisState {
     }
 }
 
-/// What all axes share.
+/// The state that all axes share.
 #[doc(hidden)]
 #[repr(C)]
 pub struct Common {
     /// Late steps.
     pub(super) late: [u8; 3],
-    /// Axes for which there is nothing to prepare.
+    /// The axes with nothing to prepare.
     pub(super) resting: Axes,
-    /// Beyond its own 36 cycles a pulse lasts this many times 3; 0 for a pulse as it is.
+    /// The time for which a pulse lasts beyond its own 36 cycles, in 3 cycles; 0 for no longer.
     pub(super) hold: u8,
-    /// What a late step waits for, in 3 cycles.
+    /// The wait of a late step, in 3 cycles.
     pub(super) pace: u8,
 }
 

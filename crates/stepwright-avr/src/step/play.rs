@@ -1,8 +1,8 @@
-//! The step interrupts themselves: see `step.rs`, and `fill.rs` for the layout.
+//! The step interrupts: see `step.rs`, and `fill.rs` for the layout.
 //!
 //! r24 is saved in GPIOR1, SREG in GPIOR2, r25 and r26 on the stack.
 //!
-//! A macro, because a program that has no queue does without it.
+//! A macro, so that a program without queues does not contain it.
 
 #[doc(hidden)]
 #[macro_export]

@@ -1,27 +1,27 @@
-//! Positions where entries turn in the middle of a travel.
+//! Positions when entries turn during a travel.
 
 use avr_device::interrupt;
 
 use super::{AvrEngine, AxisState, FLAGS, channels, place, pointed, steps};
 
-/// Likewise, with the sign of their way.
+/// Steps with the sign of their direction.
 const fn signed(steps: u32, backward: bool) -> i64 {
     if backward { (steps as i64).wrapping_neg() } else { steps as i64 }
 }
 
-/// Whether DIR turns with these pins.
+/// Whether a group with these pins turns DIR.
 const fn turns(pins: u8) -> bool {
     pins & channels::STEPS == 0 && pins != 0
 }
 
 impl AvrEngine {
-    /// Steps made since the travel began, forward less backward: those loaded, less those that are
-    /// left of the groups that were.
+    /// The steps made since the travel began, forward less backward: the loaded steps less those
+    /// left in the present group and in the prepared one.
     #[inline(never)]
     pub(super) fn made(&self, axis: u8) -> i64 {
         let at = pointed(place(axis));
         let (loaded, now, pins, next, then, flags, facing) = interrupt::free(|_| {
-            // SAFETY: no interrupt comes, and none refills.
+            // SAFETY: no interrupt comes, and no refill is in progress.
             unsafe {
                 let AxisState { loaded, now, next, facing, .. } = &*at;
                 let flags = FLAGS.read_volatile();

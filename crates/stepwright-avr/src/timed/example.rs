@@ -1,4 +1,4 @@
-//! What the Arduino driver's validation cases have in common: the console, and the main loop that
+//! The common part of the Arduino driver's validation cases: the console, and the main loop that
 //! prints the debug dump.
 
 use stepwright_timed::fit::Hardware;
@@ -8,19 +8,19 @@ use super::{Windings, io_clock_now};
 use crate::chip;
 use crate::console::Console;
 
-/// Milliseconds at the call, as in the logs.
+/// The time of the call in milliseconds, as in the logs.
 pub const CALL: u32 = 1_009;
-/// From there to the first dump, and from one dump to the next.
+/// The time from the call to the first dump, and from one dump to the next.
 const FIRST_DUMP: u32 = 167;
 const EVERY: u32 = 1_001;
 
-/// Starts the console and the interrupts, prints what the article's program prints first,
-/// and waits for the time of the call.
+/// Starts the console and the interrupts, prints the first lines of the article's program, and
+/// waits for the time of the call.
 ///
 /// # Safety
-/// To be called once, with interrupts off, when all that they touch has been made.
+/// To be called once, with interrupts off, when everything that they use is set up.
 pub unsafe fn start(model: Model) -> (Console, Driver) {
-    // SAFETY: the only time that anybody takes them.
+    // SAFETY: they are taken only here.
     let chip = unsafe { chip::Peripherals::steal() };
     let mut console = Console::start(chip.USART0, chip.TC0);
     let clock = io_clock_now();
@@ -34,8 +34,8 @@ pub unsafe fn start(model: Model) -> (Console, Driver) {
     (console, Driver::new(Hardware::avr16(clock), model))
 }
 
-/// Carries out an order that the step interrupt clocks, prints the dump every second, and
-/// stops when the motor has.
+/// Carries out an order by the step interrupt, prints the dump every second, and stops when the
+/// motor has stopped.
 ///
 /// # Safety
 /// As [`start`].
@@ -54,7 +54,7 @@ pub unsafe fn logged(held: &mut impl Windings, order: &SetSpeed) -> ! {
         }
         last_dump = now;
         if held.with(|pace| pace.is_moving()) {
-            // All numbers first: sending them takes longer than a step.
+            // All numbers are read first: sending them takes longer than a step.
             let phase = held.phase();
             let dump = driver.dump(held, phase);
             console.dump(&dump);
@@ -68,7 +68,7 @@ pub unsafe fn logged(held: &mut impl Windings, order: &SetSpeed) -> ! {
     }
 }
 
-/// A program whose shield's motor carries out one order and prints the log.
+/// Makes a program in which the shield's motor carries out one order and prints the log.
 #[macro_export]
 macro_rules! logged_case {
     ($order:expr) => {

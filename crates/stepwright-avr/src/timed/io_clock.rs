@@ -1,12 +1,12 @@
-//! The I/O clock, as the chip is set up.
+//! The I/O clock according to the chip's configuration.
 
 use stepwright_timed::fit::{Oscillator, divider_of, io_clock};
 
 use crate::chip;
 
-/// The I/O clock in Hz, from the fuses and CLKPR, as `motorTimerGetIOclocksPerSecond`.
+/// The I/O clock in Hz, from the fuses and CLKPR, as in `motorTimerGetIOclocksPerSecond`.
 pub fn io_clock_now() -> u32 {
-    // SAFETY: reading a register.
+    // SAFETY: reads a register.
     let clkpr = unsafe { chip::CPU::steal() }.clkpr().read().bits();
     let oscillator = Oscillator::from_low_fuse(low_fuse());
     io_clock(oscillator.hz(), divider_of(clkpr).unwrap_or(1)).unwrap_or(oscillator.hz())

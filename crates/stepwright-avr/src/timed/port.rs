@@ -1,27 +1,27 @@
-//! Ports as a motor's windings have them.
+//! Ports for a motor's windings.
 
 use stepwright::drive::Port;
 
 use crate::chip;
 
-/// A port of the chip, some of whose pins are a motor's.
+/// A port of the chip with pins of a motor.
 pub trait Pins: Port {
-    /// Makes these pins outputs, and leaves the others alone.
+    /// Makes these pins outputs, without changing the others.
     fn drive(&mut self, mask: u8);
 }
 
 macro_rules! port {
     ($name:ident, $port:ident, $direction:ident, $read:ident, $toggle:ident) => {
-        /// A port's pins. Writing ones to PINx toggles these and leaves the others alone.
+        /// A port's pins. Writing ones to PINx toggles these pins and does not change the others.
         pub struct $name;
 
         impl $name {
             #[inline(always)]
             fn write_under(mask: u8, levels: u8) {
-                // SAFETY: reading, and one write that leaves other pins alone.
+                // SAFETY: a read, and one write that does not change other pins.
                 let port = unsafe { chip::$port::steal() };
                 let changed = (port.$read().read().bits() ^ levels) & mask;
-                // SAFETY: levels of pins touch no memory.
+                // SAFETY: levels of pins affect no memory.
                 port.$toggle().write(|w| unsafe { w.bits(changed) });
             }
         }
@@ -43,7 +43,7 @@ macro_rules! port {
             fn drive(&mut self, mask: u8) {
                 // SAFETY: only the main program sets directions of pins.
                 let port = unsafe { chip::$port::steal() };
-                // SAFETY: directions of pins touch no memory.
+                // SAFETY: directions of pins affect no memory.
                 port.$direction().modify(|r, w| unsafe { w.bits(r.bits() | mask) });
             }
         }
@@ -52,14 +52,15 @@ macro_rules! port {
 
 /// A port that is chosen while the program runs.
 ///
-/// PINx, DDRx and PORTx lie one behind the other, at the same places in all models of a chip.
+/// PINx, DDRx and PORTx are adjacent, at the same addresses in all models of a chip.
 pub struct AnyPort(u16);
 
 impl AnyPort {
-    /// A port of whose pins none is anybody's: with the mask 0.
+    /// A placeholder for use with the mask 0, which affects no pin.
     pub const NONE: AnyPort = AnyPort(0x23);
 
-    /// The port of a letter, if the chip has it and these pins, but for the serial line's.
+    /// The port with this letter, if the chip has it and these pins, and none of them is the serial
+    /// line's.
     pub fn of(letter: u8, mask: u8) -> Option<AnyPort> {
         let (place, pins) = if cfg!(feature = "mega") {
             match letter {
@@ -87,12 +88,12 @@ impl AnyPort {
         (mask & !pins == 0).then_some(AnyPort(place))
     }
 
-    /// Where PINx lies; DDRx and PORTx are behind it.
+    /// The address of PINx; DDRx and PORTx follow it.
     pub const fn place(&self) -> u16 {
         self.0
     }
 
-    /// PINx, DDRx or PORTx: 0, 1, 2.
+    /// The address of PINx, DDRx or PORTx: 0, 1, 2.
     #[inline(always)]
     fn register(&self, which: u16) -> *mut u8 {
         usize::from(self.0.wrapping_add(which)) as *mut u8
@@ -108,8 +109,8 @@ impl Port for AnyPort {
     }
     #[inline(always)]
     fn write(&mut self, mask: u8, levels: u8) {
-        // SAFETY: a port's registers: `of` gives no other place. The write leaves other pins
-        // alone.
+        // SAFETY: a port's registers: `of` returns no other address. The write does not change
+        // other pins.
         unsafe {
             let changed = (self.register(2).read_volatile() ^ levels) & mask;
             self.register(0).write_volatile(changed);

@@ -1,4 +1,4 @@
-//! The motor shield's pins, and those of a second one whose brake lines are cut.
+//! The motor shield's pins, and those of a second shield whose brake lines are cut.
 //!
 //! | | Uno | Mega | |
 //! | --- | --- | --- | --- |
@@ -49,11 +49,11 @@ pub fn pins() {
     PortOfD9.drive(mask_of(DIRECTION_2));
 }
 
-/// Motors whose drivers are on: shields that are stacked share their enables.
+/// The motors whose drivers are on: stacked shields share their enables.
 static DRIVING: AtomicU8 = AtomicU8::new(0);
 
-/// The drivers of one motor, a bit of its own, are to be on, or off. 0 is a motor that is on
-/// no shield.
+/// Switches the drivers of one motor on or off. `bit` is the motor's own; 0 for a motor on no
+/// shield.
 pub fn power(bit: u8, on: bool) {
     if bit == 0 {
         return;

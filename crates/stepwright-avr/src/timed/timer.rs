@@ -4,22 +4,22 @@ use crate::chip;
 
 /// A timer of 16 bits.
 pub trait Timer {
-    /// The bit of its motor among those on a motor shield, which share their enables.
+    /// The bit of its motor among those on motor shields, which share their enables.
     const SHIELD: u8;
     /// Its registers.
     ///
     /// # Safety
     /// For the interrupt that owns them, or while it can't come.
     unsafe fn steal() -> Self;
-    /// Lets the counter run.
+    /// Starts the counter.
     fn start(&mut self);
     /// The counter.
     fn now(&mut self) -> u16;
     /// Sets the compare register.
     fn wake_at(&mut self, at: u16);
-    /// Forgets a match.
+    /// Clears the match flag.
     fn clear(&mut self);
-    /// Lets a match interrupt, or not.
+    /// Enables or disables the interrupt of a match.
     fn enable(&mut self, on: bool);
 }
 

@@ -1,21 +1,20 @@
-//! Has the linker replace calls and jumps by their short forms: 300 bytes less.
-//! (The compiler marks its objects as fit for that.)
+//! Lets the linker replace calls and jumps by their short forms, which saves 300 bytes. (The
+//! compiler marks its objects as suitable.)
 //!
-//! A short call reaches 4 KB, an eighth of an Uno's flash. So the linker is told which
-//! code to put beside which: callers around the routines that they share. That is another
-//! 250 bytes.
+//! A short call reaches 4 KB, an eighth of an Uno's flash. So the linker is told to place callers
+//! near the routines that they share, which saves another 250 bytes.
 
 use std::path::PathBuf;
 use std::process::Command;
 use std::{env, fs};
 
-/// The order of the code behind the assembly, by parts of its symbols' names: a path in
-/// the source, each name with its length before it. Other code comes last.
+/// The order of the code after the assembly, by parts of its symbols' names: a path in the source,
+/// each name with its length before it. Other code comes last.
 const ORDER: &[&str] = &[
     "9main_loop6answer",
     "9main_loop6listen",
     "19stepwright_protocol",
-    // All of its modules but the main loop, whose planning lies beside the planner.
+    // All of its modules except the main loop, whose planning is placed beside the planner.
     "17stepwright_device[!9]",
     "avr_device_rt_main",
     "5slave5start",
@@ -34,7 +33,7 @@ const ORDER: &[&str] = &[
 fn main() {
     println!("cargo:rustc-link-arg=-Wl,--relax");
     println!("cargo:rerun-if-changed=build.rs");
-    // Where the linker is missing the link fails, and says so.
+    // Without the linker the link fails, and says so.
     if let Some(script) = script() {
         let folder = env::var_os("OUT_DIR").expect("cargo names a folder for what is built");
         let path = PathBuf::from(folder).join("order.x");
@@ -43,14 +42,14 @@ fn main() {
     }
 }
 
-/// The linker's own script, with the order in it.
+/// The linker's own script, with this order inserted.
 fn script() -> Option<String> {
-    // Of the chip's family, as `avr-gcc` has it.
+    // For the chip's family, as `avr-gcc` names it.
     let mega = env::var_os("CARGO_FEATURE_MEGA").is_some();
     let family = if mega { "avr6" } else { "avr5" };
     let linker = Command::new("avr-ld").args(["-m", family, "--verbose"]).output().ok()?;
     let text = String::from_utf8(linker.stdout).ok()?;
-    // It stands between two lines of `=`, and takes functions in the order of the object.
+    // It is printed between two lines of `=`, and places functions in the order of the object.
     let script = text.split("======\n").nth(1)?.trim_end_matches('=');
     let (before, behind) = script.split_once("*(.text.*)")?;
     let order: String = ORDER.iter().map(|part| format!("*(.text.*{part}*)\n")).collect();

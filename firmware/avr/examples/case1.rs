@@ -1,5 +1,5 @@
-//! The Arduino driver, case 1: slower while spinning, clocked by the step interrupt, until 8900
-//! steps are made.
+//! The Arduino driver, case 1: decelerating rotation, clocked by the step interrupt, until 8900 steps
+//! are made.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt)]

@@ -1,4 +1,4 @@
-//! The Arduino driver, case 2: faster while spinning, clocked by the step interrupt, without an
+//! The Arduino driver, case 2: accelerating rotation, clocked by the step interrupt, without an
 //! end.
 #![no_std]
 #![no_main]

@@ -1,5 +1,5 @@
-//! The Arduino driver, case 3: the updates are checked by the main loop, every 50 ms, and a
-//! callback tells that the motor has reached its end.
+//! The Arduino driver, case 3: the main loop checks for updates every 50 ms, and a callback reports
+//! that the motor has reached its end.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt)]

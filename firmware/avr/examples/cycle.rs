@@ -1,5 +1,5 @@
-//! stepper_h's basic example: three motors with different speeds at the same time, in
-//! the background, and their positions each second.
+//! stepper_h's basic example: three motors with different speeds at the same time, in the
+//! background, and their positions each second.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt)]
@@ -13,7 +13,7 @@ stepwright_avr::cycle_interrupt!();
 
 #[avr_device::entry]
 fn main() -> ! {
-    // 7.5 µm a step, at most one each millisecond, between two bounds.
+    // 7.5 µm a step, at most one step each millisecond, between two bounds.
     let axis = Motor::new(7_500, 1_000);
     // SAFETY: called once, with interrupts off.
     let (mut motors, mut console) = unsafe {
@@ -32,7 +32,7 @@ fn main() -> ! {
         console.line("refused");
     }
 
-    // Once a second while they move, once when they have arrived, and then every ten.
+    // Once a second while the motors move, once when they have arrived, and then every ten seconds.
     let mut printed = console.millis().wrapping_add(1);
     console.wait_until(printed);
     let mut moving = true;
@@ -47,11 +47,11 @@ fn main() -> ! {
             (printed, moving) = (now, running);
             print(&mut console, &mut motors);
         }
-        // Any code may stand here: the motors move meanwhile.
+        // Any code may come here: the motors move meanwhile.
     }
 }
 
-/// 150 mm, 75 mm and 7.5 mm, all three in 20 s.
+/// 150 mm, 75 mm and 7.5 mm, each in 20 s.
 fn go(motors: &mut AvrEngine) -> Result<(), Refusal> {
     motors.prepare(X, Program::Steps { count: 20_000, delay: 1_000 })?;
     motors.prepare(Y, Program::Steps { count: 10_000, delay: 2_000 })?;
@@ -60,7 +60,7 @@ fn go(motors: &mut AvrEngine) -> Result<(), Refusal> {
 }
 
 fn print(console: &mut Console, motors: &mut AvrEngine) {
-    // All of them first: sending a number takes longer than a step.
+    // All positions are read first: sending a number takes longer than a step.
     let at = [X, Y, Z].map(|motor| motors.position(motor));
     for (name, at) in ["X.pos=", ", Y.pos=", ", Z.pos="].iter().zip(at) {
         console.text(name);

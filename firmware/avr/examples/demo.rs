@@ -1,6 +1,6 @@
-//! The demo of Austin's article, 1,000 steps there and back by the published listing, on one
-//! drive after the other: step and direction, an L6219 in full, half and quarter steps, a
-//! unipolar motor, and two bridges whose directions alone are switched, as a motor shield's are.
+//! The demo of Austin's article, 1,000 steps there and back by the published listing, on several
+//! drives in turn: step and direction, an L6219 in full, half and quarter steps, a unipolar motor,
+//! and two bridges of which only the directions are switched, as on a motor shield.
 //!
 //! | | STEP, DIR | windings |
 //! | --- | --- | --- |
@@ -20,7 +20,7 @@ stepwright_avr::asked_motor!(
     mod motor, Fixed, AnyDrive, Timer1, TIMER1_COMPA
 );
 
-/// Steps, the first delay and the shortest, in µs.
+/// The steps, the first delay and the shortest delay, in µs.
 const DEMO: (u32, u32, u32) = (1_000, 50_000, 2_500);
 
 #[cfg(feature = "mega")]
@@ -48,7 +48,7 @@ fn windings((sequence, mask): (Sequence, u8)) -> Option<AnyDrive> {
 fn main() -> ! {
     // SAFETY: called once, with interrupts off.
     let mut motor = unsafe { motor::take() };
-    // SAFETY: all that an interrupt touches has been made.
+    // SAFETY: everything that an interrupt uses is set up.
     unsafe { avr_device::interrupt::enable() };
     let (port, step, direction) = STEP_DIR;
     let step_dir = AnyDrive::step_dir(port, step, direction);
@@ -56,7 +56,7 @@ fn main() -> ! {
     for drive in drives.flatten() {
         motor.wire(drive);
         let (steps, first, shortest) = DEMO;
-        // A law without pulses moves nothing.
+        // A law without pulses does not move the motor.
         for (pulses, forward) in [(steps, true), (steps, false), (0, true)] {
             motor.play(Fixed::new(pulses, first, shortest), forward);
             while motor.is_moving() {}

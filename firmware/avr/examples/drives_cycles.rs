@@ -1,5 +1,5 @@
-//! Motor cycles on one drive after the other: a motor on step and direction, and one beside it
-//! on bridges, on unipolar windings and on an L6219, there and back.
+//! Motor cycles on several drives in turn: one motor on step and direction, and a second one on
+//! bridges, on unipolar windings and on an L6219, there and back.
 //!
 //! | | STEP, DIR | windings |
 //! | --- | --- | --- |
@@ -53,7 +53,7 @@ fn main() -> ! {
         let motor = Motor::new(1, 1_000);
         // SAFETY: called once, with interrupts off.
         let mut motors = unsafe { motors::take([motor, motor], [first, second]) };
-        // SAFETY: all that an interrupt touches has been made.
+        // SAFETY: everything that an interrupt uses is set up.
         unsafe { avr_device::interrupt::enable() };
         if run(&mut motors).is_err() {
             lamp::set(true);

@@ -1,5 +1,5 @@
-//! Planned moves on one drive after the other: there and back with a trapezoid on step and
-//! direction, on bridges, on unipolar windings and on an L6219.
+//! Planned moves on several drives in turn: there and back with a trapezoid on step and direction,
+//! on bridges, on unipolar windings and on an L6219.
 //!
 //! | | STEP, DIR | windings |
 //! | --- | --- | --- |
@@ -25,7 +25,7 @@ stepwright_avr::planned_motor!(
 /// 200 steps there and back on each drive.
 fn play(motor: &mut Planned<AnyDrive>) -> Result<(), MoveError> {
     motor.set_limits(Axis::X, AxisLimits::new(Speed::from_steps(800)?, Accel::from_steps(4_000)?));
-    // On step and direction first, where it is already.
+    // On step and direction first, the motor's initial drive.
     let windings = table::WINDINGS.into_iter().map(Some);
     for drive in core::iter::once(None).chain(windings) {
         if let Some(drive) = drive.and_then(table::windings) {
@@ -46,7 +46,7 @@ fn main() -> ! {
     if let Some(drive) = table::step_dir() {
         // SAFETY: called once, with interrupts off.
         let mut motor = unsafe { motor::take(drive) };
-        // SAFETY: all that an interrupt touches has been made.
+        // SAFETY: everything that an interrupt uses is set up.
         unsafe { avr_device::interrupt::enable() };
         if play(&mut motor).is_err() {
             lamp::set(true);

@@ -1,5 +1,5 @@
-//! The Arduino driver, case 1, in the published way: timer 1 in fast PWM, mode 15, comes round
-//! with each step.
+//! The Arduino driver, case 1, by the published method: timer 1 in fast PWM, mode 15, wraps at each
+//! step.
 //!
 //! ```text
 //!   OCR1A is written    │ while it counts
@@ -7,15 +7,15 @@
 //!   the prescaler does  │ at once
 //! ```
 //!
-//! So after an update one step lasts the old top at the new prescaler, which the core calls
-//! `Model::Latched`; here nobody models it, the chip does it.
+//! So after an update one step lasts the old top at the new prescaler. The core models this as
+//! `Model::Latched`; here the chip itself does it.
 //!
-//! OCR1A holds top − 1, as the counter counts from 0 (the article loads top itself, and is a
-//! count slower). And where the prescaler changes, what has been counted until then is put
-//! into counts of the new one: the article lets the counter go on, so that what the update
-//! took at prescaler 1 counts eightfold at 8. A prescaler divides on whatever the timer does,
-//! which would leave a count of the slower one uncertain; so it is started again as well, with
-//! timer 0, which shares it and is not used here.
+//! OCR1A holds top − 1, because the counter counts from 0 (the article loads top itself, and is a
+//! count slower). When the prescaler changes, the elapsed counts are converted to counts of the new
+//! prescaler: the article lets the counter continue, so the time of the update at prescaler 1
+//! counts eightfold at 8. A prescaler keeps dividing whatever the timer does, which would leave a
+//! count of the slower one uncertain; so it is restarted as well, with timer 0, which shares it and
+//! is not used here.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt)]
@@ -42,7 +42,7 @@ const ORDER: SetSpeed = SetSpeed {
 static MOTOR: Slot<Motor> =
     Slot::new(Motor { stepper: Stepper::new(Coils::new(PortB, SHIELD, 0)), shift: 0 });
 
-/// The motor, the interrupt's.
+/// The motor, owned by the interrupt.
 struct Motor {
     stepper: Stepper<PortB>,
     /// log₂ of the timer's prescaler.
@@ -53,7 +53,7 @@ struct Motor {
 const MODE: (u8, u8) = (0b11, 0b1_1000);
 /// TOIE1 in TIMSK1, TOV1 in TIFR1.
 const OVERFLOW: u8 = 1;
-/// More cycles than it takes to compute when the prescaler changes.
+/// More cycles than the computation takes when the prescaler changes.
 const AHEAD: u16 = 256;
 
 /// CS12, CS11 and CS10: the bits of a prescaler.
@@ -72,16 +72,16 @@ impl Motor {
         let Counts { top, shift } = pace.counts();
         self.stepper.begin(pace, forward);
         self.shift = shift;
-        // SAFETY: bits of a timer whose owner this is; no memory is touched.
+        // SAFETY: bits of the timer that this owns; no memory is affected.
         unsafe {
-            // Stopped, and in the normal mode, where the compare register is not buffered.
+            // Stopped, and in normal mode, where the compare register is not buffered.
             timer.tccr1b().write(|w| w.bits(0));
             timer.tccr1a().write(|w| w.bits(0));
             timer.ocr1a().write(|w| w.set(register(top)));
             timer.tcnt1().write(|w| w.set(0));
             timer.tccr1a().write(|w| w.bits(MODE.0));
             timer.tccr1b().write(|w| w.bits(MODE.1));
-            // And now the buffer.
+            // Now the buffered register.
             timer.ocr1a().write(|w| w.set(register(top)));
             timer.tifr1().write(|w| w.bits(OVERFLOW));
             timer.timsk1().write(|w| w.bits(OVERFLOW));
@@ -89,7 +89,7 @@ impl Motor {
         }
     }
 
-    /// The counter has come round.
+    /// The counter has wrapped.
     #[inline(always)]
     fn on_overflow(&mut self, timer: &TC1) {
         if self.stepper.event().is_none() {
@@ -106,8 +106,8 @@ impl Motor {
     }
 }
 
-/// The prescaler changes, at the next count that is a whole one at both. From there to the
-/// counter some 20 cycles are lost.
+/// Changes the prescaler, at the next count that is whole at both prescalers. Some 20 cycles are
+/// lost from there to the write of the counter.
 #[cold]
 #[inline(never)]
 fn change(timer: &TC1, old: u8, new: u8) {
@@ -122,7 +122,7 @@ fn change(timer: &TC1, old: u8, new: u8) {
     };
     let clock = MODE.1 | select(new);
     while (at.wrapping_sub(timer.tcnt1().read().bits()) as i16) > 0 {}
-    // SAFETY: the counter's clock and its prescaler, which nobody else has, touch no memory.
+    // SAFETY: the counter's clock and its prescaler, which nothing else uses, affect no memory.
     unsafe {
         timer.tccr1b().write(|w| w.bits(clock));
         TC0::steal().gtccr().write(|w| w.psrsync().set_bit());
@@ -130,24 +130,24 @@ fn change(timer: &TC1, old: u8, new: u8) {
     timer.tcnt1().write(|w| w.set(count));
 }
 
-/// What the compare register holds for a period of this many counts.
+/// The value of the compare register for a period of this many counts.
 fn register(top: u32) -> u16 {
     top.wrapping_sub(1) as u16
 }
 
-/// No more interrupts.
+/// Disables the interrupt.
 fn stop(timer: &TC1) {
     // SAFETY: as above.
     unsafe { timer.timsk1().write(|w| w.bits(0)) };
 }
 
 stepwright_avr::handler!(TIMER1_OVF, TIMER1_OVF, {
-    // SAFETY: the interrupt that owns them.
+    // SAFETY: this is the interrupt that owns them.
     let (motor, timer) = unsafe { (MOTOR.get(), TC1::steal()) };
     motor.on_overflow(&timer);
 });
 
-/// The foreground's hold.
+/// The foreground's handle.
 struct AvrEngine;
 
 impl AvrEngine {

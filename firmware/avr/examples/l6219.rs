@@ -1,14 +1,14 @@
-//! Austin's L6219, which wants a motor's windings told in full: quarter steps on six
-//! pins of one port.
+//! Austin's L6219, which needs all levels of a motor's windings: quarter steps on six pins of one
+//! port.
 //!
 //! | | PHASE1 | PHASE2 | I01 | I11 | I02 | I12 |
 //! | --- | --- | --- | --- | --- | --- | --- |
 //! | Uno, port B | D8 | D9 | D10 | D11 | D12 | D13 |
 //! | Mega, port A | D22 | D23 | D24 | D25 | D26 | D27 |
 //!
-//! 803 quarter steps forward, faster and faster; then 401 back. The current goes on with each
-//! order and off an interval after its last step. Where the motor stands then, the EEPROM
-//! keeps: at the next power-up the motor's phase is restored, and no step is lost.
+//! 803 accelerating quarter steps forward; then 401 back. The current goes on with each order and
+//! off an interval after its last step. The EEPROM keeps the phase at which the motor stands then:
+//! at the next power-up the phase is restored, and no step is lost.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt)]
@@ -45,9 +45,9 @@ const ORDERS: [SetSpeed; 2] = [
     SetSpeed { limit: 401, ..SetSpeed::fixed(ON.and(Control::DIRECTION), 24_000) },
 ];
 
-/// From the end of one order to the next, in milliseconds.
+/// Milliseconds from the end of one order to the next.
 const PAUSE: u32 = 100;
-/// Where the EEPROM keeps the phase. What was never written is no phase.
+/// The address of the phase in the EEPROM. A byte that was never written is not a phase.
 const PLACE: u16 = 0;
 const PHASES: u8 = L6219_QUARTER.len();
 
@@ -55,11 +55,11 @@ const PHASES: u8 = L6219_QUARTER.len();
 fn main() -> ! {
     // SAFETY: called once, with interrupts off.
     let mut held = unsafe { motor::take((L6219_QUARTER, 0b11_1111), 0) };
-    // SAFETY: nobody else has it.
+    // SAFETY: nothing else has it.
     let mut memory = Eeprom::new(unsafe { EEPROM::steal() });
     let phase = memory.read(PLACE);
     held.restore(if phase < PHASES { phase } else { 0 });
-    // SAFETY: called once, and all that an interrupt touches has been made.
+    // SAFETY: called once, and everything that an interrupt uses is set up.
     let (mut console, mut driver) = unsafe { example::start(Model::Ideal) };
     for order in ORDERS {
         let now = console.millis();

@@ -1,4 +1,4 @@
-//! What a step of the trapezoid costs in closed form. It moves no motor: on a chip the planner
+//! The cost of a step of the trapezoid in closed form. It moves no motor: on a chip the planner
 //! does. See `stepwright_avr::law`.
 #![no_std]
 #![no_main]

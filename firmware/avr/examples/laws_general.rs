@@ -1,5 +1,5 @@
-//! Austin's general form, c/2n, and a ramp that changes its acceleration on its way (Eq 18)
-//! move a motor. See `stepwright_avr::law`.
+//! Austin's general form, c/2n, and a ramp whose acceleration changes on the way (Eq 18) move a
+//! motor. See `stepwright_avr::law`.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

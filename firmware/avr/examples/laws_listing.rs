@@ -12,7 +12,7 @@ stepwright_avr::measured_laws!(trial => {
     trial.measure(Carried::new(STEPS, LISTED.0, LISTED.1));
     trial.play(Fixed::new(STEPS, DEMO.0, DEMO.1));
     trial.play(Carried::new(STEPS, DEMO.0, DEMO.1));
-    // As fast as it can be asked.
+    // As fast as the law can be computed.
     trial.play(Fixed::new(STEPS, LISTED.0, LISTED.1));
     trial.play(Carried::new(STEPS, LISTED.0, LISTED.1));
 });

@@ -1,5 +1,5 @@
-//! Does the step timer keep the contract of `StepTimer`? `RESULT` has the answer: 1, or what went
-//! wrong.
+//! Tests whether the step timer keeps the contract of `StepTimer`. `RESULT` has the answer: 1, or
+//! the fault.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt)]
@@ -9,14 +9,14 @@ use stepwright_avr::slot::Slot;
 use stepwright_avr::timer::Timer;
 use stepwright_port_test::{TestPort, TimerFault, TimerProbe, check};
 
-/// What was found: see `firmware/rig/tests/port_test.rs`.
+/// The result: see `firmware/rig/tests/port_test.rs`.
 #[unsafe(no_mangle)]
 static RESULT: Slot<[i16; 3]> = Slot::new([0; 3]);
 
 static PROBE: Slot<Option<TimerProbe<Timer>>> = Slot::new(None);
 
 stepwright_avr::handler!(TIMER1_COMPA, TIMER1_COMPA, {
-    // SAFETY: this is the step interrupt; the foreground holds it off while it has the probe.
+    // SAFETY: this is the step interrupt; the foreground holds it off while it uses the probe.
     if let Some(probe) = unsafe { PROBE.get() } {
         probe.on_compare();
     }
@@ -29,9 +29,9 @@ impl TestPort for Chip {
 
     fn with<R>(&mut self, ask: impl FnOnce(&mut TimerProbe<Timer>) -> R) -> R {
         interrupt::free(|_| {
-            // SAFETY: no interrupt comes; `main` has put it there.
+            // SAFETY: no interrupt comes; `main` has set the probe.
             let probe = unsafe { self.0.get() }.as_mut();
-            // SAFETY: likewise.
+            // SAFETY: as above.
             ask(unsafe { probe.unwrap_unchecked() })
         })
     }
@@ -43,9 +43,9 @@ impl TestPort for Chip {
 fn main() -> ! {
     // SAFETY: called once, with interrupts off.
     unsafe { *PROBE.get() = Some(TimerProbe::new(Timer::start())) };
-    // SAFETY: all that an interrupt touches has been made.
+    // SAFETY: everything that an interrupt uses is set up.
     unsafe { interrupt::enable() };
-    // Some hundred cycles are the interrupt, and the longest hold.
+    // The interrupt, and the longest hold, take some hundred cycles.
     let result = match check(&mut Chip(&PROBE), 1_000) {
         Ok(checked) => [1, checked.values as i16, checked.wrapped.into()],
         Err(TimerFault::Lost { ahead, waited }) => [2, ahead as i16, waited as i16],
@@ -53,7 +53,7 @@ fn main() -> ! {
         Err(TimerFault::Backward) => [4, 0, 0],
         Err(TimerFault::StandsStill) => [5, 0, 0],
     };
-    // SAFETY: no interrupt looks at it.
+    // SAFETY: no interrupt reads it.
     unsafe { *RESULT.get() = result };
     loop {
         core::hint::spin_loop();

@@ -1,5 +1,5 @@
-//! Two motor shields on two timers of a Mega at once, which the Arduino driver could not do: the
-//! lower one on timer 1 with D12 and D13, the other on timer 3 with D9 and D8. On both the
+//! Two motor shields on two timers of a Mega at once, which the Arduino driver does not support:
+//! the lower one on timer 1 with D12 and D13, the upper one on timer 3 with D9 and D8. On both the
 //! brake lines are cut (section 3).
 #![no_std]
 #![no_main]
@@ -32,7 +32,7 @@ const LOWER: SetSpeed = SetSpeed {
     update_ms: 200,
     mod_counts: 10,
 };
-/// Faster, and the other way round.
+/// Faster, and in the other direction.
 const UPPER: SetSpeed = SetSpeed {
     control: Control::DRV_EN
         .and(Control::SPEED_VARIABLE)
@@ -48,7 +48,7 @@ const UPPER: SetSpeed = SetSpeed {
 
 #[avr_device::entry]
 fn main() -> ! {
-    // SAFETY: the only time that anybody takes them, and interrupts are off.
+    // SAFETY: they are taken only here, and interrupts are off.
     let chip = unsafe { chip::Peripherals::steal() };
     shield::pins();
     // SAFETY: called once each, with interrupts off.
@@ -62,7 +62,7 @@ fn main() -> ! {
     let hardware = Hardware::avr16(io_clock_now());
     let mut first = Driver::new(hardware, Model::Ideal);
     let mut second = Driver::new(hardware, Model::Ideal);
-    // SAFETY: all that an interrupt touches has been made.
+    // SAFETY: everything that an interrupt uses is set up.
     unsafe { avr_device::interrupt::enable() };
     first.set_speed(&mut lower, &LOWER, 0);
     second.set_speed(&mut upper, &UPPER, 0);

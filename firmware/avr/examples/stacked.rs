@@ -1,5 +1,5 @@
-//! A function with arguments on its stack: `cargo xtask test` sees that it is refused for a
-//! Mega, where the compiler reads them in the wrong place.
+//! A function with arguments on its stack. `cargo xtask test` checks that it is refused for a Mega,
+//! where the compiler reads them from the wrong place.
 #![no_std]
 #![no_main]
 
@@ -7,7 +7,7 @@ use core::hint::black_box;
 
 use stepwright_avr as _;
 
-/// 26 bytes, of which 18 are in registers.
+/// 26 bytes, of which 18 are passed in registers.
 #[inline(never)]
 fn stacked(a: u64, b: u64, c: u64, d: u16) -> u64 {
     a ^ b ^ c ^ u64::from(d)

@@ -1,9 +1,9 @@
-//! A counter of 32 bits with a compare register beside it: what most chips have for a step timer.
+//! A 32-bit counter with a compare register: the step timer of most chips.
 
 use stepwright::Ticks;
 use stepwright::timer::StepTimer;
 
-/// What such a timer is made of. Each is an access to a register or two.
+/// The registers of such a timer. Each method accesses one or two of them.
 pub trait CompareRegister {
     /// See [`StepTimer::LINGER`].
     const LINGER: Ticks;
@@ -12,21 +12,22 @@ pub trait CompareRegister {
 
     /// The counter, which counts up through all 32 bits.
     fn count(&mut self) -> u32;
-    /// Writes the compare register. The interrupt is requested when the counter comes to it.
+    /// Writes the compare register. The interrupt is requested when the counter reaches it.
     fn compare(&mut self, at: u32);
-    /// Takes a request back that a match has made.
+    /// Withdraws the request of a match.
     fn clear(&mut self);
     /// Requests the interrupt.
     fn pend(&mut self);
 }
 
-/// The step timer that is made of it, in the one order that loses nothing: the value, the old request,
-/// the look, and the request of what has passed. A request that is taken back is the old value's, or
-/// the new one's, and then the look sees that it has passed.
+/// The step timer made from these registers. Its order of accesses loses no deadline: write the
+/// value, clear the old request, read the counter, and request the interrupt if the value has
+/// passed. A cleared request is either the old value's, or the new value's, and then the counter
+/// shows that the value has passed.
 pub struct CompareTimer<R>(R);
 
 impl<R: CompareRegister> CompareTimer<R> {
-    /// Of a counter that runs, and whose interrupt is held off.
+    /// A timer whose counter runs, and whose interrupt is held off.
     pub const fn new(register: R) -> CompareTimer<R> {
         CompareTimer(register)
     }
@@ -67,8 +68,8 @@ mod tests {
 
     use super::*;
 
-    /// A counter as an STM32's TIM2 and a SAM3X's TC have it, with an interrupt controller: a match sets a
-    /// flag, which requests for as long as it stands. Each access takes time.
+    /// A counter like an STM32's TIM2 and a SAM3X's TC, with an interrupt controller: a match sets
+    /// a flag, which requests the interrupt while it is set. Each access takes time.
     #[derive(Default)]
     struct Model {
         count: Cell<u32>,
@@ -135,7 +136,7 @@ mod tests {
         }
     }
 
-    /// What forgets that it has passed.
+    /// A timer that ignores values that have passed.
     struct Forgets(Rc<Model>);
 
     impl StepTimer for Forgets {

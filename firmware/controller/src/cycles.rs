@@ -15,35 +15,35 @@ use stepwright_protocol::{Text, flash_text};
 
 use crate::{AXES, Panel};
 
-/// Legs of all series.
+/// The legs of all series.
 const LEGS: usize = 64;
 
-/// The codes of a motor's pins, which are the bits of the board's port: STEP, DIR, the enable pin of all
-/// motors, and its switch, which may be at either end. A line that wires a motor names these; all but
-/// STEP and DIR it may leave out.
+/// The codes of a motor's pins, which are the bits of the board's port: STEP, DIR, the enable pin
+/// of all motors, and the motor's switch, at either end. A line that wires a motor names these; it
+/// may omit all but STEP and DIR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CyclePins {
     /// STEP.
     pub step: u8,
     /// DIR.
     pub direction: u8,
-    /// Low turns the drivers on.
+    /// The enable pin. Low switches the drivers on.
     pub enable: u8,
-    /// The switch, to ground; `MotorPins::NO_PIN`: none.
+    /// The switch, to ground; `MotorPins::NO_PIN` for none.
     pub switch: u8,
 }
 
 impl CyclePins {
-    /// Which of the pins a line may name at each place.
+    /// The pin that a line may name at each place.
     const fn codes(&self) -> [u8; 5] {
         [self.step, self.direction, self.enable, self.switch, self.switch]
     }
 }
 
-/// The pins around the motors, as a cycle asks for them.
+/// The pins around the motors, for a cycle.
 pub struct CycleIo<P> {
     panel: P,
-    /// Motors whose switch is at the minimum, and at the maximum.
+    /// The motors whose switch is at the minimum, and those whose switch is at the maximum.
     ends: Switches,
 }
 
@@ -64,16 +64,16 @@ impl<P: Panel> MachineIo for CycleIo<P> {
 
 type Motors<T, D, P> = Cycle<'static, T, D, CycleIo<P>, AXES>;
 
-/// What a chip's program has in a static, for its step interrupt and its main loop: motors and the legs
-/// of their series.
+/// The static that a chip's step interrupt and main loop share: motors and the legs of their
+/// series.
 pub struct ControllerCycle<T: StepTimer + 'static, D: 'static, H: 'static, P: 'static> {
     cycle: UnsafeCell<MaybeUninit<Motors<T, D, P>>>,
     legs: UnsafeCell<[Cell<Leg>; LEGS]>,
     hold_off: PhantomData<H>,
 }
 
-// SAFETY: the main loop has the motors while the interrupt is held off, the interrupt otherwise; the
-// legs are written while no cycle runs, and read by the cycle.
+// SAFETY: the main loop uses the motors while the interrupt is held off, the interrupt otherwise;
+// the legs are written while no cycle runs, and read by the cycle.
 unsafe impl<T: StepTimer + Send, D: Send, H, P: Send> Sync for ControllerCycle<T, D, H, P> {}
 
 impl<T: StepTimer, D: Drive, H: HoldOff, P: Panel> ControllerCycle<T, D, H, P> {
@@ -92,13 +92,13 @@ impl<T: StepTimer, D: Drive, H: HoldOff, P: Panel> ControllerCycle<T, D, H, P> {
     /// Called by the interrupt that `H` holds off, and by nothing else.
     #[inline(always)]
     pub unsafe fn on_compare(&self) {
-        // SAFETY: `run` has put them there before it let the interrupt in, and holds it off while it
-        // has them.
+        // SAFETY: `run` has set the motors before it let the interrupt in, and holds it off while
+        // it uses them.
         unsafe { (*self.cycle.get()).assume_init_mut() }.on_compare();
     }
 
-    /// Makes the motors, and serves the rows of `stepwright_cycle::line` for good. `about` is the answer
-    /// to `?`: the board, its timer's rate, `axes=3 legs=64`.
+    /// Sets up the motors, and serves the rows of `stepwright_cycle::line` for ever. `about` is the
+    /// answer to `?`: the board, its timer's rate, `axes=3 legs=64`.
     ///
     /// # Safety
     /// Called once, while the step interrupt is held off.
@@ -115,7 +115,7 @@ impl<T: StepTimer, D: Drive, H: HoldOff, P: Panel> ControllerCycle<T, D, H, P> {
         let cycle = Cycle::new(timer, drive, io, motors, Clock::Deadlines, board);
         // SAFETY: the caller's promise.
         unsafe { (*self.cycle.get()).write(cycle) };
-        // SAFETY: cells, of which this is the one reference.
+        // SAFETY: cells, and this is the only reference to them.
         let legs = unsafe { &*self.legs.get() };
         let hold = Held { shared: self, pins, about };
         let mut device: ProgramDevice<_, LONGEST> = ProgramDevice::new(Remote::new(hold, legs));
@@ -126,7 +126,7 @@ impl<T: StepTimer, D: Drive, H: HoldOff, P: Panel> ControllerCycle<T, D, H, P> {
     }
 }
 
-/// The main loop's hold on the motors.
+/// The main loop's handle to the motors.
 struct Held<T: StepTimer + 'static, D: 'static, H: 'static, P: 'static> {
     shared: &'static ControllerCycle<T, D, H, P>,
     pins: [CyclePins; AXES],
@@ -141,7 +141,7 @@ impl<T: StepTimer, D: Drive, H: HoldOff, P: Panel> CycleHold<'static, AXES> for 
     #[inline(always)]
     fn with<R>(&mut self, ask: impl FnOnce(&mut Motors<T, D, P>) -> R) -> R {
         H::hold();
-        // SAFETY: the interrupt is held off, and `run` has put them there.
+        // SAFETY: the interrupt is held off, and `run` has set the motors.
         let answer = ask(unsafe { (*self.shared.cycle.get()).assume_init_mut() });
         H::release();
         answer
@@ -157,7 +157,7 @@ impl<T: StepTimer, D: Drive, H: HoldOff, P: Panel> CycleHold<'static, AXES> for 
         }
         let [.., min, max] = pins.codes;
         if !none(min) && !none(max) {
-            // It has one switch.
+            // A motor has only one switch.
             return Err(4);
         }
         self.with(|cycle| {

@@ -10,20 +10,20 @@ use stepwright_device::{BoardIo, Device};
 
 use crate::{AXES, Panel, PortIo, RUNS};
 
-/// The main loop's way to the engine.
+/// The main loop's handle to the engine.
 type Handle<T, D, H> = EngineHandle<T, D, H, AXES, RUNS>;
 
-/// What a chip's program has in a static, for its step interrupt and for [`run`]: the engine, and the
-/// device, which is made where it lies, as a second one would not fit a small stack. Zeros, which
-/// take no flash.
-#[repr(C)] // what each visit reads is near its beginning
+/// The static that a chip's step interrupt and [`run`] share: the engine, and the device, which is
+/// set up in place, because a second one would not fit a small stack. It is all zeros, which take
+/// no flash.
+#[repr(C)] // // the fields that each visit reads are near the beginning
 pub struct ControllerEngine<T: StepTimer + 'static, D: 'static, H: 'static> {
     engine: SharedEngine<T, D, H, AXES, RUNS>,
     device: UnsafeCell<Device<'static, Handle<T, D, H>, AXES, RUNS>>,
 }
 
-// SAFETY: the device is the main loop's: `run`, which is the one that has filled the engine, which
-// is done once. The engine looks after itself.
+// SAFETY: the device belongs to the main loop: to `run`, after it has filled the engine, which
+// happens once. The engine protects itself.
 unsafe impl<T: StepTimer, D, H> Sync for ControllerEngine<T, D, H> where
     SharedEngine<T, D, H, AXES, RUNS>: Sync
 {
@@ -51,7 +51,7 @@ impl<T: StepTimer, D: Drive, H: HoldOff> ControllerEngine<T, D, H> {
     }
 }
 
-/// The controller: fills the engine, and serves the line for good.
+/// Runs the controller: fills the engine, and serves the line for ever.
 pub fn run<T: StepTimer, D: Drive, H: HoldOff>(
     shared: &'static ControllerEngine<T, D, H>,
     timer: T,
@@ -64,13 +64,14 @@ pub fn run<T: StepTimer, D: Drive, H: HoldOff>(
     if let Some(device) = begin(shared, timer, drive, &board, &mut io) {
         main_loop::run(&mut OnBoard { device, io }, line);
     }
-    // Somebody else has filled it, which no program does.
+    // The engine was filled elsewhere, which no program does.
     loop {
         core::hint::spin_loop();
     }
 }
 
-/// Makes engine and device, once. A frame of its own, which is left before the main loop.
+/// Sets up engine and device, once. In a stack frame of its own, which is released before the main
+/// loop.
 #[inline(never)]
 #[allow(clippy::mut_from_ref, reason = "an engine is filled once")]
 fn begin<T: StepTimer, D: Drive, H: HoldOff>(
@@ -81,7 +82,7 @@ fn begin<T: StepTimer, D: Drive, H: HoldOff>(
     io: &mut impl BoardIo,
 ) -> Option<&'static mut Device<'static, Handle<T, D, H>, AXES, RUNS>> {
     let (engine, feeds) = shared.engine.fill(timer, drive, board)?;
-    // SAFETY: an engine is filled once, so nobody else comes here.
+    // SAFETY: an engine is filled once, so this is reached once.
     let device = unsafe { &mut *shared.device.get() };
     device.motors_mut().fill(engine, feeds, board);
     device.begin(AXES as u8, io);

@@ -1,4 +1,4 @@
-//! What the board lends its device.
+//! The board's side of its device.
 
 use stepwright::drive::Axes;
 use stepwright::{Rate, Ticks};
@@ -8,23 +8,23 @@ use crate::kept;
 
 /// A chip's pins around the motors, and its clock. None of the methods may wait.
 pub trait Panel {
-    /// The counter of the step timer, for the main loop, while the step interrupt may come.
+    /// The counter of the step timer. Called in the main loop, with the step interrupt enabled.
     fn count(&mut self) -> u32;
 
-    /// All is well: to be told to a watchdog.
+    /// Feeds the watchdog.
     fn feed(&mut self) {}
 
-    /// The levels of the switches' pins, pulled up: a set bit is a high one.
+    /// The levels of the switches' pins, with pull-ups: a set bit is a high level.
     fn switches(&self) -> Axes {
         Axes::MAX
     }
 
-    /// The level of the emergency stop's pin, pulled up.
+    /// The level of the emergency stop's pin, with a pull-up.
     fn emergency(&self) -> bool {
         true
     }
 
-    /// The level of the pin to which the fault outputs of the drivers lead, pulled up.
+    /// The level of the pin with the drivers' fault outputs, with a pull-up.
     fn driver_fault(&self) -> bool {
         true
     }
@@ -32,7 +32,7 @@ pub trait Panel {
     /// Sets the level of the pin that enables the drivers.
     fn set_enable(&mut self, high: bool);
 
-    /// Whether the board has an output for a laser, in the program of streamed runs.
+    /// Whether the board has an output for a laser, in the program for streams.
     const LASER: bool = false;
 
     /// Sets the power of the laser: 0, off, to 255. Called when it changes; it is off at first.
@@ -40,16 +40,15 @@ pub trait Panel {
         let _ = power;
     }
 
-    /// Why the board has begun. Asked once.
+    /// The reason of the last reset. Called once.
     fn reset(&mut self) -> Reset;
 
-    /// These axes are to turn the other way round, the others not. Called while all rest, and the
-    /// longest `hold-us` behind the last step.
+    /// Sets the axes that turn the other way round. Called while all rest, and the longest
+    /// `hold-us` after the last step.
     fn set_reverse(&mut self, axes: Axes);
 }
 
-/// A [`Panel`] with the time in milliseconds, and with RAM that outlasts a reset for the
-/// settings.
+/// A [`Panel`] with the time in milliseconds, and with RAM that outlasts a reset for the settings.
 pub struct PortIo<P> {
     panel: P,
     rate: Rate,
@@ -60,7 +59,7 @@ pub struct PortIo<P> {
 }
 
 impl<P: Panel> PortIo<P> {
-    /// Of a chip whose step timer counts at `rate`. The time begins now.
+    /// For a chip whose step timer counts at `rate`. The time starts now.
     pub fn new(mut panel: P, rate: Rate) -> PortIo<P> {
         let begun = panel.count();
         PortIo { panel, rate, begun, millis: 0, reversed: 0 }
@@ -135,7 +134,7 @@ impl<P: Panel> BoardIo for PortIo<P> {
             return;
         }
         self.reversed = axes;
-        // The longest `hold-us`, 1 ms, from a last step that may be of this moment.
+        // Waits for the longest `hold-us`, 1 ms, because the last step may have been just now.
         let begun = self.panel.count();
         while self.panel.count().wrapping_sub(begun) < self.rate.micros(1_000) {}
         self.panel.set_reverse(axes);

@@ -1,4 +1,4 @@
-//! Austin's laws over the serial line, on a chip of 32 bits: its first axis goes by any of them.
+//! Austin's laws over the serial line, on a chip of 32 bits: its first axis moves by any of them.
 
 use stepwright::drive::Drive;
 use stepwright::timer::StepTimer;
@@ -12,11 +12,12 @@ use stepwright_protocol::Text;
 
 use crate::{AXES, Panel, RUNS};
 
-/// What a chip's program has in a static, for its step interrupt and for [`run_laws`].
+/// The static that a chip's step interrupt and [`run_laws`] share.
 pub type LawEngine<T, D, H> = SharedEngine<T, D, H, AXES, RUNS>;
 
-/// Fills the engine, switches the drivers on, and serves the rows of `stepwright_austin::line` for good.
-/// `name` is the board's, in the answer to `?`. The shortest delay of a law is an AVR's.
+/// Fills the engine, switches the drivers on, and serves the rows of `stepwright_austin::line` for
+/// ever. `name` is the board's name in the answer to `?`. The shortest delay of a law is that of an
+/// AVR.
 pub fn run_laws<T: StepTimer, D: Drive, H: HoldOff>(
     engine: &'static LawEngine<T, D, H>,
     timer: T,
@@ -36,7 +37,7 @@ pub fn run_laws<T: StepTimer, D: Drive, H: HoldOff>(
             main_loop::round(&mut motor, line);
         }
     }
-    // Somebody else has filled it, which no program does.
+    // The engine was filled elsewhere, which no program does.
     loop {
         core::hint::spin_loop();
     }

@@ -1,5 +1,5 @@
 #![no_std]
-//! The serial controller on a chip of 32 bits: all of it but the chip.
+//! The serial controller on a chip of 32 bits, except the chip's own parts.
 //!
 //! ```text
 //!   bytes ─► SerialPort ─► Device ─► motors ─► SharedEngine ─► Drive ─► pins
@@ -8,9 +8,9 @@
 //!               a Panel, the time, kept RAM
 //! ```
 //!
-//! A chip's folder (`firmware/nrf51`) has a timer, a drive, a serial line and a
-//! [`Panel`]; its program gives them to [`run`]. The lines, the settings and the duties are
-//! those of the AVR's controller, from the same code: `stepwright-device`.
+//! A chip's folder (`firmware/nrf51`) has a timer, a drive, a serial line and a [`Panel`]; its
+//! program passes them to [`run`]. The lines, the settings and the supervision are those of the
+//! AVR's controller, from the same code: `stepwright-device`.
 
 mod compare;
 #[cfg(feature = "cycles")]
@@ -53,13 +53,13 @@ use stepwright::{Board, Control, Cost, OrderedMotors, Rate, Timing};
 use stepwright_device::Device;
 use stepwright_device::main_loop::{self, OnBoard, SerialPort};
 
-/// Motors of the controller.
+/// The motors of the controller.
 pub const AXES: usize = 3;
-/// Entries that a queue holds, as on an Uno.
+/// The entries that a queue holds, as on an Uno.
 pub const RUNS: usize = 8;
 
-/// The board of a controller: its step timer's rate, what a step costs on it, and how many runs it
-/// plans in a second. All else is the Uno's: pulses of 2 µs, 16 ms planned ahead.
+/// The board of a controller: the rate of its step timer, the cost of a step, and the number of
+/// runs that it plans in a second. The rest is as on the Uno: pulses of 2 µs, 16 ms planned ahead.
 pub const fn board(rate: Rate, cost: Cost<AXES>, runs: u16) -> Board<AXES> {
     let (pulse, side) = (rate.nanos(2_000), rate.nanos(1_000));
     Board {
@@ -73,7 +73,7 @@ pub const fn board(rate: Rate, cost: Cost<AXES>, runs: u16) -> Board<AXES> {
     }
 }
 
-/// The controller over motors of any engine, whose step timer counts at `rate`.
+/// Runs the controller with motors of any engine, whose step timer counts at `rate`.
 #[inline(always)]
 pub fn run_motors<E: Control>(
     motors: OrderedMotors<'_, E, AXES, RUNS>,

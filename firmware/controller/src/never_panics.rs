@@ -1,7 +1,7 @@
-//! There is no panic, and the linker proves it.
+//! Proves at link time that the firmware contains no panic.
 
-/// The panic handler of a firmware that can't panic: what it calls stands nowhere, so that a firmware in
-/// which a panic could be reached does not link.
+/// Defines the panic handler of a firmware that can't panic. It calls a function that does not
+/// exist, so a firmware that can reach a panic does not link.
 #[macro_export]
 macro_rules! never_panics {
     () => {

@@ -1,4 +1,4 @@
-//! STEP and DIR of a port whose pins rise or fall with one store.
+//! STEP and DIR on a port whose pins rise or fall with one store.
 
 use core::marker::PhantomData;
 
@@ -6,23 +6,23 @@ use stepwright::drive::{Axes, Drive};
 
 use crate::{AXES, Turned};
 
-/// Bits of all axes, at the first.
+/// The bits of all axes, from bit 0.
 const ALL: u32 = (1 << AXES) - 1;
 
-/// The port of a chip that STEP and DIR are on.
+/// The port of a chip with STEP and DIR.
 pub trait PinPort {
-    /// Bit of STEP of axis 1; those of the others are in a row behind it.
+    /// The bit of STEP of axis 1; those of the other axes follow.
     const STEP: u32;
-    /// Likewise of DIR, high for forward.
+    /// The bit of DIR of axis 1, high for forward; those of the other axes follow.
     const DIR: u32;
 
-    /// Raises pins by their bits, or lowers them. The others stay.
+    /// Raises or lowers the pins with these bits. The others do not change.
     fn set(bits: u32, high: bool);
 
-    /// Which way the axes turn: a static of the chip's.
+    /// The directions of the axes: a static of the chip.
     fn turned() -> &'static Turned;
 
-    /// Makes pins outputs, low, where they are not outputs yet.
+    /// Makes pins outputs, low, unless they are outputs already.
     #[inline(always)]
     fn start(pins: u32) {
         Self::set(pins, false);
@@ -43,8 +43,8 @@ impl<P: PinPort> PortPins<P> {
         PortPins(PhantomData)
     }
 
-    /// These axes turn the other way round, the others do not: what
-    /// [`Panel::set_reverse`](crate::Panel::set_reverse) asks for.
+    /// Sets the axes that turn the other way round, as
+    /// [`Panel::set_reverse`](crate::Panel::set_reverse) requires.
     pub fn reverse(axes: Axes) {
         let levels = u32::from(P::turned().reverse(axes)) & ALL;
         P::set(levels << P::DIR, true);
@@ -103,7 +103,7 @@ mod tests {
     fn each_axis_has_its_pins_and_no_others() {
         let levels = || LEVELS.load(Ordering::Relaxed);
         LEVELS.store(u32::MAX, Ordering::Relaxed);
-        // SAFETY: once.
+        // SAFETY: called once.
         let mut pins = unsafe { PortPins::<Port>::new() };
         assert_eq!(!levels(), 0b111 << 2 | 0b111 << 8);
         LEVELS.store(1 << 11, Ordering::Relaxed);
@@ -112,10 +112,10 @@ mod tests {
         pins.end(0b001);
         pins.direction(0, true);
         pins.direction(1, false);
-        // An axis that there is not.
+        // An axis that does not exist.
         pins.direction(3, false);
         assert_eq!(levels(), 0b100 << 2 | 1 << 8 | 1 << 11);
-        // Axis 3 was told nothing yet, and faces forward.
+        // Axis 3 has had no direction yet, and faces forward.
         PortPins::<Port>::reverse(0b001);
         assert_eq!(levels(), 0b100 << 2 | 0b100 << 8 | 1 << 11);
     }

@@ -1,23 +1,23 @@
-//! The bytes that a serial line has received, from its interrupt to the main loop.
+//! The received bytes of a serial line, from its interrupt to the main loop.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use stepwright_device::main_loop::Received;
 
-/// Bytes that a ring holds, a power of two up to 128.
+/// The bytes that a ring holds, a power of two up to 128.
 const LEN: u8 = 64;
 
-/// Stands for what was lost or damaged, in its place among the bytes: no line has it.
+/// Stored in place of a lost or damaged byte: no line contains it.
 const GARBLED: u8 = 0xFF;
 
-/// A ring of received bytes: one interrupt that puts, one main loop that takes.
+/// A ring of received bytes: one interrupt puts them in, one main loop takes them out.
 pub struct Ring {
     bytes: UnsafeCell<[u8; LEN as usize]>,
-    /// Bytes put and taken since the beginning, modulo 256; each has one writer.
+    /// The counts of bytes put in and taken out, modulo 256; each has one writer.
     put: AtomicU8,
     taken: AtomicU8,
-    /// There was no room for a byte. The interrupt's alone.
+    /// There was no room for a byte. Only the interrupt uses it.
     lost: AtomicBool,
 }
 
@@ -26,7 +26,7 @@ pub struct Ring {
 unsafe impl Sync for Ring {}
 
 impl Ring {
-    /// Without a byte.
+    /// An empty ring.
     pub const fn new() -> Ring {
         Ring {
             bytes: UnsafeCell::new([0; LEN as usize]),
@@ -36,10 +36,10 @@ impl Ring {
         }
     }
 
-    /// A byte has come.
+    /// Puts in a received byte.
     ///
     /// # Safety
-    /// Called by one interrupt alone.
+    /// Called by one interrupt only.
     pub unsafe fn put(&self, byte: u8) {
         let put = self.put.load(Ordering::Relaxed);
         if put.wrapping_sub(self.taken.load(Ordering::Acquire)) >= LEN {
@@ -53,19 +53,19 @@ impl Ring {
         self.put.store(put.wrapping_add(1), Ordering::Release);
     }
 
-    /// A byte was damaged.
+    /// Puts in a damaged byte.
     ///
     /// # Safety
-    /// Called by that interrupt alone.
+    /// Called by that interrupt only.
     pub unsafe fn put_garbled(&self) {
         // SAFETY: the caller's promise.
         unsafe { self.put(GARBLED) };
     }
 
-    /// What has come.
+    /// Takes out the next byte, if there is one.
     ///
     /// # Safety
-    /// Called by the main loop alone.
+    /// Called by the main loop only.
     pub unsafe fn take(&self) -> Option<Received> {
         let taken = self.taken.load(Ordering::Relaxed);
         if self.put.load(Ordering::Acquire) == taken {
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     fn all(ring: &Ring) -> impl Iterator<Item = Received> {
-        // SAFETY: one thread is both.
+        // SAFETY: one thread puts and takes.
         core::iter::from_fn(|| unsafe { ring.take() })
     }
 
@@ -98,13 +98,13 @@ mod tests {
         let ring = Ring::new();
         for round in 0..10 {
             for n in 0..70 {
-                // SAFETY: one thread is both.
+                // SAFETY: one thread puts and takes.
                 unsafe { ring.put(n) };
             }
             let first = if round == 0 { Received::Byte(0) } else { Received::Garbled };
             assert!(all(&ring).eq([first].into_iter().chain((1..LEN).map(Received::Byte))));
         }
-        // SAFETY: likewise.
+        // SAFETY: as above.
         unsafe { (ring.put(7), ring.put(8), ring.put_garbled(), ring.put(9)) };
         let rest = [Received::Garbled, Received::Byte(8), Received::Garbled, Received::Byte(9)];
         assert!(all(&ring).eq(rest));

@@ -1,5 +1,5 @@
-//! What the self-test of a chip needs beside `stepwright-selftest`: what is in the flash, the line said
-//! again and again, and a capture for chips whose processor makes the steps.
+//! The parts of a chip's self-test beside `stepwright-selftest`: the checksum of the flash,
+//! repeated output of the line, and a capture for chips whose processor makes the steps.
 
 use core::marker::PhantomData;
 use core::sync::atomic::Ordering::Relaxed;
@@ -13,7 +13,7 @@ use stepwright_selftest::{Capture, Chip, Crc32, Found, Line, MOST_PULSES};
 
 use crate::{AXES, PinPort, PortPins, RUNS};
 
-/// CRC-32 of the program as it lies in the flash of a Cortex-M: from the vectors to the end of what
+/// CRC-32 of the program in the flash of a Cortex-M: from the vectors to the end of the data that
 /// is copied to RAM.
 pub fn flash_sum() -> u32 {
     unsafe extern "C" {
@@ -22,7 +22,7 @@ pub fn flash_sum() -> u32 {
         static __sdata: u32;
         static __edata: u32;
     }
-    // Of the linker's script: they are addresses, and nothing is read of them.
+    // Symbols of the linker's script: only their addresses are used.
     let first = &raw const __vector_table as usize;
     let [load, data, end] =
         [&raw const __sidata, &raw const __sdata, &raw const __edata].map(|symbol| symbol as usize);
@@ -30,15 +30,16 @@ pub fn flash_sum() -> u32 {
     let mut sum = Crc32::new();
     let mut at = first;
     while at < last {
-        // SAFETY: a word of the flash, all of which `link.x` aligns to words.
+        // SAFETY: a word of the flash. `link.x` aligns all of it to words.
         sum.add(unsafe { (at as *const u32).read_volatile() });
         at = at.wrapping_add(4);
     }
     sum.end()
 }
 
-/// The self-test of a chip whose step interrupt stamps its pulses: plays, and says the line for good.
-/// `board` is the chip's: a constant of the program, so that the compiler sees that its rate is not 0.
+/// The self-test of a chip whose step interrupt stamps its pulses: plays, then sends the line for
+/// ever. `board` is the chip's: a constant of the program, so that the compiler sees that its rate
+/// is not 0.
 #[inline(always)]
 pub fn run_stamped<T: StepTimer, P: StampPort, H: HoldOff>(
     engine: &'static SharedEngine<T, StampedPins<P>, H, AXES, RUNS>,
@@ -49,20 +50,20 @@ pub fn run_stamped<T: StepTimer, P: StampPort, H: HoldOff>(
     line: &mut impl SerialPort,
 ) -> ! {
     if let Some((engine, feeds)) = engine.fill(timer, StampedPins(pins), &board) {
-        // SAFETY: they are filled before anything else. (Where `new` is a function of its own, the compiler
-        // does not see the constant.)
+        // SAFETY: they are filled before anything else. (If `new` is not inlined, the compiler does
+        // not see the constant.)
         let mut motors = unsafe { OrderedMotors::blank(EngineHandle::none()) };
         motors.fill(engine, feeds, &board);
         let found = stepwright_selftest::run(&mut motors, chip, &mut Stamped::<P>(PhantomData));
         tell(chip, found, None, line)
     }
-    // Somebody else has filled it, which no program does.
+    // The engine was filled elsewhere, which no program does.
     loop {
         core::hint::spin_loop();
     }
 }
 
-/// Says what was found, again and again: whoever listens may come late.
+/// Sends the result again and again, because a listener may come late.
 pub fn tell(chip: &Chip, found: Found, khz: Option<u32>, line: &mut impl SerialPort) -> ! {
     let (version, flash) = (env!("CARGO_PKG_VERSION"), flash_sum());
     let said = Line { chip: chip.name, version, flash, hz: chip.rate.hz(), found, khz };
@@ -73,7 +74,7 @@ pub fn tell(chip: &Chip, found: Found, khz: Option<u32>, line: &mut impl SerialP
     }
 }
 
-/// Waits until there is room.
+/// Sends a byte, after waiting for room.
 fn send(line: &mut impl SerialPort, byte: u8) {
     while !line.has_room() {}
     line.send(byte);
@@ -82,12 +83,12 @@ fn send(line: &mut impl SerialPort, byte: u8) {
 /// Times for the edges of an order, and one more.
 const ROOM: usize = MOST_PULSES as usize + 1;
 
-/// Edges of STEP, as the processor saw them: a static of the chip's. The step interrupt writes, the main
-/// loop reads when the axis rests.
+/// The edges of STEP, as the processor saw them: a static of the chip. The step interrupt writes
+/// it, the main loop reads it when the axis rests.
 pub struct Stamps {
-    /// STEP of the axis that is captured: its bit.
+    /// The bit of STEP of the captured axis.
     axis: AtomicU32,
-    /// When the present pulse rose, and whether the pin was low before it.
+    /// The time when the present pulse rose, and whether the pin was low before it.
     rose: AtomicU32,
     was_low: AtomicBool,
     count: AtomicU32,
@@ -95,7 +96,7 @@ pub struct Stamps {
 }
 
 impl Stamps {
-    /// None yet.
+    /// No edges yet.
     pub const fn new() -> Stamps {
         Stamps {
             axis: AtomicU32::new(0),
@@ -118,15 +119,15 @@ pub trait StampPort: PinPort {
     /// The step timer's count.
     fn count() -> u32;
 
-    /// Whether a pin is high, by its bit: the pin itself, not what was written to it.
+    /// Whether the pin with this bit is high: its actual level, not the written one.
     fn is_high(bit: u32) -> bool;
 
-    /// Where edges are kept.
+    /// The edges.
     fn stamps() -> &'static Stamps;
 }
 
-/// STEP and DIR, whose pulses are stamped: an edge counts if the pin was low before it and is high when the
-/// pulse ends, and its time is read behind the write that raises it.
+/// STEP and DIR with stamped pulses. An edge counts if the pin was low before it and is high when
+/// the pulse ends. Its time is read after the write that raises the pin.
 pub struct StampedPins<P>(pub PortPins<P>);
 
 impl<P: StampPort> Drive for StampedPins<P> {

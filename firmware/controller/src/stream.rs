@@ -1,8 +1,8 @@
-//! Streamed runs on a chip of 32 bits: frames and the common text lines over one serial line, three
-//! axes, no planner. See `docs/stream.md`.
+//! The player of a host's stream on a chip of 32 bits: frames and the common text lines over one
+//! serial line, three axes, no planner. See `docs/stream.md`.
 //!
-//! A program of its own, not a part of the controller: its queues take entries from the frames alone, and
-//! nobody has to say who has them.
+//! It is a program of its own, not a part of the controller: its queues take entries from the
+//! frames only, so their ownership need not be managed.
 
 use stepwright::drive::Drive;
 use stepwright::engine::WIRING;
@@ -16,21 +16,21 @@ use stepwright_stream::player::StreamPlayer;
 
 use crate::{AXES, Panel, RUNS};
 
-/// Bytes of frames that wait, as on a Mega: more than a second of three busy axes.
+/// The bytes of frames that can wait, as on a Mega: more than a second of three busy axes.
 pub const STREAM_FIFO: usize = 4_096;
 
-/// Who plays a stream.
+/// The description of a board that plays a stream.
 #[derive(Clone, Copy)]
 pub struct StreamBoard {
-    /// What it calls itself.
+    /// The board's name.
     pub name: Text,
-    /// Its step timer. From 8 MHz to 25 MHz: a record waits for less than 2¹⁶ ticks.
+    /// The rate of the step timer. From 8 MHz to 25 MHz: a record waits for less than 2¹⁶ ticks.
     pub rate: Rate,
-    /// No wait is shorter, in ticks.
+    /// The shortest wait, in ticks.
     pub least: Ticks,
 }
 
-/// A [`Panel`] as a stream asks for it.
+/// A [`Panel`], for a stream.
 struct PanelIo<P> {
     panel: P,
     milli: u32,
@@ -55,7 +55,7 @@ impl<P: Panel> StreamIo for PanelIo<P> {
     }
 
     fn inputs(&mut self) -> u8 {
-        // Pulled up: what is closed is low.
+        // With pull-ups, a closed input is low.
         let mut inputs = !self.panel.switches() & ((1 << AXES) - 1);
         if !self.panel.driver_fault() {
             inputs |= 1 << 6;
@@ -77,7 +77,7 @@ impl<P: Panel> StreamIo for PanelIo<P> {
     }
 }
 
-/// The player of streams on an engine of steps: fills that, and hears frames and lines for good.
+/// Plays streams on the step engine: fills it, and handles frames and lines for ever.
 #[inline(always)]
 pub fn run_stream<T: StepTimer, D: Drive, H: HoldOff>(
     shared: &'static SharedEngine<T, D, H, AXES, RUNS>,
@@ -89,18 +89,19 @@ pub fn run_stream<T: StepTimer, D: Drive, H: HoldOff>(
     line: &mut impl SerialPort,
 ) -> ! {
     let mut board = *board;
-    // What the engine paces late steps by.
+    // The engine spaces late steps by the minimum interval.
     board.timing.min_interval = stream.least;
     if let Some(filled) = shared.fill(timer, drive, &board) {
         play_stream(filled, stream, panel, line, |_| ());
     }
-    // Somebody else has filled it, which no program does.
+    // The engine was filled elsewhere, which no program does.
     loop {
         core::hint::spin_loop();
     }
 }
 
-/// Likewise, of any engine, by the feeds of its queues; `round` looks after it as often as can be.
+/// The same with any engine, through the feeds of its queues; `round` is called with the engine as
+/// often as possible.
 #[inline(always)]
 pub fn play_stream<E: Control>(
     (engine, feeds): (E, [Producer<'static, RUNS>; AXES]),

@@ -1,4 +1,4 @@
-//! A chip's step timer under `stepwright-port-test`.
+//! Runs `stepwright-port-test` on a chip's step timer.
 
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
@@ -15,28 +15,28 @@ pub struct TimerTrial<T: StepTimer, H> {
     hold_off: PhantomData<H>,
 }
 
-// SAFETY: the program has the probe while the interrupt is held off, the interrupt otherwise.
+// SAFETY: the program uses the probe while the interrupt is held off, the interrupt otherwise.
 unsafe impl<T: StepTimer + Send, H> Sync for TimerTrial<T, H> {}
 
 impl<T: StepTimer, H: HoldOff> TimerTrial<T, H> {
-    /// Without a timer yet.
+    /// A trial without a timer.
     pub const fn empty() -> TimerTrial<T, H> {
         TimerTrial { probe: UnsafeCell::new(MaybeUninit::uninit()), hold_off: PhantomData }
     }
 
-    /// What the step interrupt does.
+    /// The step interrupt.
     ///
     /// # Safety
     /// Called by the interrupt that `H` holds off, and by nothing else.
     pub unsafe fn on_compare(&self) {
-        // SAFETY: `run` has put it there before it let the interrupt in, and holds it off while it
-        // has the probe.
+        // SAFETY: `run` has set the probe before it let the interrupt in, and holds it off while it
+        // uses it.
         unsafe { (*self.probe.get()).assume_init_mut() }.on_compare();
     }
 
-    /// Tries a timer whose interrupt comes within `latency` ticks, and says on the line what came of it,
-    /// again and again: `kept`, deadlines, interrupts for nothing, whether the counter wrapped (1); or
-    /// the fault by its name, and its numbers.
+    /// Tests a timer whose interrupt comes within `latency` ticks, and sends the result on the line
+    /// again and again: `kept`, the number of deadlines, interrupts without a reason, whether the
+    /// counter wrapped (1); or the name of the fault, and its numbers.
     ///
     /// # Safety
     /// Called once, while the step interrupt is held off.
@@ -63,7 +63,7 @@ impl<T: StepTimer, H: HoldOff> TimerTrial<T, H> {
     }
 }
 
-/// The timer that `run` tries.
+/// The timer under test, for [`check`].
 struct Tried<T: StepTimer + 'static, H: 'static>(&'static TimerTrial<T, H>);
 
 impl<T: StepTimer, H: HoldOff> TestPort for Tried<T, H> {
@@ -71,7 +71,7 @@ impl<T: StepTimer, H: HoldOff> TestPort for Tried<T, H> {
 
     fn with<R>(&mut self, ask: impl FnOnce(&mut TimerProbe<T>) -> R) -> R {
         H::hold();
-        // SAFETY: the interrupt is held off, and `run` has put it there.
+        // SAFETY: the interrupt is held off, and `run` has set the probe.
         let answer = ask(unsafe { (*self.0.probe.get()).assume_init_mut() });
         H::release();
         answer
@@ -80,13 +80,13 @@ impl<T: StepTimer, H: HoldOff> TestPort for Tried<T, H> {
     fn idle(&mut self) {}
 }
 
-/// Waits until there is room.
+/// Sends a byte, after waiting for room.
 fn send(line: &mut impl SerialPort, byte: u8) {
     while !line.has_room() {}
     line.send(byte);
 }
 
-/// A number in decimal digits.
+/// Sends a number in decimal digits.
 fn say(line: &mut impl SerialPort, number: i32) {
     if number < 0 {
         send(line, b'-');

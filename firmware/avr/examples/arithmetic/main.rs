@@ -1,5 +1,5 @@
-//! Each operation of `operations.rs` as a function, for the rig to call: what the compiler
-//! makes of wide numbers is what they are on a host.
+//! Each operation of `operations.rs` as a function, which the rig calls: the compiled arithmetic of
+//! wide numbers must have the same results as on a host.
 #![no_std]
 #![no_main]
 
@@ -9,7 +9,7 @@ use stepwright_avr::slot::Slot;
 
 include!("operations.rs");
 
-/// The two operands, and then the two results.
+/// The two operands, overwritten by the two results.
 #[unsafe(no_mangle)]
 static OPERANDS: Slot<[u64; 2]> = Slot::new([0; 2]);
 
@@ -25,7 +25,7 @@ macro_rules! functions {
                 *operands = black_box([results.0, results.1]);
             }
         )*
-        /// They are called from outside alone, and stay for `main` has their addresses.
+        /// They are called only from outside, and are kept because `main` has their addresses.
         static ALL: &[extern "C" fn()] = &[$($name),*];
     };
 }

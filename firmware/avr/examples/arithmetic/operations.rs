@@ -1,7 +1,7 @@
-// Operations of wide numbers whose code a compiler for 8 bits has to get right, as one text
-// for the chip (`main.rs`) and for the host that knows the results
-// (`firmware/rig/tests/arithmetic.rs`): each makes two numbers of two. The macro hands all of
-// them to another.
+// Operations of wide numbers, which a compiler for 8 bits has to translate correctly. One text for
+// the chip (`main.rs`) and for the host that knows the results
+// (`firmware/rig/tests/arithmetic.rs`): each operation makes two numbers of two. The macro passes
+// all of them to another macro.
 
 macro_rules! operations {
     ($each:ident) => {

@@ -6,7 +6,7 @@ use stepwright::drive::sequence::{
 };
 use stepwright_avr::drives::AnyDrive;
 
-/// Tables, each with its lines on a port.
+/// The tables, each with its lines on a port.
 pub const WINDINGS: [(Sequence, u8); 7] = [
     (SHIELD, 0b11),
     (BRIDGE_HALF, 0b1111),

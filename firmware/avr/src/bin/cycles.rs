@@ -1,7 +1,7 @@
-//! Motor cycles over the serial line: orders by `stepwright cycle FILE --port`, or by whoever
-//! writes the lines of `stepwright_cycle::line`.
+//! Motor cycles over the serial line: orders by `stepwright cycle FILE --port`, or by any sender of
+//! the lines of `stepwright_cycle::line`.
 //!
-//! An Uno has three motors, a Mega four, each on any pins but the serial line's.
+//! An Uno has three motors, a Mega four, each on any pins except the serial line's.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt)]

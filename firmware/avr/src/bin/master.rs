@@ -1,8 +1,8 @@
-//! The other end of the wire: a board that has a slave carry a programme out.
+//! The other end of the wire: a board that has a slave carry out a programme.
 //!
-//! It speaks the Nano slave's lines, so any slave that knows them will do. Its
-//! TX goes to the slave's RX and the other way round, ground to ground. D13 is
-//! the lamp on the board; a button lies between D2 and ground.
+//! It sends the Nano slave's lines, so any slave that knows them will do. Its TX is connected to
+//! the slave's RX and the other way round, ground to ground. D13 is the lamp on the board; a button
+//! connects D2 to ground.
 //!
 //! | lamp | |
 //! | --- | --- |
@@ -26,23 +26,23 @@ use stepwright_protocol::{
     AxisId, Command, Distance, Master, Order, Ramp, RampSteps, Reply, Script, Travel,
 };
 
-/// Where axis 1 travels, in steps from where it is at first, and how often.
+/// The targets of axis 1, in steps from its initial position, and the number of rounds.
 const STOPS: [i64; 3] = [4000, -4000, 0];
 const ROUNDS: u8 = 2;
-/// Steps per second at the ends of a travel, and in between.
+/// Steps per second at the ends of a travel, and at its top.
 const START: u32 = 50;
 const TOP: u32 = 1000;
 /// Steps of both ramps.
 const RAMP: u32 = 200;
 
-/// A slave answers within some milliseconds.
+/// The longest wait for an answer in ms. A slave answers within some milliseconds.
 const SILENCE: u16 = 500;
-/// Between two questions whether it has arrived.
+/// The milliseconds between two queries of the status.
 const PAUSE: u16 = 20;
-/// How often a stop is tried for when lines get lost.
+/// The number of attempts when lines get lost.
 const TRIES: u8 = 3;
 
-/// Why the programme was given up.
+/// The reason why the programme was given up.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Fault {
     /// No answer came.
@@ -67,9 +67,9 @@ stepwright_avr::serial_interrupts!();
 
 #[avr_device::entry]
 fn main() -> ! {
-    // SAFETY: the only time that anybody takes them, and interrupts are off.
+    // SAFETY: they are taken only here, and interrupts are off.
     let mut board = Board::new(unsafe { chip::Peripherals::steal() });
-    // SAFETY: all that an interrupt touches has been made.
+    // SAFETY: everything that an interrupt uses is set up.
     unsafe { avr_device::interrupt::enable() };
     loop {
         board.set_lamp(false);
@@ -96,8 +96,8 @@ impl Board {
         Ok(())
     }
 
-    /// Has axis 1 travel to a position. If a line or its answer was lost nobody
-    /// knows which, so this looks where the axis is and goes on from there.
+    /// Moves axis 1 to a position. If a line or its answer was lost, the master can't know which,
+    /// so this reads the position and goes on from there.
     fn go(&mut self, to: i64) -> Result<(), Fault> {
         let mut ended = self.try_to_go(to);
         for _ in 1..TRIES {
@@ -126,7 +126,7 @@ impl Board {
         if self.position()? == to { Ok(()) } else { Err(Fault::Refused) }
     }
 
-    /// Waits until the slave is ready. A question can be asked again.
+    /// Waits until the slave is ready. The query may be repeated.
     fn arrive(&mut self) -> Result<(), Fault> {
         loop {
             match self.ask(Command::Status) {
@@ -137,8 +137,8 @@ impl Board {
         }
     }
 
-    /// Where axis 1 is. E may mean that the line came damaged, so it is asked
-    /// again as well.
+    /// The position of axis 1. E may mean that the line came damaged, so the query is repeated then
+    /// as well.
     fn position(&mut self) -> Result<i64, Fault> {
         for _ in 0..TRIES {
             match self.ask(Command::Position(AxisId::FIRST)) {
@@ -149,14 +149,14 @@ impl Board {
         Err(Fault::Refused)
     }
 
-    /// Says a line, and waits for its answer.
+    /// Sends a line, and waits for its answer.
     fn ask(&mut self, command: Command) -> Result<Reply, Fault> {
         let line = self.master.send(command).map_err(|_| Fault::Silent)?;
         self.send(line);
         self.receive().ok_or(Fault::Silent)
     }
 
-    /// Begins afresh after a silence: see [`Master::resync`].
+    /// Starts afresh after a silence: see [`Master::resync`].
     fn get_in_step(&mut self) -> Result<(), Fault> {
         for _ in 0..TRIES {
             let line = self.master.resync();
@@ -202,21 +202,21 @@ impl Board {
         }
     }
 
-    /// Milliseconds since the last call; all is well.
+    /// The milliseconds since the last call. Feeds the watchdog.
     fn tick(&mut self) -> u16 {
         watchdog::feed();
         self.clock.ticked().into()
     }
 
-    /// Shows how it ended until the button is pressed and let go: the lamp
-    /// changes after this many milliseconds, or is on if that is 0.
+    /// Shows the result until the button is pressed and released: the lamp changes every `blink`
+    /// milliseconds, or is on if that is 0.
     fn show(&mut self, blink: u16) {
         let mut lit = true;
         let mut pressed = false;
         let mut since = 0;
         loop {
             self.set_lamp(lit);
-            // A button chatters for some milliseconds.
+            // A button bounces for some milliseconds.
             self.wait(10);
             match (pressed, self.is_pressed()) {
                 (true, false) => return,
@@ -231,7 +231,7 @@ impl Board {
     }
 }
 
-/// A travel of this many steps; `None` if the line can't say that.
+/// A travel of this many steps; `None` if the line can't express it.
 fn order(way: i64) -> Option<Order> {
     let ramp = Ramp::Steps(RampSteps::new(RAMP)?);
     Some(Order {
@@ -251,10 +251,10 @@ const LAMP: u8 = 1 << 5;
 const LAMP: u8 = 1 << 7;
 
 impl Board {
-    /// Sets lamp and button up, and all the rest.
+    /// Sets up lamp, button and everything else.
     fn new(chip: chip::Peripherals) -> Board {
         watchdog::start(&chip.WDT);
-        // SAFETY: a level or direction of pins touches no memory.
+        // SAFETY: a level or direction of pins affects no memory.
         chip.PORTB.ddrb().write(|w| unsafe { w.bits(LAMP) });
         #[cfg(feature = "uno")]
         let button = chip.PORTD;
@@ -274,7 +274,7 @@ impl Board {
     }
 
     fn set_lamp(&mut self, lit: bool) {
-        // SAFETY: a level of a pin touches no memory.
+        // SAFETY: a level of a pin affects no memory.
         self.lamp.portb().write(|w| unsafe { w.bits(if lit { LAMP } else { 0 }) });
     }
 

@@ -16,13 +16,13 @@ use stepwright_device::main_loop::{self, OnBoard};
 
 type Controller = Device<'static, AvrEngine, { board::AXES }, RUNS>;
 
-/// All zeros, which take no flash; `start` does the rest, as there is no room for a
-/// second one on the stack.
+/// All zeros, which take no flash. `start` sets it up in place, because the stack has no room for a
+/// second one.
 static DEVICE: Slot<Controller> =
     // SAFETY: `start` powers the motors up before anything else.
     Slot::new(Device::blank(unsafe { OrderedMotors::blank(AvrEngine::NONE) }));
 
-/// Its board.
+/// The description of the board.
 #[unsafe(link_section = ".progmem.data")]
 static BOARD: InFlash<PlannedBoard<{ board::AXES }>> =
     InFlash::new(PlannedBoard::new(board::description()));
@@ -35,18 +35,18 @@ fn main() -> ! {
     let mut base = [0; board::AXES];
     // SAFETY: called once, with interrupts off; this frame is never left.
     let (mut board, mut line) = unsafe { start(&mut *(&raw mut base)) };
-    // SAFETY: all that an interrupt touches has been made.
+    // SAFETY: everything that an interrupt uses is set up.
     unsafe { avr_device::interrupt::enable() };
     main_loop::run(&mut board, &mut line)
 }
 
-/// Makes everything, as at power-up.
+/// Sets up everything, as at power-up.
 ///
 /// # Safety
 /// To be called once, with interrupts off.
 #[inline(never)]
 unsafe fn start(base: &'static mut [i64; board::AXES]) -> (OnBoard<Owner, AvrIo>, Serial) {
-    // SAFETY: the only time that anybody takes them.
+    // SAFETY: they are taken only here.
     let chip = unsafe { chip::Peripherals::steal() };
     watchdog::start(&chip.WDT);
     #[cfg(feature = "uno")]
@@ -60,15 +60,15 @@ unsafe fn start(base: &'static mut [i64; board::AXES]) -> (OnBoard<Owner, AvrIo>
     let motors = device.motors_mut();
     // SAFETY: called once, with interrupts off.
     *motors.engine() = unsafe { step::start(pins, base) };
-    // SAFETY: nobody else asks for them, and it is in flash.
+    // SAFETY: nothing else takes the feeds, and the board is in flash.
     let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
     motors.power_up(feed, |given| unsafe { BOARD.load(given) });
     device.begin(board::AXES as u8, &mut io);
     (OnBoard { device, io }, line)
 }
 
-/// The right to the device, which only `start` makes, once. At a fixed address, and not
-/// through a pointer: that makes all that works on it shorter by a tenth.
+/// Access to the device, which only `start` creates, once. The device is at a fixed address, and
+/// not behind a pointer: this makes all code that uses it shorter by a tenth.
 struct Owner(());
 
 impl Deref for Owner {
@@ -76,8 +76,8 @@ impl Deref for Owner {
 
     #[inline(always)]
     fn deref(&self) -> &Controller {
-        // SAFETY: there is one owner, which is borrowed for as long, and no interrupt
-        // asks for the device.
+        // SAFETY: there is one owner, which is borrowed for as long, and no interrupt uses the
+        // device.
         unsafe { DEVICE.get() }
     }
 }
@@ -85,7 +85,7 @@ impl Deref for Owner {
 impl DerefMut for Owner {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut Controller {
-        // SAFETY: likewise.
+        // SAFETY: as above.
         unsafe { DEVICE.get() }
     }
 }

@@ -1,5 +1,5 @@
-//! What a host streams: entries of three axes in frames, played and braked by the board itself; no
-//! planner. See `stepwright_avr::stream`, and `docs/stream.md` for the format.
+//! The player of a host's stream: entries of three axes in frames, played and braked by the board
+//! itself; no planner. See `stepwright_avr::stream`, and `docs/stream.md` for the format.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -11,7 +11,7 @@ stepwright_avr::serial_interrupts!();
 fn main() -> ! {
     // SAFETY: called once, with interrupts off.
     let desk = unsafe { stepwright_avr::stream::StreamDesk::start() };
-    // SAFETY: all that an interrupt touches has been made.
+    // SAFETY: everything that an interrupt uses is set up.
     unsafe { avr_device::interrupt::enable() };
     desk.serve()
 }

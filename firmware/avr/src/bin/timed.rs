@@ -1,8 +1,8 @@
-//! The timed driver over the serial line: orders, wirings and questions by
-//! `stepwright timed --port`, or by whoever writes the rows of `stepwright_timed::line`.
+//! The timed driver over the serial line: orders, wirings and queries by `stepwright timed --port`,
+//! or by any sender of the rows of `stepwright_timed::line`.
 //!
 //! An Uno has one motor, on timer 1; a Mega has four, on its timers 1, 3, 4 and 5. Each is on any
-//! pins of any one port, but for the serial line's.
+//! pins of one port, except the serial line's.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt)]
@@ -30,7 +30,7 @@ macro_rules! motor {
             static MOTOR: Slot<Motor<AnyPort>> = Slot::new(Motor::new(AnyPort::NONE));
 
             stepwright_avr::handler!($vector, $vector, {
-                // SAFETY: the interrupt that owns them; it comes with interrupts off.
+                // SAFETY: this is the interrupt that owns them; it runs with interrupts off.
                 unsafe { MOTOR.get().on_compare(&mut $timer::steal()) };
             });
 
@@ -79,7 +79,7 @@ struct Motors {
     fifth: Motor<Timer5>,
 }
 
-/// Does something with each motor.
+/// Evaluates an expression for each motor.
 macro_rules! each {
     ($motors:expr, $motor:ident => $what:expr) => {{
         let $motor = &mut $motors.first;
@@ -121,7 +121,7 @@ impl BoardProgram for Motors {
     fn carry_out(&mut self, line: &Line) -> Result<Said, Fault<Unwired>> {
         let mut now = self.clock.get();
         if matches!(line, Line::Move(..)) {
-            // As a millisecond begins.
+            // At the beginning of a millisecond.
             now = now.wrapping_add(1);
             self.clock.wait_until(now);
         }
@@ -163,7 +163,7 @@ impl BoardProgram for Motors {
         self.stop();
     }
 
-    /// Checks those that are due.
+    /// Checks the motors that are due.
     #[inline(never)]
     fn poll(&mut self) {
         let now = self.clock.get();
@@ -173,7 +173,7 @@ impl BoardProgram for Motors {
 
 #[avr_device::entry]
 fn main() -> ! {
-    // SAFETY: the only time that anybody takes them, and interrupts are off.
+    // SAFETY: they are taken only here, and interrupts are off.
     let chip = unsafe { chip::Peripherals::steal() };
     let hardware = Hardware::avr16(io_clock_now());
     // SAFETY: called once each, with interrupts off.
@@ -194,10 +194,10 @@ fn main() -> ! {
     serve(&mut board, &mut line)
 }
 
-/// Hears lines for ever.
+/// Handles lines for ever.
 #[inline(never)]
 fn serve(board: &mut ProgramDevice<Motors, LONGEST>, line: &mut PolledLine) -> ! {
-    // SAFETY: all that an interrupt touches has been made.
+    // SAFETY: everything that an interrupt uses is set up.
     unsafe { avr_device::interrupt::enable() };
     main_loop::run(board, line)
 }

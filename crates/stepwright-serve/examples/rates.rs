@@ -1,12 +1,12 @@
-//! What it costs to tell ten pages where three axes are, 1,000 times a second.
+//! Measures what it costs to send the state of three axes to ten pages, 1,000 times a second.
 //!
 //! ```text
 //! cargo run --release -p stepwright-serve --example rates
 //! ```
 //!
-//! A server without a board tells a new state every millisecond; ten WebSockets in another
-//! process read them. Printed is the server's share of a core, and how many states each page
-//! got. Only Linux says what a process has cost.
+//! A server without a board publishes a new state every millisecond, and ten WebSockets in another process read
+//! the states. Prints the server's share of a core, and the states per second that each page got. Only Linux
+//! reports what a process has cost.
 
 use std::io::{BufRead, BufReader};
 use std::net::{TcpListener, TcpStream};
@@ -25,9 +25,9 @@ use tungstenite::client::IntoClientRequest;
 const PAGES: usize = 10;
 const AXES: u8 = 3;
 const TIME: Duration = Duration::from_secs(10);
-/// Between two states: the last of the times is as fast as the command tells them.
+/// The times between two states. The second is that of the command.
 const EVERY: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(20)];
-/// Ticks of a process's times in a second, on every Linux.
+/// Ticks per second of a process's times, on every Linux.
 const HZ: f64 = 100.0;
 
 fn main() {
@@ -37,7 +37,7 @@ fn main() {
     }
 }
 
-/// Tells states until it is ended.
+/// Publishes states until the process ends.
 fn serve(every: Duration) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     println!("{}", listener.local_addr().unwrap());
@@ -93,7 +93,7 @@ fn measure(every: Duration) {
     server.wait().unwrap();
 }
 
-/// Seconds of a core that a process has taken.
+/// The seconds of a core that a process has used.
 fn cost(id: u32) -> f64 {
     let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
     let fields: Vec<_> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();

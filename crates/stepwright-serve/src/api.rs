@@ -1,7 +1,7 @@
 //! The requests over HTTP, and their description.
 //!
-//! Every order but a stop and a kill needs control: the key that `POST /api/control` gives, in the
-//! header `Stepwright-Control`.
+//! Every order except a stop and a kill needs control: the key from `POST /api/control`, in the header
+//! `Stepwright-Control`.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -35,7 +35,7 @@ use stepwright_keeper::request::{
     StopRequest, Wish, ZeroRequest,
 };
 
-/// The header that carries the key of who controls.
+/// The header with the controlling client's key.
 const CONTROL: &str = "stepwright-control";
 
 type Shared = State<Arc<ServeDesk>>;
@@ -82,7 +82,7 @@ type Answer = Result<Json<Done>, Declined>;
 )]
 struct Description;
 
-/// Every address under `/api`.
+/// All addresses under `/api`.
 pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
     Router::new()
         .route("/api/board", get(board))
@@ -111,7 +111,7 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
         })
 }
 
-/// The description of the API, as OpenAPI has it.
+/// The description of the API in OpenAPI.
 pub(crate) fn openapi() -> String {
     Description::openapi().to_json().unwrap_or_default()
 }
@@ -120,7 +120,7 @@ async fn description() -> impl IntoResponse {
     ([(CONTENT_TYPE, "application/json")], openapi())
 }
 
-/// A body, read and found to be of this kind.
+/// A request's body, deserialized.
 pub(crate) struct Body<T>(pub T);
 
 impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Body<T> {
@@ -133,7 +133,7 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Body<T> {
     }
 }
 
-/// A JSON object: fields in an array, by their places, would be taken otherwise.
+/// A JSON object. An array, whose fields go by their places, is refused.
 struct Object<T>(T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
@@ -156,17 +156,17 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
     }
 }
 
-/// The key that a request carries.
+/// The key in a request's headers.
 fn key(headers: &HeaderMap) -> Option<&str> {
     headers.get(CONTROL).and_then(|value| value.to_str().ok())
 }
 
-/// The hand that gives an order: it has control.
+/// The hand of an order. It must have control.
 pub(crate) fn hand(desk: &ServeDesk, headers: &HeaderMap) -> Result<Hand, Declined> {
     desk.control(|control, now| control.hear(key(headers), now))
 }
 
-/// Marks the connection of the one who controls.
+/// Raises the standing of the controlling client's connection.
 pub(crate) async fn known(
     State(desk): Shared,
     place: Option<Extension<Arc<Place>>>,
@@ -186,20 +186,20 @@ async fn wish(desk: &ServeDesk, wish: Wish) -> Answer {
     desk.wish(wish, false).await.map(Json)
 }
 
-/// What the board is, and its settings.
+/// The board's description and its settings.
 #[utoipa::path(get, path = "/api/board", responses((status = 200, body = BoardSheet)))]
 async fn board(State(desk): Shared) -> Json<BoardSheet> {
     Json(desk.sheet())
 }
 
-/// What the board does now.
+/// The present state of the board.
 #[utoipa::path(get, path = "/api/state", responses((status = 200, body = LiveState)))]
 async fn state(State(desk): Shared) -> Json<LiveState> {
     Json(desk.state())
 }
 
-/// Travel by a distance, or to a position. Answered when the motor has started, or with
-/// `?wait=true` when it rests; who hangs up before leaves the motion as it is.
+/// Travel by a distance, or to a position. Answered when the motor has started, or with `?wait=true` when it
+/// rests. A client that hangs up before leaves the motion as it is.
 #[utoipa::path(post, path = "/api/move", request_body = MoveRequest,
     params(("wait" = Option<bool>, Query, description = "answer when the order has ended, and how"),
         ("Stepwright-Control" = String, Header, description = "the key of who controls")),
@@ -215,8 +215,7 @@ async fn travel(
     wait.wish(&desk, hand, asked).await
 }
 
-/// Move several axes together along a straight line, by distances or to positions. Answered
-/// as a move.
+/// Move several axes together along a straight line, by distances or to positions. Answered like a move.
 #[utoipa::path(post, path = "/api/line", request_body = LineRequest,
     params(("wait" = Option<bool>, Query, description = "answer when the order has ended, and how"),
         ("Stepwright-Control" = String, Header, description = "the key of who controls")),
@@ -232,7 +231,7 @@ async fn line(
     wait.wish(&desk, hand, asked).await
 }
 
-/// Run until a stop, or until the one who controls is silent for longer than the lease.
+/// Run until a stop, or until the controlling client is silent for longer than the lease.
 #[utoipa::path(post, path = "/api/run", request_body = RunRequest,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
@@ -247,9 +246,9 @@ async fn run(
     wish(&desk, body.wish(hand)?).await
 }
 
-/// Find 0 by the limit switch of an axis. Answered when the motor has started, and the state says
-/// how it goes on; or with `?wait=true` when it rests. The one who asks has to be heard of until it
-/// is done, or to wait for the answer.
+/// Find 0 by the limit switch of an axis. Answered when the motor has started, and the state then shows the
+/// progress; or with `?wait=true` when it rests. The client must be heard from until the homing is done, or
+/// wait for the answer.
 #[utoipa::path(post, path = "/api/home", request_body = HomeRequest,
     params(("wait" = Option<bool>, Query, description = "answer when the order has ended, and how"),
         ("Stepwright-Control" = String, Header, description = "the key of who controls")),
@@ -264,7 +263,7 @@ async fn home(
     wait.wish(&desk, hand, body.wish(hand)?).await
 }
 
-/// Change the travel that an axis is on: its target, its speed, its ramps.
+/// Change the present travel of an axis: its target, its speed, its ramps.
 #[utoipa::path(post, path = "/api/retarget", request_body = RetargetRequest,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
@@ -278,21 +277,21 @@ async fn retarget(
     wish(&desk, asked).await
 }
 
-/// Brake one axis, or all; the position is kept. For everybody.
+/// Brake one axis, or all; the position is kept. Needs no control.
 #[utoipa::path(post, path = "/api/stop", request_body = StopRequest,
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
 async fn stop(State(desk): Shared, Body(body): Body<StopRequest>) -> Answer {
     wish(&desk, body.wish()?).await
 }
 
-/// Stop every axis dead; the position of one that moves is lost. For everybody.
+/// Stop every axis at once; the position of an axis that moves is lost. Needs no control.
 #[utoipa::path(post, path = "/api/kill", request_body = EmptyRequest,
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
 async fn kill(State(desk): Shared, Body(_): Body<EmptyRequest>) -> Answer {
     wish(&desk, Wish::Kill).await
 }
 
-/// Call the place where an axis stands 0.
+/// Make the present position of an axis 0.
 #[utoipa::path(post, path = "/api/zero", request_body = ZeroRequest,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
@@ -302,7 +301,7 @@ async fn zero(State(desk): Shared, headers: HeaderMap, Body(body): Body<ZeroRequ
     wish(&desk, asked).await
 }
 
-/// Set a setting of the board. An Uno, a Nano and a Mega keep it when their power goes off.
+/// Change a setting of the board. An Uno, a Nano and a Mega keep it without power.
 #[utoipa::path(post, path = "/api/set", request_body = SetRequest,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
@@ -312,7 +311,7 @@ async fn set(State(desk): Shared, headers: HeaderMap, Body(body): Body<SetReques
     wish(&desk, asked).await
 }
 
-/// Have the board forget what has gone wrong.
+/// Make the board forget its errors.
 #[utoipa::path(post, path = "/api/acknowledge", request_body = EmptyRequest,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
@@ -337,7 +336,7 @@ async fn take(
     Ok(Json(ControlGiven { hand: grant.hand.0, key: grant.key, lease_ms }))
 }
 
-/// Be heard of.
+/// Renew the lease.
 #[utoipa::path(post, path = "/api/control/beat", request_body = EmptyRequest,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined)))]

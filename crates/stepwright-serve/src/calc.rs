@@ -1,6 +1,6 @@
 //! The calculators of the command, for pages and programs: `/api/calc`.
 //!
-//! What they take, and what comes of it, is the command's to say: here is only the way there.
+//! The command defines what the calculators take and return; this module only passes it on.
 
 use std::sync::Arc;
 
@@ -14,11 +14,11 @@ use crate::api::Body;
 use crate::desk::ServeDesk;
 use stepwright_keeper::Declined;
 
-/// The calculators, and how one is asked.
+/// The calculators, and how to ask them.
 pub struct Calculators {
-    /// What there is.
+    /// The descriptions of the calculators.
     pub sheets: Vec<CalculatorSheet>,
-    /// Computes, by the words behind `stepwright calc`.
+    /// Computes, from the words after `stepwright calc`.
     pub answer: fn(&[String]) -> Result<CalcAnswer, Declined>,
 }
 
@@ -27,74 +27,74 @@ pub struct Calculators {
 pub struct CalculatorSheet {
     /// Its name: `belt`.
     pub name: String,
-    /// What it is for.
+    /// Its purpose.
     pub about: String,
-    /// What it takes.
+    /// Its options.
     pub options: Vec<CalcOption>,
 }
 
-/// A thing that a calculator takes.
+/// An option of a calculator.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct CalcOption {
-    /// As it is typed: `--teeth`; of a value that stands alone, its name: `SPEED`.
+    /// The option as it is typed: `--teeth`; the name of a value without an option: `SPEED`.
     pub name: String,
-    /// Whether the value stands alone.
+    /// Whether the value has no option.
     pub bare: bool,
     /// Whether it takes a value.
     pub takes_value: bool,
-    /// What it means.
+    /// Its meaning.
     pub help: String,
-    /// What holds if it is left out.
+    /// The value if it is left out.
     pub default: Option<String>,
     /// Whether it must be given.
     pub required: bool,
-    /// What it may be, where that is a list.
+    /// The possible values, if there is a list of them.
     pub choices: Vec<String>,
 }
 
-/// `POST /api/calc`: the words behind `stepwright calc`.
+/// `POST /api/calc`: the words after `stepwright calc`.
 #[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CalcRequest {
-    /// The calculator, and what it takes.
+    /// The calculator and its options.
     #[schema(example = json!(["belt", "--teeth", "20"]))]
     words: Vec<String>,
 }
 
-/// What a calculator has found out.
+/// The answer of a calculator.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct CalcAnswer {
     /// The heading.
     pub title: String,
     /// Single results.
     pub facts: Vec<CalcFact>,
-    /// The heads of the table.
+    /// The headings of the table.
     pub columns: Vec<String>,
-    /// As many cells each.
+    /// The rows, with one cell for each column.
     pub rows: Vec<Vec<String>>,
-    /// What one should know besides.
+    /// Notes.
     pub notes: Vec<String>,
 }
 
 /// A single result.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct CalcFact {
-    /// What it is.
+    /// Its name.
     pub name: String,
-    /// How much.
+    /// Its value.
     pub value: String,
-    /// Of what.
+    /// Its unit.
     pub unit: String,
 }
 
 type Shared = State<Arc<ServeDesk>>;
 
-/// Its addresses.
+/// The addresses of the calculators.
 pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
     Router::new().route("/api/calc", get(list).post(answer))
 }
 
-/// The calculators that there are.
+/// The list of calculators.
 #[utoipa::path(get, path = "/api/calc", operation_id = "calculators",
     responses((status = 200, body = Vec<CalculatorSheet>), (status = "4XX", body = Declined)))]
 pub(crate) async fn list(State(desk): Shared) -> Json<Vec<CalculatorSheet>> {

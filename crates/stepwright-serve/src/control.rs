@@ -1,4 +1,4 @@
-//! Who moves the motors: one at a time, who is heard of again and again.
+//! Control of the motors: one client at a time, which must send beats.
 //!
 //! ```text
 //!   take ──► Grant { hand, key } ──► beat, beat, beat … ──► release
@@ -7,11 +7,10 @@
 //!                    a run without end is braked; others may take control
 //! ```
 //!
-//! The key is the right to give orders. A hand that has fallen silent keeps it until another
-//! one takes control, so a program may order a travel, wait, and order the next one. While a
-//! request of its waits for the end of an order, a hand is there, also without a beat: nobody takes
-//! control without taking it over. A run needs the beats all the same, because a program that hangs
-//! can keep a request open.
+//! The key is the right to give orders. A silent hand keeps control until another one takes it, so a program
+//! may order a travel, wait, and order the next one. While a request of the hand waits for the end of an order,
+//! the hand counts as present without beats: another client gets control only by taking it over. A run needs
+//! the beats all the same, because a program that hangs may keep a request open.
 
 use std::time::{Duration, Instant};
 
@@ -20,33 +19,33 @@ use subtle::ConstantTimeEq;
 use crate::secret;
 use stepwright_keeper::{Declined, Hand};
 
-/// A hand counts as lost after this much silence.
+/// After this much silence a hand counts as lost.
 pub const LEASE: Duration = Duration::from_millis(1000);
 
-/// A name has this many characters at most.
+/// The most characters of a name.
 const LONGEST: usize = 40;
 
-/// Control, as it is given.
+/// Control that was given.
 #[derive(Clone, Debug)]
 pub struct Grant {
-    /// Whose it is.
+    /// The hand that has control.
     pub hand: Hand,
-    /// What orders are to carry.
+    /// The key for its orders.
     pub key: String,
 }
 
-/// Who controls.
+/// The controlling client.
 #[derive(Clone, Debug)]
 struct Holder {
     hand: Hand,
     key: String,
     name: String,
     heard: Instant,
-    /// Its requests that wait for the end of an order.
+    /// The number of its requests that wait for the end of an order.
     waits: usize,
 }
 
-/// Who controls the board, if anyone.
+/// The control of the board.
 #[derive(Debug, Default)]
 pub struct ControlLease {
     holder: Option<Holder>,
@@ -54,7 +53,7 @@ pub struct ControlLease {
 }
 
 impl ControlLease {
-    /// Gives control to a new hand. One who is heard of keeps it, unless it is taken over.
+    /// Gives control to a new hand. A hand that is present keeps control, unless it is taken over.
     ///
     /// # Errors
     /// Another hand has control; or the name is too long.
@@ -75,10 +74,10 @@ impl ControlLease {
         Ok(Grant { hand, key })
     }
 
-    /// The hand whose key this is, which is heard of with it.
+    /// The hand with this key, whose lease is renewed.
     ///
     /// # Errors
-    /// It is the key of none who controls.
+    /// No controlling hand has this key.
     pub fn hear(&mut self, key: Option<&str>, now: Instant) -> Result<Hand, Declined> {
         let Some(holder) = &mut self.holder else {
             return Err(Declined::refused("nobody controls the board").remedy(
@@ -97,41 +96,41 @@ impl ControlLease {
     /// Gives control back.
     ///
     /// # Errors
-    /// It is the key of none who controls.
+    /// No controlling hand has this key.
     pub fn release(&mut self, key: Option<&str>, now: Instant) -> Result<(), Declined> {
         self.hear(key, now)?;
         self.holder = None;
         Ok(())
     }
 
-    /// Whether this is the key of who controls; it is not heard of with it.
+    /// Whether this is the key of the controlling hand. Does not renew the lease.
     pub fn is_key(&self, key: &str) -> bool {
         self.holder.as_ref().is_some_and(|holder| holder.has(key))
     }
 
-    /// Whether this hand has control and was heard of a moment ago.
+    /// Whether this hand has control, and was heard from within [`LEASE`].
     pub fn is_live(&self, hand: Hand, now: Instant) -> bool {
         self.holder.as_ref().is_some_and(|holder| holder.hand == hand && holder.is_live(now))
     }
 
-    /// Whether this hand has control, and was heard of a moment ago or waits for an answer.
+    /// Whether this hand has control, and was heard from within [`LEASE`] or waits for an answer.
     pub fn is_there(&self, hand: Hand, now: Instant) -> bool {
         self.holder.as_ref().is_some_and(|holder| holder.hand == hand && holder.is_there(now))
     }
 
-    /// The hand that has control, its name, and whether it is there.
+    /// The hand that has control, its name, and whether it is present.
     pub fn holder(&self, now: Instant) -> Option<(Hand, &str, bool)> {
         self.holder.as_ref().map(|holder| (holder.hand, holder.name.as_str(), holder.is_there(now)))
     }
 
-    /// A request of this hand begins to wait for the end of an order.
+    /// Notes that a request of this hand waits for the end of an order.
     pub fn wait(&mut self, hand: Hand) {
         if let Some(holder) = self.holder.as_mut().filter(|holder| holder.hand == hand) {
             holder.waits += 1;
         }
     }
 
-    /// A request of this hand waits no longer; the hand was there until now.
+    /// Notes that a request of this hand no longer waits. The hand was present until now.
     pub fn wait_no_longer(&mut self, hand: Hand, now: Instant) {
         if let Some(holder) = self.holder.as_mut().filter(|holder| holder.hand == hand) {
             holder.waits = holder.waits.saturating_sub(1);
@@ -169,7 +168,7 @@ mod tests {
         assert!(control.take("phone", false, at(1998)).is_err());
         assert!(control.is_live(first.hand, at(1998)));
         assert!(!control.is_live(first.hand, at(1999)));
-        // Silent, and nobody has taken control: its key is good still.
+        // The hand was silent, and no other has taken control: its key is still valid.
         assert_eq!(control.hear(Some(&first.key), at(5000)), Ok(first.hand));
         let second = control.take("phone", true, at(5001)).unwrap();
         assert!(!control.is_live(first.hand, at(5001)));
@@ -197,7 +196,7 @@ mod tests {
         assert!(control.take("page", false, at(60)).is_err());
         control.wait_no_longer(first, at(60));
         assert!(control.is_live(first, at(60)) && !control.is_there(first, at(61)));
-        // The end of an answer to one who has lost control says nothing of the next one.
+        // The answer to a hand that has lost control does not renew the next hand's lease.
         control.wait(first);
         let second = control.take("page", true, at(62)).unwrap().hand;
         control.wait_no_longer(first, at(70));

@@ -1,4 +1,4 @@
-//! The connections. There is always room for one more: who comes last may want to stop a motor.
+//! The connections. There is always room for one more, as it may be for a stop.
 //!
 //! ```text
 //!   accept ─► enter ─► Silent ◄─► Asking          (HTTP)
@@ -8,7 +8,7 @@
 //!               └─ no room: the oldest connection of the lowest standing is closed
 //! ```
 //!
-//! What takes too long to say what it wants is closed without a crowd, too.
+//! A connection that takes too long to send its request is closed even when there is room.
 
 use std::io;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -26,36 +26,35 @@ use tokio::sync::Notify;
 use tokio::time::sleep;
 use tower::ServiceExt;
 
-/// Connections at once, at most: half of the descriptors of a small system.
+/// The most connections at once: half of the descriptors of a small system.
 const CONNECTIONS: usize = 64;
 
-/// Those that came last: what they ask may not have been read yet.
+/// The newest connections, whose requests may not have been read yet.
 const NEWEST: usize = 16;
 
-/// The headers of a request, its body, and the pause before the next request take this long
-/// at most, each.
+/// The longest time for the headers of a request, for its body, and for the pause before the next request.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Between two attempts to accept where the system has no descriptors.
+/// The time between two attempts to accept while the system has no descriptors.
 const AGAIN: Duration = Duration::from_millis(10);
 
-/// What a connection is good for; the lowest is closed first.
+/// The importance of a connection; the lowest is closed first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub(crate) enum Standing {
-    /// It says nothing, or has been answered.
+    /// It has sent no request yet, or was answered.
     Silent,
-    /// It has a request that is being answered.
+    /// A request of it is being answered.
     Asking,
-    /// A page watches by it.
+    /// It belongs to a page that watches.
     Watching,
-    /// A request of the one who controls waits by it for the end of its order.
+    /// A request of the controlling client waits on it for the end of its order.
     Waiting,
-    /// The one who controls speaks by it.
+    /// It belongs to the controlling client.
     Controlling,
 }
 
-/// The place of a connection; free when the last of these is dropped.
+/// The place of a connection; free once the last reference is dropped.
 #[derive(Debug, Default)]
 pub(crate) struct Place {
     /// A [`Standing`], silent at first.
@@ -68,18 +67,18 @@ impl Place {
         self.standing.store(standing as u8, Ordering::Relaxed);
     }
 
-    /// Waits until the place is wanted for another connection.
+    /// Waits until the place is needed for another connection.
     pub async fn wanted(&self) {
         self.leave.notified().await;
     }
 }
 
-/// The places that are taken, the oldest first.
+/// The occupied places, the oldest first.
 #[derive(Debug, Default)]
 struct Crowd(Vec<Weak<Place>>);
 
 impl Crowd {
-    /// A place for one more.
+    /// Makes a place for a new connection.
     fn enter(&mut self) -> Arc<Place> {
         self.0.retain(|place| place.strong_count() > 0);
         while self.0.len() >= CONNECTIONS {
@@ -90,7 +89,7 @@ impl Crowd {
         place
     }
 
-    /// Closes the oldest connection of the lowest standing. The newest are taken to ask.
+    /// Closes the oldest connection of the lowest standing. The newest count as asking.
     fn make_room(&mut self) {
         let heard = self.0.len().saturating_sub(NEWEST);
         let standing = |at: usize| {
@@ -104,7 +103,7 @@ impl Crowd {
     }
 }
 
-/// Accepts connections, and answers what they ask.
+/// Accepts connections, and answers their requests.
 pub(crate) async fn serve(listener: TcpListener, app: Router) -> io::Result<()> {
     let mut crowd = Crowd::default();
     loop {
@@ -112,7 +111,7 @@ pub(crate) async fn serve(listener: TcpListener, app: Router) -> io::Result<()> 
             Ok((stream, _)) => {
                 tokio::spawn(answer(stream, app.clone(), crowd.enter()));
             }
-            // Either the other side is gone already, or there are no descriptors.
+            // Either the other side is gone already, or the system has no descriptors.
             Err(_) => {
                 crowd.make_room();
                 sleep(AGAIN).await;
@@ -138,7 +137,7 @@ async fn answer(stream: TcpStream, app: Router, place: Arc<Place>) {
     http.timer(TokioTimer::new()).header_read_timeout(PATIENCE);
     let connection = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
     tokio::select! {
-        // What went wrong is the other side's affair.
+        // Errors of a connection concern only the other side.
         _ = connection => {}
         () = wanted.wanted() => {}
     }
@@ -149,26 +148,26 @@ mod tests {
     use super::*;
 
     fn is_wanted(place: &Place) -> bool {
-        // A permit that was stored is there at once.
+        // A stored permit is available at once.
         let mut wanted = std::pin::pin!(place.wanted());
         let mut context = std::task::Context::from_waker(std::task::Waker::noop());
         wanted.as_mut().poll(&mut context).is_ready()
     }
 
-    /// It has had no time to say that it is a stop.
+    /// The newest connection has had no time to send its stop.
     #[test]
     fn who_came_last_is_spared_though_all_others_ask() {
         let mut crowd = Crowd::default();
         let others: Vec<_> = (1..CONNECTIONS).map(|_| crowd.enter()).collect();
         others.iter().for_each(|place| place.stand(Standing::Asking));
         let stop = crowd.enter();
-        // No descriptors, more connections.
+        // The system has no descriptors, and more connections come.
         crowd.make_room();
         let more: Vec<_> = (1..NEWEST).map(|_| crowd.enter()).collect();
         assert!(!is_wanted(&stop));
         assert!(is_wanted(&others[0]));
         drop(more);
-        // But not before the one who controls.
+        // The newest is not spared before the controlling client.
         let mut few = Crowd::default();
         let places = [few.enter(), few.enter()];
         places[0].stand(Standing::Controlling);
@@ -196,18 +195,18 @@ mod tests {
         newer[0].stand(Asking);
         newer.push(crowd.enter());
         assert!(is_wanted(&places[3]));
-        // One that is gone leaves room.
+        // A connection that is gone leaves room.
         newer.pop();
         newer.push(crowd.enter());
         assert!(places.iter().chain(&newer).all(|place| !is_wanted(place)));
-        // In the end only those that say nothing come and go.
+        // From then on only connections of the lowest standing are replaced.
         for _ in 0..2 * CONNECTIONS {
             newer.push(crowd.enter());
             newer.last().unwrap().stand(Asking);
         }
         assert!([0, 1, 4].iter().all(|at| !is_wanted(&places[*at])));
         assert_eq!(crowd.0.len(), CONNECTIONS);
-        // However many wait, they take no place from the one who controls.
+        // Waiting requests never take the place of the controlling client.
         for _ in 0..2 * CONNECTIONS {
             newer.push(crowd.enter());
             newer.last().unwrap().stand(Waiting);

@@ -1,4 +1,4 @@
-//! Between the server and the thread that speaks with the board.
+//! The link between the server and the board's thread.
 //!
 //! ```text
 //!   request ─► Wish ─► ServeDesk (waiting orders) ─► the board's thread
@@ -24,18 +24,18 @@ use stepwright_keeper::report::{
 use stepwright_keeper::scope::{ScopeRecord, ScopeSource};
 use stepwright_keeper::{Declined, Hand, Job, JobQueue, KeeperDesk};
 
-/// Lines that a page may be behind, before it misses some.
+/// How many lines a page may be behind before it misses some.
 const BEHIND: usize = 256;
 
-/// A message as it goes to every page.
+/// A message for all pages.
 #[derive(Clone, Debug)]
 pub(crate) struct Told {
     pub text: Utf8Bytes,
-    /// A question, which only those want who listen to everything.
+    /// Whether it is a question, which goes only to pages that want questions too.
     pub question: bool,
 }
 
-/// What both sides share.
+/// The state shared by both sides.
 pub struct ServeDesk {
     begun: Instant,
     waiting: Mutex<JobQueue>,
@@ -46,19 +46,19 @@ pub struct ServeDesk {
     calculators: OnceLock<Calculators>,
     paths: OnceLock<Arc<dyn PathReader>>,
     path: Mutex<Option<PathReport>>,
-    /// Held while a path is drawn; the last one, for it is often run next.
+    /// Locked while a path is drawn. Keeps the last drawing, which is often run next.
     pub(crate) drawing: tokio::sync::Mutex<Option<(PathFile, PathDrawing)>>,
-    /// How many stops and kills of all axes have come.
+    /// The number of stops and kills of all axes so far.
     stops: AtomicUsize,
     state: watch::Sender<(LiveState, Utf8Bytes)>,
     told: broadcast::Sender<Told>,
-    /// How many pages want to hear the questions as well.
+    /// The number of pages that want questions too.
     pub(crate) listeners: AtomicUsize,
     gone: Notify,
     ended: AtomicBool,
 }
 
-/// What a thread that panicked has left is whole: nothing here is changed by halves.
+/// Locks in spite of a panic: no change can panic half-way.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -96,22 +96,22 @@ impl ServeDesk {
         waited.unwrap_or_else(PoisonError::into_inner).0.take()
     }
 
-    /// Has the edges of the board's pins come from here.
+    /// Sets the source of the edges of the board's pins.
     pub fn probe(&self, source: Arc<dyn ScopeSource>) {
         *lock(&self.scope) = Some(source);
     }
 
-    /// Has these calculators answer; once.
+    /// Sets the calculators; once.
     pub fn calculate_by(&self, calculators: Calculators) {
         let _ = self.calculators.set(calculators);
     }
 
-    /// Has paths read by this one; once.
+    /// Sets the reader of paths; once.
     pub fn read_paths_by(&self, reader: Arc<dyn PathReader>) {
         let _ = self.paths.set(reader);
     }
 
-    /// Tells what was said to the board, and what it answered.
+    /// Reports a line to the board, and its answer.
     pub fn heard(&self, line: &str, answer: Option<&str>) {
         let exchange = explain::explain(self.time(), line, answer);
         let question = exchange.question;
@@ -120,18 +120,18 @@ impl ServeDesk {
         }
     }
 
-    /// Takes no jobs until [`open`](ServeDesk::open), for this reason; those that wait are
-    /// declined with it.
+    /// Accepts no jobs until [`open`](ServeDesk::open), for this reason. Jobs that wait are declined with the
+    /// same reason.
     pub fn close(&self, why: Declined) {
         lock(&self.waiting).close(why);
     }
 
-    /// Takes jobs again.
+    /// Accepts jobs again.
     pub fn open(&self) {
         lock(&self.waiting).open();
     }
 
-    /// The board's thread ends: nothing is carried out any more, and the server ends.
+    /// Notes that the board's thread ends: no job is carried out any more, and the server ends.
     pub fn end(&self) {
         self.close(ended());
         self.ended.store(true, Ordering::Relaxed);
@@ -140,14 +140,14 @@ impl ServeDesk {
     }
 
     fn tell(&self, message: &LiveMessage, question: bool) {
-        // Nobody may be there to hear.
+        // There may be no listener.
         let _ = self.told.send(Told { text: json(message), question });
     }
 }
 
 impl KeeperDesk for ServeDesk {
     fn time(&self) -> f64 {
-        // Whole microseconds are shorter to write.
+        // Whole microseconds make shorter text.
         self.begun.elapsed().as_micros() as f64 / 1e6
     }
 
@@ -192,12 +192,12 @@ impl KeeperDesk for ServeDesk {
 
 /// The side of the server.
 impl ServeDesk {
-    /// Has the board's thread do this, and waits until it has begun, or ended.
+    /// Gives the board's thread a wish, and waits until its order has begun or ended.
     pub(crate) async fn wish(&self, wish: Wish, waits: bool) -> Result<Done, Declined> {
         if matches!(wish, Wish::Stop(Selection::All) | Wish::Kill) {
             self.stops.fetch_add(1, Ordering::SeqCst);
         }
-        // Also while the board is away.
+        // Also while the board is not connected.
         match (&wish, self.paths.get()) {
             (Wish::Stop(Selection::All), Some(paths)) => paths.stop(),
             (Wish::Kill, Some(paths)) => paths.kill(),
@@ -205,14 +205,14 @@ impl ServeDesk {
         }
         let (answer, answered) = oneshot::channel();
         lock(&self.waiting).put(Job::new(wish, waits, |done| {
-            // Who asked may be gone.
+            // The client may be gone.
             let _ = answer.send(done);
         }));
         self.come.notify_one();
         answered.await.unwrap_or_else(|_| Err(ended()))
     }
 
-    /// Who controls.
+    /// Accesses the control of the board.
     pub(crate) fn control<T>(&self, ask: impl FnOnce(&mut ControlLease, Instant) -> T) -> T {
         ask(&mut lock(&self.control), Instant::now())
     }
@@ -224,7 +224,7 @@ impl ServeDesk {
         })
     }
 
-    /// What the board is.
+    /// The board's description.
     pub(crate) fn sheet(&self) -> BoardSheet {
         lock(&self.sheet).clone()
     }
@@ -241,29 +241,28 @@ impl ServeDesk {
         self.calculators.get()
     }
 
-    /// Tells how a run of a path goes on.
+    /// Reports the progress of a path's run.
     pub(crate) fn follow_path(&self, report: PathReport) {
         *lock(&self.path) = Some(report.clone());
         self.tell(&LiveMessage::Path(report), false);
     }
 
-    /// How the last run of a path goes on, or has ended.
+    /// The progress of the last run of a path, or how it ended.
     pub(crate) fn path_report(&self) -> Option<PathReport> {
         lock(&self.path).clone()
     }
 
-    /// How many stops and kills of all axes have come: what was asked for before the last of them
-    /// is not begun.
+    /// The number of stops and kills of all axes so far. A request from before the last of them is not begun.
     pub(crate) fn stops(&self) -> usize {
         self.stops.load(Ordering::SeqCst)
     }
 
-    /// Who reads paths, if anybody does.
+    /// The reader of paths, if there is one.
     pub(crate) fn paths(&self) -> Option<Arc<dyn PathReader>> {
         self.paths.get().cloned()
     }
 
-    /// What the board does.
+    /// The present state.
     pub(crate) fn state(&self) -> LiveState {
         let state = self.state.borrow().0.clone();
         LiveState { control: self.controller(), ..state }
@@ -292,6 +291,6 @@ fn ended() -> Declined {
 }
 
 fn json(message: &LiveMessage) -> Utf8Bytes {
-    // Numbers and words: there is nothing in it that JSON can't say.
+    // There are only numbers and words in it, which JSON can always hold.
     serde_json::to_string(message).unwrap_or_default().into()
 }

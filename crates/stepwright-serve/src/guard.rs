@@ -1,10 +1,10 @@
-//! Who may ask at all: judged before a request is looked at.
+//! Checks who may send requests at all, before a request is read.
 //!
-//! | what is judged | why |
+//! | check | reason |
 //! | --- | --- |
-//! | `Host` is an address, or `localhost` | a name that another site has pointed here would pass for ours |
-//! | `Origin`, where there is one, is this server | a page of another site can open a WebSocket to here |
-//! | the token, beyond loopback | everybody in the network can reach the port |
+//! | `Host` is an address, or `localhost` | a name of another site that points to this server must not pass |
+//! | `Origin`, if present, is this server | a page of another site can open a WebSocket to this server |
+//! | the token, beyond loopback | everyone in the network can reach the port |
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -18,10 +18,10 @@ use axum::response::{IntoResponse, Response};
 use crate::secret::Token;
 use stepwright_keeper::Declined;
 
-/// What requests are judged by.
+/// The checks of requests.
 #[derive(Debug)]
 pub struct Guard {
-    /// The token that everybody needs; none on loopback.
+    /// The token that all requests need; `None` on loopback.
     pub token: Option<Token>,
 }
 
@@ -43,7 +43,7 @@ impl Guard {
             return Ok(());
         };
         let bearer = header(AUTHORIZATION).and_then(|said| said.strip_prefix("Bearer "));
-        // A browser can give a WebSocket no header.
+        // A browser can't add a header to a WebSocket.
         match bearer.or(in_query(request.uri(), "token")) {
             Some(said) if token.is(said) => Ok(()),
             Some(_) => Err(Declined::unknown("that is not the token").remedy(TOKEN)),
@@ -51,7 +51,7 @@ impl Guard {
         }
     }
 
-    /// Whether this is a way to call us. Beyond loopback the token tells friends from others.
+    /// Whether this is an address of this server. Beyond loopback the token protects it.
     fn is_ours(&self, host: &str) -> bool {
         let name = match host.rsplit_once(':') {
             Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
@@ -68,7 +68,7 @@ impl Guard {
 const TOKEN: &str = "`stepwright serve` says it when it begins: send it in the header \
                      `Authorization: Bearer TOKEN`, or open the address that it says";
 
-/// What a name stands for behind the `?` of an address.
+/// The value of a name after the `?` of an address.
 pub(crate) fn in_query<'a>(uri: &'a Uri, name: &str) -> Option<&'a str> {
     let pairs = uri.query().unwrap_or_default().split('&').filter_map(|pair| pair.split_once('='));
     pairs.into_iter().find_map(|(one, value)| (one == name).then_some(value))

@@ -1,4 +1,4 @@
-//! A board in a browser: a page and an API, and what stands between them and the motors.
+//! A board in a browser: a page and an API, and the checks between them and the motors.
 //!
 //! ```text
 //!   browser ─► crowd ─► guard ─► api ─► Wish ─► ServeDesk ─► the board's thread
@@ -7,21 +7,21 @@
 //!   browser ◄─ live ◄───────────────── ServeDesk ◄─ LiveState, Exchange, PlannedCurve
 //! ```
 //!
-//! This crate knows HTTP, JSON and who may do what; it opens no port and says no line. The
-//! one who does takes [`Job`](stepwright_keeper::Job)s from a [`ServeDesk`] on a thread of its own,
-//! and tells the desk what the board does. A board that vanishes takes no request with it, and a
-//! page that vanishes no motor: whoever runs one without end must be heard of.
+//! This crate knows HTTP, JSON and the rights of clients; it opens no port and says no line. Its user takes
+//! [`Job`](stepwright_keeper::Job)s from a [`ServeDesk`] on a thread of its own, and reports the board's state
+//! to the desk. If the board vanishes, its requests are still answered. If a page vanishes, no motor runs on: a
+//! page that runs a motor endlessly must be heard from.
 //!
 //! | module | what |
 //! | --- | --- |
-//! | [`guard`] | who may ask at all |
-//! | [`control`] | who moves the motors, and is heard of |
+//! | [`guard`] | who may send requests at all |
+//! | [`control`] | who moves the motors, and sends beats |
 //! | [`calc`] | the calculators |
 //! | [`scope`] | the pins of the last seconds |
 //! | [`path`] | lines and arcs of a file |
-//! | [`desk`] | between the server and the board's thread |
+//! | [`desk`] | the link between the server and the board's thread |
 //! | `wait` | answers that wait for the end of an order |
-//! | `crowd` | connections, and which is closed when there are too many |
+//! | `crowd` | connections, and which is closed if there are too many |
 
 mod api;
 pub mod calc;
@@ -56,7 +56,7 @@ pub use secret::Token;
 use stepwright_keeper::Declined;
 use stepwright_keeper::decline::BODY;
 
-/// Everything that the server answers.
+/// All addresses of the server.
 pub(crate) fn router(desk: Arc<ServeDesk>, guard: Guard) -> Router {
     let guard = Arc::new(guard);
     api::routes()
@@ -69,8 +69,7 @@ pub(crate) fn router(desk: Arc<ServeDesk>, guard: Guard) -> Router {
         .with_state(desk)
 }
 
-/// What a browser is told with every answer: this page loads nothing from elsewhere, and no
-/// other page shows it in a frame.
+/// Adds headers to every answer: the page loads nothing from elsewhere, and no other page shows it in a frame.
 async fn with_headers(mut response: Response) -> Response {
     let headers = response.headers_mut();
     let policy = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; \

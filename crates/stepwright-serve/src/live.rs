@@ -1,5 +1,5 @@
-//! `/api/live`: what the board does, as it does it; and the beats of who controls, who is
-//! let in also where every seat is taken: `?control=KEY`.
+//! `/api/live`: the board's state as it changes, and the beats of the controlling client. With `?control=KEY`
+//! the controlling client is let in even if all seats are taken.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -21,25 +21,25 @@ use crate::desk::ServeDesk;
 use crate::guard::in_query;
 use stepwright_keeper::Declined;
 
-/// Pages at once, at most.
+/// The most pages at once.
 const PAGES: usize = 32;
 
-/// Between two states that a page is told: more than it could draw.
+/// The time between two states for a page: more than it can draw.
 const FRAME: Duration = Duration::from_millis(10);
 
-/// A page says little.
+/// The most bytes of a message from a page.
 const LONGEST: usize = 512;
 
-/// How many pages are here.
+/// The number of open pages.
 static HERE: AtomicUsize = AtomicUsize::new(0);
 
-/// What a page says.
+/// A message from a page.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "lowercase")]
 enum Said {
-    /// The one with this key is here.
+    /// The client with this key is present.
     Beat(String),
-    /// Whether the questions are wanted as well as the orders.
+    /// Whether the page wants questions as well as orders.
     Questions(bool),
 }
 
@@ -47,7 +47,7 @@ enum Said {
 struct Seat;
 
 impl Seat {
-    /// One seat is kept for the one who controls.
+    /// One more seat is kept for the controlling client.
     fn take(controls: bool) -> Option<Seat> {
         let seats = PAGES + usize::from(controls);
         let more = |here| (here < seats).then_some(here + 1);
@@ -61,7 +61,7 @@ impl Drop for Seat {
     }
 }
 
-/// Joins those who watch.
+/// Adds a page.
 pub(crate) async fn join(
     State(desk): State<Arc<ServeDesk>>,
     uri: Uri,
@@ -96,7 +96,7 @@ struct Page {
 }
 
 impl Page {
-    /// Tells and hears until the page is gone, or says nonsense.
+    /// Sends and receives until the page is gone, or sends something invalid.
     async fn follow(&mut self, mut socket: WebSocket) {
         let (mut states, mut lines) = (self.desk.states(), self.desk.lines());
         states.mark_changed();
@@ -112,10 +112,10 @@ impl Page {
                     }
                     _ => return,
                 },
-                // A browser answers by itself.
+                // A browser answers a ping by itself.
                 _ = pings.tick() => Message::Ping(Bytes::new()),
                 () = sleep_until(heard + 3 * PATIENCE) => return,
-                // A page gets the newest state, and misses those before.
+                // A page gets the newest state, and misses the states before it.
                 changed = async {
                     sleep_until(due).await;
                     states.changed().await
@@ -133,25 +133,25 @@ impl Page {
                     Err(RecvError::Closed) => return,
                 },
             };
-            // Before the first look at the board there is nothing to tell.
+            // There is no state before the first look at the board.
             if matches!(&message, Message::Text(text) if text.is_empty()) {
                 continue;
             }
-            // One that reads nothing is gone.
+            // A page that reads nothing is gone.
             if !matches!(timeout(PATIENCE, socket.send(message)).await, Ok(Ok(()))) {
                 return;
             }
         }
     }
 
-    /// Whether it is something that a page says.
+    /// Handles a message from the page. False if it is invalid.
     fn hear(&mut self, message: &Message) -> bool {
         let Message::Text(text) = message else {
             return matches!(message, Message::Ping(_) | Message::Pong(_));
         };
         match serde_json::from_str(text) {
             Ok(Said::Beat(key)) => {
-                // Another one may have taken control meanwhile: the state says so.
+                // Another client may have taken control meanwhile: the state shows that.
                 let heard = self.desk.control(|control, now| control.hear(Some(&key), now));
                 let standing = heard.map_or(Standing::Watching, |_| Standing::Controlling);
                 self.place.stand(standing);

@@ -1,4 +1,4 @@
-//! The page itself: files that the binary carries.
+//! The page itself: files within the binary.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 const PICTURE: &str = "image/svg+xml";
 const WASM: &str = "application/wasm";
 
-/// Every file of the page: its address, its type and its bytes.
+/// All files of the page: the address, the type and the bytes.
 const FILES: &[(&str, &str, &[u8])] = &[
     ("/", HTML, include_bytes!("page/index.html")),
     ("/style.css", CSS, include_bytes!("page/style.css")),
@@ -49,7 +49,7 @@ const FILES: &[(&str, &str, &[u8])] = &[
     ("/uplot.js", SCRIPT, include_bytes!("page/vendor/uPlot.iife.min.js")),
 ];
 
-/// Their addresses.
+/// The addresses of the files.
 pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
     FILES.iter().fold(Router::new(), |routes, (path, kind, bytes)| {
         routes.route(path, get(async move || ([(CONTENT_TYPE, *kind)], *bytes)))
@@ -67,7 +67,7 @@ mod tests {
         let own = |path: &str| !path.starts_with("/uplot") && !path.ends_with(".wasm");
         for (path, kind, bytes) in FILES.iter().filter(|(path, ..)| own(path)) {
             let text = str::from_utf8(bytes).unwrap();
-            // What only a page without this server needs lies in a folder of its own.
+            // Files only for a page without this server are in a folder of their own.
             let named = |word: &&str| word.starts_with("./") && !word.starts_with("./alone/");
             for quoted in text.split(['"', '\'']).filter(named) {
                 let named = quoted.trim_start_matches('.');

@@ -1,7 +1,7 @@
 //! Files of lines, arcs and other moves of several motors, drawn and run: `/api/path`.
 //!
-//! What may stand in a file, and what a board makes of it, is the command's to say: it has a
-//! reader for each kind of file, and gives a [`PathDrawing`], which knows no kind.
+//! The command defines the contents of a file and how a board plays them. It has a reader for each kind of
+//! file, which returns a [`PathDrawing`] that is the same for all kinds.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -18,27 +18,27 @@ use crate::desk::ServeDesk;
 use stepwright_keeper::Declined;
 use stepwright_keeper::report::{Done, PathReport};
 
-/// A request with a file has a body of this many bytes at most.
+/// The most bytes of a request with a file.
 pub const FILE: usize = 4_000_000;
 
-/// Characters of a file's name, at most.
+/// The most characters of a file's name.
 const NAME: usize = 100;
 
-/// S of a laser's full power, from here to there.
+/// The range of S for a laser's full power.
 const LASER: [f64; 2] = [0.001, 1e6];
 
-/// Who reads files, draws and runs them.
+/// Reads, draws and runs files.
 pub trait PathReader: Send + Sync {
-    /// Files to begin with, and where files are run.
+    /// Example files, and the board on which files are run.
     fn table(&self) -> PathTable;
 
-    /// What the motors do by this file. Takes seconds at most; nothing moves.
+    /// What the motors do with this file. Takes seconds at most; nothing moves.
     ///
     /// # Errors
-    /// What is wrong with the file, or too long to be drawn.
+    /// An error in the file, or a file that is too long to draw.
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined>;
 
-    /// Begins to run a file that was drawn so, and tells how that goes on.
+    /// Begins to run a file with this drawing, and reports the progress to `tell`.
     ///
     /// # Errors
     /// Another file is being run, or this one can't be.
@@ -49,93 +49,91 @@ pub trait PathReader: Send + Sync {
         tell: PathListener,
     ) -> Result<(), Declined>;
 
-    /// Has the run that there is stop. Does not wait.
+    /// Stops the present run. Does not wait.
     fn stop(&self);
 
-    /// Has the run that there is brake and stand, or go on. Does not wait.
+    /// Brakes the present run and holds it, or resumes it. Does not wait.
     ///
     /// # Errors
-    /// There is none, or it is none that can be held.
+    /// There is no run, or it can't be held.
     fn hold(&self, held: bool) -> Result<(), Declined>;
 
-    /// Has the run that there is end dead. Does not wait.
+    /// Kills the present run. Does not wait.
     fn kill(&self);
 }
 
-/// What is told how a run goes on.
+/// Receives the progress of a run.
 pub type PathListener = Box<dyn Fn(PathReport) + Send>;
 
-/// Files to begin with, and where files are run: `GET /api/path/examples`.
+/// Example files, and the board on which files are run: `GET /api/path/examples`.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PathTable {
-    /// The port of the board on which files are run; none: a virtual board.
+    /// The port of the board on which files are run; none for a virtual board.
     pub port: Option<String>,
-    /// What that board is called.
+    /// The name of that board.
     pub board: String,
-    /// The same for people, and what a stop does there.
+    /// The board in words, and what a stop does there.
     pub player: String,
-    /// The three of G-code jobs: the port,
+    /// The same for G-code jobs: the port,
     pub job_port: Option<String>,
-    /// what that board is called,
+    /// the name of the board,
     pub job_board: String,
-    /// and the same for people.
+    /// and the board in words.
     pub jobs: String,
-    /// How the names of G-code jobs end: `.nc`.
+    /// The endings of the names of G-code jobs: `.nc`.
     pub job_endings: Vec<String>,
-    /// The longest request with a file, in bytes.
+    /// The most bytes of a request with a file.
     pub longest: usize,
-    /// The files.
+    /// The example files.
     pub examples: Vec<PathFile>,
 }
 
-/// A file: `POST /api/path`, and of `GET /api/path/examples`.
+/// A file: in `POST /api/path` and `GET /api/path/examples`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PathFile {
-    /// What messages call it.
+    /// Its name in messages.
     #[schema(example = "square.toml", min_length = 1, max_length = 100)]
     pub name: String,
-    /// Its text: G-code, as `stepwright gcode` reads it, if the name ends as that of a job does;
-    /// otherwise motor cycles, as `stepwright cycle` reads them.
+    /// Its text: G-code, as `stepwright gcode` reads it, if the name has the ending of a job; otherwise motor
+    /// cycles, as `stepwright cycle` reads them.
     #[schema(example = "[[motor]]\nname = \"X\"\nstep = 10\nsmallest-delay-us = 100\n\
         [[cycle]]\nline = { to = { X = 500 }, speed = 1000, accel = 5000 }\n")]
     pub text: String,
-    /// Of a job, S of full power of a laser, as grbl's `$30`: M3, M4 and S are its power along the path.
-    /// Without it they are a spindle's, which rests for each.
+    /// For a job, the S of a laser's full power, as grbl's `$30`: M3, M4 and S then set the laser's power along
+    /// the path. Without it they control a spindle, and the path rests at each of them.
     #[schema(minimum = 0.001, maximum = 1000000)]
     pub laser: Option<f64>,
 }
 
-/// What the motors do by a file.
+/// What the motors do with a file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct PathDrawing {
-    /// The same for the same text and laser: that of a [`PathReport`].
+    /// An identifier of the text and the laser, the same as in a [`PathReport`].
     pub id: String,
     /// `cycles`, or `gcode`.
     pub kind: &'static str,
-    /// What positions are counted in; speeds are in it a second.
+    /// The unit of positions; speeds are in this unit per second.
     pub unit: String,
     /// The motors.
     pub motors: Vec<PathMotor>,
-    /// How long all of it takes, in s.
+    /// The duration, in s.
     pub seconds: f64,
     /// The highest speed along the path.
     pub peak: f64,
-    /// What else is known of it, in words: of a job its exact time, its extents, the corners that
-    /// cost most.
+    /// Further facts in words: for a job its exact time, its extents, and the corners that cost most.
     pub facts: Vec<PathFact>,
-    /// Why the board would refuse to run it, if it would.
+    /// Why the board would refuse to run it; nothing if it would not.
     pub refused: Option<String>,
-    /// Its parts, in the order of time.
+    /// Its parts, in order of time.
     pub legs: Vec<PathLeg>,
-    /// When the points below are, in s from the beginning.
+    /// The times of the points below, in s from the beginning.
     pub times: Vec<f64>,
-    /// The speed along the path then.
+    /// The speeds along the path at these times.
     pub speeds: Vec<f64>,
-    /// Of a job with a laser its power then, from 0, off, to 1. Where it jumps there are two points of
-    /// one time.
+    /// For a job with a laser the powers at these times, from 0, off, to 1. A jump has two points at one time.
     pub powers: Option<Vec<f64>>,
-    /// Where each motor is then.
+    /// The positions of the motors at these times.
     pub places: Vec<Vec<f64>>,
 }
 
@@ -144,16 +142,16 @@ pub struct PathDrawing {
 pub struct PathMotor {
     /// Its name in the file.
     pub name: String,
-    /// How far a step leads.
+    /// The length of a step.
     pub step: f64,
 }
 
-/// What is known of a file.
+/// A fact about a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct PathFact {
-    /// What it is; of a corner its place, in mm.
+    /// Its name; for a corner its place, in mm.
     pub name: String,
-    /// How much; of a corner what it costs, and how fast it is passed.
+    /// Its value; for a corner its cost, and the speed at which it is passed.
     pub value: String,
     /// The line of a corner.
     pub line: Option<usize>,
@@ -162,12 +160,12 @@ pub struct PathFact {
 /// A part of a drawing.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PathLeg {
-    /// `line`, `arc`, `path` of several of them, `home`, `moves` of motors each by itself, or `rest`;
-    /// of a job also `rapid`, `probe`, and `lines` for several lines of a long one.
+    /// `line`, `arc`, `path` for several of them, `home`, `moves` of single motors, or `rest`; for a job also
+    /// `rapid`, `probe`, and `lines` for several lines of a long one.
     pub kind: &'static str,
-    /// The line of the file in which it stands.
+    /// Its line in the file.
     pub line: usize,
-    /// The last line of several; otherwise the same.
+    /// The last of several lines; otherwise the same.
     pub to_line: usize,
     /// When it begins, in s from the beginning.
     pub begin: f64,
@@ -175,7 +173,7 @@ pub struct PathLeg {
     pub end: f64,
     /// Its highest speed along the path.
     pub peak: f64,
-    /// The speed that was ordered, of a line or an arc.
+    /// The ordered speed of a line or an arc.
     pub ordered: Option<f64>,
     /// Its first point.
     pub first: usize,
@@ -185,7 +183,7 @@ pub struct PathLeg {
 
 type Shared = State<Arc<ServeDesk>>;
 
-/// Its addresses.
+/// The addresses of paths.
 pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
     Router::new()
         .route("/api/path", get(report).post(draw).layer(DefaultBodyLimit::max(FILE)))
@@ -196,7 +194,7 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
 }
 
 impl PathFile {
-    /// The same for the same text and laser, and hardly for another.
+    /// An identifier of the text and the laser; other files hardly have the same.
     pub fn id(&self) -> String {
         let mut hasher = DefaultHasher::new();
         self.text.hash(&mut hasher);
@@ -226,19 +224,19 @@ impl PathFile {
     }
 }
 
-/// The paths of this server.
+/// The server's reader of paths.
 pub(crate) fn reader(desk: &ServeDesk) -> Result<Arc<dyn PathReader>, Declined> {
     desk.paths().ok_or_else(|| Declined::nowhere("there is nobody who reads paths"))
 }
 
-/// Files to begin with, and where files are run.
+/// Example files, and the board on which files are run.
 #[utoipa::path(get, path = "/api/path/examples", operation_id = "path_examples",
     responses((status = 200, body = PathTable), (status = "4XX", body = Declined)))]
 pub(crate) async fn examples(State(desk): Shared) -> Result<Json<PathTable>, Declined> {
     Ok(Json(reader(&desk)?.table()))
 }
 
-/// What the motors would do by a file: points with their times and speeds. Nothing moves.
+/// What the motors would do with a file: points with their times and speeds. Nothing moves.
 #[utoipa::path(post, path = "/api/path", operation_id = "path_draw", request_body = PathFile,
     responses((status = 200, body = PathDrawing), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
 pub(crate) async fn draw(
@@ -264,15 +262,15 @@ async fn drawn(desk: &ServeDesk, file: &PathFile) -> Result<PathDrawing, Decline
     Ok(last.insert(drawn).1.clone())
 }
 
-/// How the last run goes on, or has ended; null if there was none.
+/// The progress of the last run, or how it ended; null if there was none.
 #[utoipa::path(get, path = "/api/path", operation_id = "path_report",
     responses((status = 200, body = Option<PathReport>), (status = "4XX", body = Declined)))]
 pub(crate) async fn report(State(desk): Shared) -> Json<Option<PathReport>> {
     Json(desk.path_report())
 }
 
-/// Run a file: it is drawn first, so that only one that has an end is begun. Answered when it
-/// has begun; `GET /api/path` and `/api/live` say how it goes on. A stop of all axes stops it.
+/// Run a file. It is drawn first, so that only a file with an end is begun. Answered when the run has begun;
+/// `GET /api/path` and `/api/live` report the progress. A stop of all axes stops it.
 #[utoipa::path(post, path = "/api/path/run", operation_id = "path_run", request_body = PathFile,
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
@@ -285,7 +283,7 @@ pub(crate) async fn run(
     hand(&desk, &headers)?;
     let stops = desk.stops();
     let drawing = drawn(&desk, &file).await?;
-    // Another one may have taken control meanwhile.
+    // Another client may have taken control meanwhile.
     hand(&desk, &headers)?;
     let stopped = || match desk.stops() == stops {
         true => Ok(()),
@@ -301,7 +299,7 @@ pub(crate) async fn run(
     Ok(Json(Done::default()))
 }
 
-/// Have the run of a G-code job brake along its path, and stand there until it is resumed.
+/// Brake the run of a G-code job along its path, and hold it until it is resumed.
 #[utoipa::path(post, path = "/api/path/hold", operation_id = "path_hold",
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined)))]
@@ -310,7 +308,7 @@ pub(crate) async fn hold(State(desk): Shared, headers: HeaderMap) -> Result<Json
     reader(&desk)?.hold(true).map(|()| Json(Done::default()))
 }
 
-/// Have a run that is held go on.
+/// Resume a run that is held.
 #[utoipa::path(post, path = "/api/path/resume", operation_id = "path_resume",
     params(("Stepwright-Control" = String, Header, description = "the key of who controls")),
     responses((status = 200, body = Done), (status = "4XX", body = Declined)))]

@@ -15,12 +15,12 @@ use stepwright_keeper::scope::{LONGEST, ScopeFile, ScopeRecord, csv, mcap, vcd};
 use crate::api::Body;
 use crate::desk::ServeDesk;
 
-/// A request with a record has a body of this many bytes at most: 10 s of several fast axes.
+/// The most bytes of a request with a record: 10 s of several fast axes.
 pub const RECORD: usize = 8_000_000;
 
 type Shared = State<Arc<ServeDesk>>;
 
-/// Its addresses.
+/// The addresses of the scope.
 pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
     Router::new()
         .route("/api/scope", get(scope))
@@ -30,12 +30,12 @@ pub(crate) fn routes() -> Router<Arc<ServeDesk>> {
         .route("/api/scope/file", post(as_file).layer(DefaultBodyLimit::max(RECORD)))
 }
 
-/// `seconds=2` of a query, or 2 without it.
+/// Reads `seconds=2` of a query; 2 without it.
 fn asked(desk: &ServeDesk, query: Option<&str>) -> Result<ScopeRecord, Declined> {
     let mut seconds = 2.0;
     for pair in query.unwrap_or_default().split('&').filter(|pair| !pair.is_empty()) {
         match pair.split_once('=') {
-            // The guard has read it.
+            // The guard has read the token.
             Some(("token", _)) => {}
             Some(("seconds", said)) => {
                 let right = said.parse().ok().filter(|s| (0.001..=LONGEST).contains(s));
@@ -95,8 +95,8 @@ pub(crate) async fn as_csv(
     Ok(file("text/csv", "stepwright.csv", csv(&record)))
 }
 
-/// The same as an MCAP file, for Foxglove and PlotJuggler: a channel for each pin, and
-/// one with position and speed for each axis that has STEP and DIR.
+/// The same as an MCAP file, for Foxglove and PlotJuggler: a channel for each pin, and a channel with position
+/// and speed for each axis with STEP and DIR.
 #[utoipa::path(get, path = "/api/scope.mcap",
     params(("seconds" = Option<f64>, Query, description = "as of /api/scope",
         minimum = 0.001, maximum = 10)),
@@ -110,7 +110,7 @@ pub(crate) async fn as_mcap(
     Ok(file("application/octet-stream", "stepwright.mcap", made))
 }
 
-/// The file of a record that `GET /api/scope` has given: a page saves what it shows.
+/// The file of a record from `GET /api/scope`: a page saves what it shows.
 #[utoipa::path(post, path = "/api/scope/file", operation_id = "scope_file", request_body = ScopeRecord,
     params(("ending" = String, Query, description = "of its name: vcd, csv or mcap")),
     responses((status = 200, body = Vec<u8>, content_type = "application/octet-stream"), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
@@ -119,7 +119,7 @@ pub(crate) async fn as_file(
     request: Request,
 ) -> Result<Response, Declined> {
     let query = query.unwrap_or_default();
-    // A token may stand beside it, which the guard has read.
+    // The query may also have a token, which the guard has read.
     let said = query.split('&').find_map(|pair| pair.strip_prefix("ending=")).unwrap_or_default();
     let form = ScopeFile::named(said)
         .ok_or_else(|| Declined::range(format!("ending is '{said}'")).allowed("vcd, csv, mcap"))?;

@@ -1,4 +1,4 @@
-//! Random words that nobody guesses.
+//! Random secrets.
 
 use subtle::ConstantTimeEq;
 
@@ -12,22 +12,22 @@ pub(crate) fn random() -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// What a request from beyond this machine has to know.
+/// The secret that requests from other computers need.
 #[derive(Clone, Debug)]
 pub struct Token(String);
 
 impl Token {
-    /// A new one.
+    /// A new random token.
     pub fn new() -> Token {
         Token(random())
     }
 
-    /// Whether this is it. The time that it takes says nothing of how much of it is right.
+    /// Whether this is the token. The time of the comparison does not tell how much of it is right.
     pub fn is(&self, said: &str) -> bool {
         said.as_bytes().ct_eq(self.0.as_bytes()).into()
     }
 
-    /// As it is printed.
+    /// The token as it is printed.
     pub fn text(&self) -> &str {
         &self.0
     }

@@ -1,5 +1,5 @@
-//! Requests to the server without a board: what they come to, and that what is declined
-//! never reaches the board's thread.
+//! Requests to the server without a board: the answers, and that declined requests never reach the board's
+//! thread.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -14,7 +14,7 @@ use crate::{Guard, ServeDesk, Token};
 use stepwright_keeper::report::Done;
 use stepwright_keeper::{Hand, KeeperDesk, Wish};
 
-/// A server, and a board's thread that writes down what it is asked for.
+/// A server, with a board's thread that notes the wishes.
 struct Bench {
     router: Router,
     desk: Arc<ServeDesk>,
@@ -27,7 +27,7 @@ impl Bench {
         let bench = Bench { router: crate::router(desk.clone(), guard), desk, wishes };
         let (desk, wishes) = (bench.desk.clone(), bench.wishes.clone());
         std::thread::spawn(move || {
-            // Until nobody holds the desk but this thread.
+            // Until only this thread holds the desk.
             while Arc::strong_count(&desk) > 1 {
                 if let Some(job) = desk.next(Duration::from_millis(20)) {
                     wishes.lock().unwrap().push(job.wish.clone());
@@ -70,7 +70,7 @@ fn open() -> Bench {
     Bench::new(Guard { token: None })
 }
 
-/// Every address that moves something, with a body that is right.
+/// All addresses that move or change something, with valid bodies.
 const ORDERS: [(&str, &str); 10] = [
     ("/api/move", r#"{"axis":1,"by":4000}"#),
     ("/api/line", r#"{"by":[2000,-500]}"#),
@@ -294,12 +294,12 @@ async fn who_hangs_up_while_waiting_is_there_no_longer() {
     let (key, hand) = (given["key"].as_str().unwrap(), Hand(given["hand"].as_u64().unwrap()));
     let waits = ask("/api/home?wait=true", key, r#"{"axis":1,"within":900}"#);
     let begun = tokio::time::timeout(crate::control::LEASE, waits).await;
-    // Nobody answers it: it is given up here, a lease later.
+    // The request is not answered, and is given up after a lease.
     assert!(begun.is_err());
     let job = desk.next(Duration::ZERO).unwrap();
     assert!(job.waits && desk.is_live(hand), "the lease begins when nobody waits any more");
     job.answer(Ok(Done::default()));
-    // While one waits, other requests are answered, a stop as well.
+    // While a request waits, others are answered, including a stop.
     let next = async || loop {
         match desk.next(Duration::ZERO) {
             Some(job) => break job,

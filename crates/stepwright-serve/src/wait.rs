@@ -1,4 +1,4 @@
-//! `?wait=true`: the answer comes when the order has ended, and says how.
+//! `?wait=true`: the answer comes when the order has ended, and tells how.
 //!
 //! ```text
 //!   request ─► begun ─► … the axis moves … ─► rests: reached, stopped or uncertain ─► answer
@@ -6,9 +6,9 @@
 //!                          └─► the motion is what it is without waiting
 //! ```
 //!
-//! Whoever waits is there: a homing goes on, and nobody takes control without taking it over. The
-//! connection has a place above those that watch, and below those of who controls otherwise, so a
-//! stop finds room however many wait.
+//! A client that waits is present: a homing goes on, and nobody gets control without taking it over. Its
+//! connection has a standing above pages that watch, and below other connections of the controlling client: so
+//! a stop finds room, however many requests wait.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -24,7 +24,7 @@ use stepwright_keeper::Hand;
 use stepwright_keeper::report::Done;
 use stepwright_keeper::request::Wish;
 
-/// Whether an answer waits, as the address of its request says.
+/// Whether an answer waits for the end, from the address of its request.
 #[derive(Debug)]
 pub(crate) struct Wait {
     waits: bool,
@@ -44,7 +44,7 @@ fn asked(query: &str) -> Result<bool, Declined> {
     let mut waits = false;
     for pair in query.split('&').filter(|pair| !pair.is_empty()) {
         waits = match pair.split_once('=') {
-            // The guard has read it.
+            // The guard has read the token.
             Some(("token", _)) => waits,
             Some(("wait", "true")) => true,
             Some(("wait", "false")) => false,
@@ -61,8 +61,8 @@ fn asked(query: &str) -> Result<bool, Declined> {
 }
 
 impl Wait {
-    /// Has the board's thread do what this hand wishes. The answer comes when it has begun, or
-    /// when it has ended.
+    /// Gives the board's thread a wish of this hand. The answer comes when the order has begun, or when it has
+    /// ended.
     pub async fn wish(
         self,
         desk: &ServeDesk,
@@ -73,7 +73,7 @@ impl Wait {
         desk.wish(wish, self.waits).await.map(Json)
     }
 
-    /// That the answer to what has no end does not wait for one.
+    /// Refuses to wait for the end of an endless order.
     pub fn not(&self) -> Result<(), Declined> {
         match self.waits {
             false => Ok(()),
@@ -83,7 +83,7 @@ impl Wait {
     }
 }
 
-/// A hand that waits for an answer: until this is dropped, also because it hangs up.
+/// A hand that waits for an answer, until this is dropped, also when its client hangs up.
 struct Here<'a> {
     desk: &'a ServeDesk,
     hand: Hand,

@@ -1,4 +1,4 @@
-//! What a page is told over its WebSocket, and how often.
+//! The messages to a page over its WebSocket, and how often they come.
 
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use stepwright_serve::{Guard, ServeDesk};
 use tungstenite::Message;
 use tungstenite::client::IntoClientRequest;
 
-/// However many states there are, a page gets a hundred a second, and always the last one.
+/// Of any number of states a page gets a hundred per second, and always the last one.
 #[test]
 fn a_page_is_told_no_more_than_it_can_draw_and_the_newest() {
     const STATES: u32 = 1000;

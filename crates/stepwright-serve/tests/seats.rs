@@ -1,4 +1,4 @@
-//! How many pages are told at once. One process, for the seats are the process's.
+//! The number of pages at once. A test program of its own, as the seats belong to the process.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -19,7 +19,7 @@ fn connect(address: SocketAddr) -> TcpStream {
     stream
 }
 
-/// The key of who controls from now on.
+/// Takes control, and returns the key.
 fn take_control(address: SocketAddr) -> String {
     let mut stream = connect(address);
     let head = "Content-Type: application/json\r\nContent-Length: 2\r\nConnection: close";
@@ -45,7 +45,7 @@ fn every_seat_is_given_and_given_again() {
     let mut pages: Vec<_> =
         (0..PAGES).map(|n| join().unwrap_or_else(|| panic!("page {n}"))).collect();
     assert!(join().is_none(), "one page too many");
-    // One that leaves makes room for one.
+    // A page that leaves makes room for another.
     drop(pages.pop());
     let again = (0..300).find_map(|_| {
         thread::sleep(Duration::from_millis(50));
@@ -54,7 +54,7 @@ fn every_seat_is_given_and_given_again() {
     assert!(again.is_some(), "a seat that was left is taken again");
     assert!(join().is_none(), "one page too many again");
 
-    // One seat more is kept for who controls, and for nobody else.
+    // One more seat is kept for the controlling client alone.
     let key = take_control(address);
     assert!(enter("?control=wrong").is_none(), "a page with another key");
     let controlling = enter(&format!("?control={key}"));

@@ -1,29 +1,29 @@
-// The card of one axis: where it is, and the buttons that move it.
+// The card of one axis: its position, and buttons that move it.
 
 import { by } from "./dom.js";
 import { post } from "./server.js";
 
-/** Three places, or three digits where those say more: a step may be a small part of a unit. */
+/** Three decimals, or three digits if those are finer: a step may be a small part of a unit. */
 const most = { maximumFractionDigits: 3, maximumSignificantDigits: 3, roundingPriority: "morePrecision" };
 const format = new Intl.NumberFormat("en", { ...most, useGrouping: false });
 const words = { ready: "at rest", busy: "moving", uncertain: "position uncertain", lost: "no board" };
 
-/** A speed to begin with, in steps/s, and the time up to it, in s. */
+/** The default speed, in steps/s, and the time up to it, in s. */
 const SPEED = 1000;
 const RISE = 0.4;
 
-/** What the sliders reach from and to, in steps/s and steps/s², where no board says it. */
+/** The sliders' ranges, in steps/s and steps/s², if no board tells others. */
 const SLIDES = { speed: [10, 20_000], accel: [100, 1_000_000] };
 
-/** No axis goes further, in steps. */
+/** The longest travel, in steps. */
 export const FAR = 2 ** 31 - 1;
 
-/** A homing to begin with, in steps/s and steps. How far the switch may be, only its user knows. */
+/** Defaults of a homing, in steps/s and steps. Only the user knows how far the switch may be. */
 const HOMING = { seek: 500, slow: 50, "back-off": 50 };
 const ASKED = [...Object.keys(HOMING), "within"];
 
 export class Axis {
-  /** `sheet` as GET /api/board has it; `tell(error)` shows what was declined. */
+  /** `sheet` as in GET /api/board; `tell(error)` shows refusals. */
   constructor(sheet, tell) {
     this.number = sheet.axis;
     this.scale = sheet.steps_per_unit;
@@ -46,16 +46,16 @@ export class Axis {
     if (sheet.home_within) this.field("within").value = this.shown(sheet.home_within);
     for (const name of ["target", "step", "back-off", "within"]) this.field(name).max = this.shown(FAR);
     this.field("target").min = this.shown(-FAR);
-    /** What has changed and is not told yet, by the names of requests. */
+    /** Changes that were not sent yet, by the names of requests. */
     this.changes = new Map();
     this.listen();
   }
 
-  /** What the board can do as it is set now. */
+  /** What the board can do by its settings. */
   describe({ can, max_speed, set }) {
     const jerk = can.includes("jerk") && set.law !== 0;
     this.find(".motion").classList.toggle("straight", !jerk);
-    // What is not seen is not sent.
+    // Hidden fields are not sent.
     if (!jerk) this.field("jerk").value = "";
     this.slide("speed", "top_speed", max_speed ?? SLIDES.speed[1], set["max-speed"]);
     this.slide("accel", "accel", SLIDES.accel[1], set["max-accel"]);
@@ -69,23 +69,23 @@ export class Axis {
     return this.find(`[name=${name}]`);
   }
 
-  /** Steps as a number in the unit of the axis. */
+  /** Steps as a number in the axis' unit. */
   shown(steps) {
     return format.format(steps / this.scale);
   }
 
-  /** A number in the unit of the axis in steps. */
+  /** A number in the axis' unit as steps. */
   steps(name) {
     return this.field(name).valueAsNumber * this.scale;
   }
 
-  /** How to move, as requests have it. */
+  /** The motion, as in requests. */
   motion() {
     const jerk = this.steps("jerk");
     return { accel: this.steps("accel"), ...(jerk > 0 && { jerk }) };
   }
 
-  /** Whether what stands in these fields can be sent. */
+  /** Whether the values of these fields can be sent. */
   valid(...names) {
     return names.every((name) => this.field(name).reportValidity());
   }
@@ -95,7 +95,7 @@ export class Axis {
     return post(path, { axis: this.number, ...body }).catch(this.tell);
   }
 
-  /** To a position or by a distance; on its way the axis gets another target. */
+  /** To a position or by a distance; a moving axis gets another target. */
   go(way) {
     if (!this.valid("speed", "accel", "jerk")) return;
     const top_speed = this.steps("speed");
@@ -106,7 +106,7 @@ export class Axis {
     }
   }
 
-  /** A slider beside a number: as much further each time. What changes holds at once, also on
+  /** A slider beside a number, on a log scale. Changes hold at once, also on
    *  the way. */
   slide(name, as, most, allowed = most) {
     const high = Math.min(most, allowed);
@@ -126,7 +126,7 @@ export class Axis {
     follow();
   }
 
-  /** Tells a motor on its way what has changed: one order after another, each with the newest. */
+  /** Sends changes to a moving motor: one order at a time, with the newest values. */
   async change(name, as) {
     if (!this.moving || this.homing || !this.valid(name)) return;
     this.changes.set(as, name);
@@ -151,7 +151,7 @@ export class Axis {
 
   /** Finds 0 by the limit switch. */
   home() {
-    // What is wrong is seen only where it is shown.
+    // An error is seen only in an open list.
     if (!ASKED.every((name) => this.field(name).validity.valid)) this.find(".homing").open = true;
     if (!this.valid(...ASKED)) return;
     const whole = (name) => Math.round(this.steps(name));
@@ -159,8 +159,8 @@ export class Axis {
     this.send("/api/home", { speed: this.steps("seek"), slow: this.steps("slow"), back_off, within });
   }
 
-  /** Runs while it is held. A key or a finger that is let go before the run was answered
-   *  stops it all the same: the stop is sent behind it. */
+  /** Runs while it is held. If it is released before the run was answered, the stop
+   *  is sent behind it. */
   hold(sign) {
     if (this.holding || this.moving || this.field("ahead").disabled) return;
     this.field(sign > 0 ? "ahead" : "back").classList.add("held");
@@ -172,7 +172,7 @@ export class Axis {
     const begun = this.holding;
     this.holding = null;
     for (const name of ["ahead", "back"]) this.field(name).classList.remove("held");
-    // Also behind an order that has no answer yet, which a stop alone would not wait for.
+    // Also behind an order without an answer yet, for which a stop alone would not wait.
     this.stop();
     begun.then((taken) => taken && this.stop());
   }
@@ -205,7 +205,7 @@ export class Axis {
           this.letGo();
         });
       }
-      // Enter on the button, for who has no pointer.
+      // Enter on the button, without a pointer.
       button.addEventListener("keydown", (event) => {
         if (event.key === "Enter") {
           event.preventDefault();
@@ -217,7 +217,7 @@ export class Axis {
     }
   }
 
-  /** Shows what the axis does; `ours` if this page controls. */
+  /** Shows the axis' state; `ours` if this page controls. */
   show(state, ours) {
     this.moving = state.moving;
     this.position = state.position;
@@ -243,7 +243,7 @@ export class Axis {
     const rests = free && known;
     const set = (name, on) => (this.field(name).disabled = !on);
     for (const name of ["by", "less", "more", "run-back", "run-ahead"]) set(name, rests);
-    // What is held stays, or letting it go would not be noticed.
+    // A held button stays enabled: its release must be noticed.
     for (const name of ["back", "ahead"]) set(name, rests || this.holding !== null);
     set("to", able && known && !this.homing);
     set("home", free);
@@ -252,7 +252,7 @@ export class Axis {
     this.field("to").textContent = state.moving && !this.homing ? "Retarget" : "Go to";
   }
 
-  /** Shows where a homing is, or how it has ended. */
+  /** Shows the stage of a homing, or how it ended. */
   showHome(home) {
     const told = this.find(".home");
     this.homing = Boolean(home) && home.stage !== "done" && home.stage !== "failed";

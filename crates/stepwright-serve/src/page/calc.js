@@ -1,9 +1,9 @@
-// The calculators: what GET /api/calc lists, with a field for each option.
+// The calculators of GET /api/calc, with a field for each option.
 
 import { element, looked, once } from "./dom.js";
 import { get, post } from "./server.js";
 
-/** What each begins with. */
+/** The first examples. */
 const EXAMPLES = {
   timer: { SPEED: "180" },
   timed: { FROM: "1rpm", TO: "150rpm", "--updates": "11", "--doubling": true },
@@ -13,13 +13,13 @@ const EXAMPLES = {
   vref: { CURRENT: "1.7A" },
 };
 
-/** The name of an option without the dashes of a command. */
+/** An option's name without the dashes of a command. */
 const called = (name) => name.replace(/^--/, "").replaceAll("-", " ").toLowerCase();
 
 /** A text of the command, its options called as the fields are. */
 const plain = (text) => text.replaceAll(/--([a-z][a-z-]*)( <[A-Z]+>)?/g, (_, name) => called(name));
 
-/** A field for an option: a box to tick, a list, or text. */
+/** A field for an option: a checkbox, a list, or text. */
 function field(option) {
   if (!option.takes_value) return element("input", [], { type: "checkbox" });
   if (option.choices.length) return element("select", option.choices.map((one) => new Option(one, one, false, one === option.default)));
@@ -30,7 +30,7 @@ const table = (lines) => element("div", element("table", lines, "values"), "wide
 const row = (tag, cells) => element("tr", cells.map((cell) => element(tag, cell)));
 
 export class Calculators {
-  /** `tell(error)` shows what was declined. */
+  /** `tell(error)` shows refusals. */
   constructor(section, tell) {
     this.asked = 0;
     this.choice = element("select", [], { onchange: () => this.choose() });
@@ -44,7 +44,7 @@ export class Calculators {
     const line = element("details", [element("summary", "As a command"), this.line], "soft");
     this.result = element("div", [], { className: "result", ariaLive: "polite" });
     section.append(head, this.about, this.form, this.result, line);
-    // Asks what there is when somebody looks.
+    // Asks for the list at the first look.
     const begin = once(async () => {
       this.sheets = await get("/api/calc");
       this.choice.append(...this.sheets.map((sheet) => new Option(sheet.name)));

@@ -1,16 +1,16 @@
-// Speeds and accelerations of places that were seen, and of places that are planned.
+// Speeds and accelerations of seen and of planned positions.
 
-/** Half of the time over which a speed and an acceleration are measured, in s. */
+/** Half of the time over which speed and acceleration are measured, in s. */
 const HALF = 0.12;
 
-/** Points [time, steps, moving] that an axis was seen at. */
+/** The points [time, steps, moving] of an axis. */
 export class Track {
   constructor(keep) {
     this.keep = keep;
     this.points = [];
   }
 
-  /** Adds a point. An axis that rests needs two points, however long it rests. */
+  /** Adds a point. Two points are enough for a rest of any length. */
   add(time, steps, moving) {
     const points = this.points;
     const last = points.at(-1);
@@ -25,14 +25,14 @@ export class Track {
     while (points.length > 2 && points[1][0] < time - this.keep) points.shift();
   }
 
-  /** Nothing is known from here on. */
+  /** Unknown from here on. */
   break(time) {
     const last = this.points.at(-1);
-    // Behind the last point, which stays.
+    // After the last point, which stays.
     if (last && last[1] !== null) this.points.push([Math.max(time, last[0] + 1e-4), null, false]);
   }
 
-  /** Columns of time, position, speed and acceleration from a time on: null is a gap, and what is
+  /** Columns of time, position, speed and acceleration from a time on: null is a gap, and
    *  undefined is bridged. */
   columns(from) {
     const points = this.points;
@@ -48,7 +48,7 @@ export class Track {
   }
 }
 
-/** Speed and acceleration at a point: those of the parabola through its neighbours. */
+/** Speed and acceleration at a point, from the parabola through its neighbours. */
 function fit(points, at, moving) {
   const time = points[at][0];
   let first = at;
@@ -56,7 +56,7 @@ function fit(points, at, moving) {
   while (first > 0 && time - points[first - 1][0] <= HALF && points[first - 1][1] !== null) first--;
   while (last + 1 < points.length && points[last + 1][0] - time <= HALF && points[last + 1][1] !== null) last++;
   if (!moving && (first === at || last === at)) return [0, 0];
-  // A half that is missing would make the ends wild.
+  // With half the points missing the ends are wild.
   if (last - first < 4 || first === at || points[last][0] - time < HALF / 2) return [undefined, undefined];
   const sums = [0, 0, 0, 0, 0];
   const ways = [0, 0, 0];
@@ -77,7 +77,7 @@ function fit(points, at, moving) {
   return [speed, 2 * bend];
 }
 
-/** A plan as columns like a track's, up to `now`, or to where it was given up. */
+/** A plan as columns like a track's, up to `now`, or to its end. */
 export function planned(curve, now) {
   const out = [[], [], [], []];
   const end = Math.min(now, curve.until ?? Infinity) - curve.begin;
@@ -100,7 +100,7 @@ function slope({ seconds, speed }, i) {
   const before = Math.max(0, i - 1);
   const after = Math.min(seconds.length - 1, i + 1);
   const time = seconds[after] - seconds[before];
-  // At its ends a law jumps to its start speed: that is no acceleration.
+  // At its ends a law jumps by its start speed: no acceleration.
   if (before < 1 || after > seconds.length - 2) return null;
   return time > 0 ? (speed[after] - speed[before]) / time : 0;
 }

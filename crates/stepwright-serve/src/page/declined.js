@@ -1,6 +1,6 @@
-// A request that was declined. Nothing here knows a page: Node has it as well.
+// A refused request. Nothing here depends on a page: Node uses it too.
 
-/** What was wrong, what is allowed, what to do. */
+/** The reason, what is allowed, the remedy. */
 export class Declined extends Error {
   constructor(body, status) {
     const parts = [body.what, body.allowed && `Allowed: ${body.allowed}`, body.do];

@@ -1,4 +1,4 @@
-// The edges of a record of GET /api/scope: when each was.
+// The edges of a record of GET /api/scope, with times.
 
 /** The first of `count` for which `late(n)` holds. */
 export function first(count, late) {
@@ -11,14 +11,14 @@ export function first(count, late) {
   return low;
 }
 
-/** The place of the first time that is not before this one. */
+/** The place of the first time at or after this one. */
 export const firstFrom = (times, time) => first(times.length, (n) => times[n] >= time);
 
 /** A record with times in µs from its beginning. */
 export class Edges {
   constructor(record) {
     this.record = record;
-    /** µs of a tick. */
+    /** µs per tick. */
     this.tick = 1e6 / record.hz;
     this.length = (record.end - record.begin) * this.tick;
     this.signals = record.signals.map((signal) => {
@@ -37,7 +37,7 @@ export class Edges {
     return count;
   }
 
-  /** Steps of an axis between two times. A motor on coils changes its lines at one moment for each. */
+  /** Steps of an axis between two times. Each step of a coil motor changes its lines at one moment. */
   steps(axis, from, to) {
     const mine = this.signals.filter((one) => one.axis === axis);
     const step = mine.find((one) => one.pin === "step");
@@ -47,7 +47,7 @@ export class Edges {
     return new Set(times).size;
   }
 
-  /** The edge that is nearest to a time, of all pins; null if there is none. */
+  /** The edge of any pin nearest to a time; null if there is none. */
   nearest(time) {
     let best = null;
     for (const { times } of this.signals) {

@@ -1,10 +1,10 @@
-// A line of all axes: from where they stand straight to their targets, together.
+// A line of all axes: together and straight to their targets.
 
 import { FAR } from "./axis.js";
 import { by, element } from "./dom.js";
 import { post } from "./server.js";
 
-/** A field for each of these axes; one that is left empty stays where it is. */
+/** A field for each of these axes; one with an empty field stays. */
 export function lineForm(axes, tell) {
   const form = by("line");
   form.hidden = axes.length < 2;

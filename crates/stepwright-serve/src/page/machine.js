@@ -1,4 +1,4 @@
-// The machine of a page without a server: the unit of its axes, and the steps of one. The browser
+// The machine of a page without a server: its axes' unit, and the steps per unit. The browser
 // keeps it, and the settings show its form.
 
 import { element } from "./dom.js";
@@ -8,7 +8,7 @@ const KEPT = "stepwright-machine";
 /** The units, and their titles. */
 const UNITS = { steps: "steps", mm: "millimetres", deg: "degrees" };
 
-/** What is asked of an axis: its title, from, to, by default. All but the last are whole. */
+/** The values of an axis: title, minimum, maximum, default. All but the last are whole. */
 const ASKED = {
   steps: ["Full steps of a turn", 1, 10_000, 200],
   micro: ["Microsteps", 1, 1024, 16],
@@ -22,12 +22,12 @@ const right = (name, value) => {
 
 const usual = () => Object.fromEntries(Object.entries(ASKED).map(([name, asked]) => [name, asked[3]]));
 
-/** Steps of a unit of an axis that is built so. */
+/** Steps per unit of an axis with these values. */
 function perUnit(unit, { steps, micro, mm }) {
   return { steps: 1, mm: (steps * micro) / mm, deg: (steps * micro) / 360 }[unit];
 }
 
-/** The machine that is kept: a unit, and axes. What is damaged counts as none. */
+/** The kept machine: a unit, and axes. A damaged one counts as none. */
 function kept() {
   try {
     const { unit, axes } = JSON.parse(localStorage.getItem(KEPT));
@@ -44,12 +44,12 @@ export class Machine {
     Object.assign(this, kept());
   }
 
-  /** The unit of an axis, 1 …, and the steps of one. */
+  /** The unit of axis 1 …, and the steps per unit. */
   of(axis) {
     return { unit: this.unit, steps_per_unit: perUnit(this.unit, this.built(axis)) };
   }
 
-  /** How an axis is built. */
+  /** An axis' values. */
   built(axis) {
     return this.axes[axis - 1] ?? usual();
   }
@@ -59,12 +59,12 @@ export class Machine {
     try {
       localStorage.setItem(KEPT, JSON.stringify({ unit, axes }));
     } catch {
-      // It holds until the page is closed.
+      // It lasts until the page is closed.
     }
   }
 }
 
-/** The form of the machine of so many axes; `change()` says that another unit holds, or why not. */
+/** The form of a machine with this many axes; `change()` applies it, or returns why not. */
 export function machineForm(machine, count, change) {
   const unit = element("select", Object.entries(UNITS).map(([name, title]) => new Option(title, name)), { name: "unit", value: machine.unit });
   const heads = ["Axis", ...Object.values(ASKED).map(([title]) => title), "It is"];
@@ -86,7 +86,7 @@ export function machineForm(machine, count, change) {
     rows.forEach(({ is, inputs, built }, n) => {
       Object.keys(ASKED).forEach((name, at) => {
         const input = inputs[at];
-        // What the unit does not ask for is not in the way, and what was wrong there is as it was.
+        // Unneeded fields are disabled, and invalid values in them restored.
         input.disabled = wide.hidden || (name === "mm" && unit.value !== "mm");
         if (input.disabled && !right(name, input.valueAsNumber)) input.value = machine.built(n + 1)[name];
       });

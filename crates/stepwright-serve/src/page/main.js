@@ -22,16 +22,16 @@ const paths = new PathsView(tell);
 let axes = [];
 let sheet = -1;
 let ours = false;
-/** A page that has just come takes control if nobody has it; until then, in ms. */
+/** A new page takes control if nobody has it, for this time in ms. */
 let comes = 0;
 const COMES = 3000;
-/** A board that was not described is asked for again after this time, in ms. */
+/** A failed description of the board is asked for again after this, in ms. */
 const AGAIN = 1000;
 let asking = false;
 let chosen = null;
 /** Whether a motor moves. */
 let moving = false;
-/** Whether the board can be reached, and what a stop does then. */
+/** Whether the board can be reached, and the stop's words. */
 let reached = true;
 const STOPS = by("stop-words").textContent;
 
@@ -42,13 +42,13 @@ function noticed(text, word, act) {
   return notice;
 }
 
-/** Shows an error until it is put away. The same one is shown once. */
+/** Shows an error until it is dismissed; the same one once. */
 function tell(error) {
   const text = error.message ?? String(error);
   const notices = by("notices");
   if ([...notices.children].some((notice) => notice.firstChild.textContent === text)) return;
   notices.append(noticed(text, "Dismiss", (notice) => notice.remove()));
-  // What is to be acknowledged stays.
+  // Errors to acknowledge stay.
   while (notices.children.length > 4) notices.querySelector("p:not(#errors)").remove();
 }
 
@@ -76,7 +76,7 @@ async function describe(count) {
   axes.forEach((axis) => axis.describe(board));
 }
 
-/** The axis that the arrow keys move. */
+/** The axis of the arrow keys. */
 function choose(axis) {
   chosen = axis;
   axes.forEach((one) => one.card.classList.toggle("chosen", one === axis && axes.length > 1));
@@ -111,7 +111,7 @@ function show(state) {
   paths.allow(ours);
 }
 
-/** Shows whether the board can be reached: a stop that reaches nobody is not to look like one. */
+/** Shows whether the board can be reached: a stop that reaches nobody must not look like one. */
 function reach(on) {
   if (on === reached) return;
   reached = on;
@@ -129,14 +129,14 @@ function showControl(control, connected) {
   by("take").hidden = ours;
   by("take").textContent = control?.live ? "Take over" : "Take control";
   by("take").disabled = !connected;
-  // The first page that is opened controls, and so does one that is loaded again.
+  // The first page takes control, and so does one that is reloaded.
   if (!asking && !control?.live && connected && performance.now() < comes) {
     asking = true;
     take(false).then(() => (comes = 0), () => {}).finally(() => (asking = false));
   }
 }
 
-/** What has gone wrong since it was last acknowledged. */
+/** Shows errors since the last acknowledgement. */
 function showErrors(state) {
   const words = state.errors.map((error) => error.words);
   if (state.late) words.push(`${state.late} late steps`);
@@ -181,7 +181,7 @@ requestAnimationFrame(frame);
 // Buttons.
 const stop = () => attempt(post("/api/stop"));
 by("stop").addEventListener("pointerdown", (event) => event.button === 0 && stop());
-// Enter, and what speaks for a pointer: a click without one.
+// Enter, and assistive tools: a click without a pointer.
 by("stop").onclick = (event) => event.detail === 0 && stop();
 by("take").onclick = () => attempt(take(true));
 by("release").onclick = () => attempt(release());
@@ -201,7 +201,7 @@ by("pause").onclick = () => {
   showPause();
 };
 
-/** A kill is held for this time, in ms. */
+/** How long a kill is held, in ms. */
 const HELD = 600;
 const kill = () => attempt(post("/api/kill"));
 let pressed = null;
@@ -225,7 +225,7 @@ by("kill").addEventListener("keyup", (event) => event.key === "Enter" && letGo()
 addEventListener("keydown", (event) => {
   const text = event.target.matches("textarea");
   if (event.key === " " && (!text || moving)) {
-    // It ticks a box as well, but presses no button. In a text it is a space while all rests.
+    // It ticks boxes too, but presses no button. In a text it is a space while motors rest.
     if (!event.target.matches("[type=checkbox], select")) event.preventDefault();
     if (!event.repeat) stop();
     return;
@@ -236,7 +236,7 @@ addEventListener("keydown", (event) => {
     kill();
     return;
   }
-  // What is not seen is not moved.
+  // Invisible axes are not moved.
   if (!by("axes").clientWidth) return;
   const sign = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
   if (sign && chosen) {
@@ -253,12 +253,12 @@ addEventListener("keyup", (event) => {
   if (event.key === " " && !event.target.matches("[type=checkbox], textarea")) event.preventDefault();
   if (event.key.startsWith("Arrow")) axes.forEach((axis) => axis.letGo());
 }, { capture: true });
-// A key that comes up elsewhere is not heard here.
+// A key released elsewhere is not heard here.
 for (const end of ["blur", "pagehide"]) addEventListener(end, () => axes.forEach((axis) => axis.letGo()));
 document.addEventListener("visibilitychange", () => document.hidden && axes.forEach((axis) => axis.letGo()));
 
-// Views: control, plots and the line stand beside one another where there is room; others
-// (`full`) always have the page to themselves.
+// Views: control, plots and line are side by side if there is room; `full` views
+// always have the page to themselves.
 const view = () => {
   const sections = [...document.querySelectorAll("main > section")];
   const shown = sections.find((one) => location.hash === `#${one.id}`) ?? sections[0];

@@ -1,8 +1,8 @@
-// The way of two motors, or of one over time, with its speed as colour, or the power of its laser.
+// The way of two motors, or of one over time; its speed or laser power as colour.
 
 import { colour, dark, open, places } from "./colours.js";
 
-/** Room for the numbers beside and below, and around the way, in px. */
+/** Margins for the numbers, and around the way, in px. */
 const SIDE = 58;
 const BELOW = 40;
 const AIR = 22;
@@ -10,21 +10,21 @@ const AIR = 22;
 /** The height of the speed over time, in px. */
 const STRIP = 74;
 
-/** Colours, from none to the most. */
+/** Colours, from zero to the most. */
 const PACES = ["--pace-0", "--pace-1", "--pace-2", "--pace-3"];
 
-/** Colours of a way, but for parts that change theirs. */
+/** Colours of a way, except parts with a gradient. */
 const SHADES = 120;
 
-/** What is not meant now has this much of its colour. */
+/** The strength of pale colours. */
 const PALE = 0.28;
 
-/** It stands for at least this long where a mark says so, in s. */
+/** A stop of at least this time has a mark, in s. */
 const STANDS = 0.05;
 
 const parts = (text) => text.match(/[\d.]+/g).slice(0, 3).map(Number);
 
-/** The colour of each part of the most, from 0 to 1; of this much of it over the card. */
+/** The colour of a part, 0 to 1, of the most; mixed with the card by `strength`. */
 export function ramp(strength = 1) {
   const card = parts(colour("--card"));
   const over = (stop) => stop.map((value, i) => card[i] + (value - card[i]) * strength);
@@ -37,7 +37,7 @@ export function ramp(strength = 1) {
   };
 }
 
-/** Round numbers between two, about so many. */
+/** Round numbers between two, about `count`. */
 export function ticks(from, to, count) {
   const rough = (to - from) / Math.max(1, count);
   const power = 10 ** Math.floor(Math.log10(rough));
@@ -49,27 +49,27 @@ export function ticks(from, to, count) {
 
 export class PathCanvas {
   constructor(canvas, strip) {
-    // The grid and the way lie on a layer, to which a playhead that goes on adds.
+    // The grid and the way are on a layer, to which a moving playhead adds.
     const layer = document.createElement("canvas");
     Object.assign(this, { canvas, strip, layer, lies: "", until: 0, count: 0, sheet: null, axes: [0, 1], head: null, leg: null });
     new ResizeObserver(() => this.draw()).observe(canvas.parentElement);
     dark.addEventListener("change", () => this.draw());
   }
 
-  /** Shows a drawing (see `scaled` of paths.js) by these two of its columns. */
+  /** Shows a drawing (see `scaled` of paths.js) by these two columns. */
   show(sheet, axes) {
     Object.assign(this, { sheet, axes, count: this.count + 1 });
     this.draw();
   }
 
-  /** Puts the playhead: a time, and where the motors are, or nothing. */
+  /** Sets the playhead: a time and the motors' places, or nothing. */
   at(head) {
     this.head = head;
-    // Once a frame, however often it is told.
+    // At most once a frame.
     this.due ??= requestAnimationFrame(() => this.draw());
   }
 
-  /** Makes these legs stand out, or none. */
+  /** Highlights these legs, or none. */
   choose(legs) {
     this.leg = legs;
     this.draw();
@@ -80,17 +80,17 @@ export class PathCanvas {
     return axis < 0 ? this.sheet.times : this.sheet.places[axis];
   }
 
-  /** From values to px. */
+  /** Maps values to px. */
   frame(width, tall) {
     const [x, y] = this.axes.map((axis) => this.column(axis));
     const range = (values) => values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
     const spans = [range(x), range(y)].map(([low, high]) => (high > low ? [low, high] : [low - 1, high + 1]));
     const room = [width - SIDE - 2 * AIR, tall - BELOW - 2 * AIR];
     const sizes = spans.map(([low, high], i) => room[i] / (high - low));
-    // Both of one scale, but where one is the time.
+    // Both have one scale, unless one is the time.
     const even = this.axes.every((axis) => axis >= 0);
     const scale = even ? [Math.min(...sizes), Math.min(...sizes)] : sizes;
-    // A way that is nearly straight takes a strip alone.
+    // A nearly straight way takes only a strip.
     const height = even ? Math.max(Math.min((spans[1][1] - spans[1][0]) * scale[1], room[1]), 130) : room[1];
     const middle = spans.map(([low, high]) => (low + high) / 2);
     const centre = [SIDE + AIR + room[0] / 2, AIR + height / 2];
@@ -156,7 +156,7 @@ export class PathCanvas {
     pen.fillText(name(axes[0]), width - 2, frame.bottom + 30);
   }
 
-  /** The way between two times in its colours, or all of it in pale ones. Legs that are not chosen are
+  /** The way between two times in its colours, or all of it in pale ones. Legs not chosen are
    *  always pale, and a laser that is off leaves a thin line. */
   drawWay(pen, frame, times) {
     const { sheet } = this;
@@ -164,7 +164,7 @@ export class PathCanvas {
     const [from, until] = times ?? [-1, Infinity];
     const paint = ramp(times ? 1 : PALE);
     const at = (i) => [frame.x(x[i]), frame.y(y[i])];
-    // A long way has thousands of points: those of one colour are one line.
+    // A long way has thousands of points; those of one colour are one line.
     let same = null;
     const end = () => (same !== null && pen.stroke(), (same = null));
     pen.lineJoin = "round";
@@ -208,7 +208,7 @@ export class PathCanvas {
     });
   }
 
-  /** Where the motion begins, stands and ends. */
+  /** Where the motion begins, stops and ends. */
   drawMarks(pen, frame, { card, ink }) {
     const { sheet } = this;
     const [x, y] = this.axes.map((axis) => this.column(axis));
@@ -241,7 +241,7 @@ export class PathCanvas {
     pen.stroke();
   }
 
-  /** The same value over time, with the same colours. */
+  /** The same value over time, in the same colours. */
   drawStrip(width, { soft, line, ink }) {
     const { sheet } = this;
     const paint = ramp();

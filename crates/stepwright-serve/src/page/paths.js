@@ -8,28 +8,28 @@ import { PathCanvas, ramp } from "./paths-draw.js";
 import { quoted } from "./plan-copy.js";
 import { get, post } from "./server.js";
 
-/** What a leg is called. */
+/** The names of legs. */
 const KINDS = { line: "Line", arc: "Arc", path: "Path", home: "Homing", moves: "Moves", rest: "Rest", rapid: "Rapid", probe: "Probe" };
 
-/** A run that goes on, and how one has ended. */
+/** The states of a run. */
 const RUNS = {
   running: "is run", held: "is held", braking: "brakes", done: "was run to its end", stopped: "was stopped", killed: "was killed",
   failed: "broke off",
 };
 
-/** The text is drawn so long after it was changed, in ms. */
+/** The text is drawn this long after a change, in ms. */
 const LATER = 400;
 
-/** A text with more characters is not changed here: a field for it would take seconds. */
+/** Longer texts are not changed here: a field for them would take seconds. */
 const LONG = 300_000;
 
-/** Of a long text so many lines before and behind the one that is meant are shown. */
+/** This many lines of a long text are shown around the marked one. */
 const AROUND = 60;
 
-/** A file's units are shown in these, where they are so many. */
+/** Larger units, shown if the values are large enough. */
 const SHOWN = { nm: [["mm", 1e6], ["µm", 1e3]], µm: [["mm", 1e3]] };
 
-/** A drawing as POST /api/path has it, in a unit with short numbers. */
+/** A drawing as in POST /api/path, in a unit with short numbers. */
 export function scaled(drawing) {
   const all = drawing.places.flat();
   const largest = all.reduce((most, place) => Math.max(most, Math.abs(place)), 0);
@@ -44,7 +44,7 @@ export function scaled(drawing) {
     peak: drawing.peak / per,
     powers: drawing.powers,
   };
-  // Told by a colour: a part of the most that there is.
+  // Shown as colour: a part of the maximum.
   sheet.shades = sheet.powers ?? sheet.speeds.map((speed) => speed / (sheet.peak || 1));
   const moves = ({ first, last }) => sheet.places.some((places) => places.slice(first, last + 1).some((place) => place !== places[first]));
   sheet.legs = legs.map((leg) => ({ ...leg, peak: leg.peak / per, moves: moves(leg) }));
@@ -55,7 +55,7 @@ export function scaled(drawing) {
     if (last && last.end === n - 1) Object.assign(last, { end: n, seconds: times[n] - times[last.point] });
     else sheet.stands.push({ point: n, end: n, seconds: 0 });
   }
-  // Rows of the table: a leg that was called otherwise on its way is one.
+  // Rows of the table: a leg in several parts is one row.
   sheet.rows = [];
   sheet.legs.forEach((leg, n) => {
     const last = sheet.rows.at(-1);
@@ -68,20 +68,20 @@ export function scaled(drawing) {
   return sheet;
 }
 
-/** Where the motors of a drawing are at a time, how fast, and the power of a laser. */
+/** The motors' places at a time, their speed, and a laser's power. */
 export function placeAt(sheet, time) {
   const next = first(sheet.times.length, (n) => sheet.times[n] > time);
   const n = Math.min(Math.max(next, 1), sheet.times.length - 1);
   const [from, to] = [sheet.times[n - 1], sheet.times[n]];
   const part = to > from ? Math.min(Math.max((time - from) / (to - from), 0), 1) : 1;
-  // Between two legs there is no way.
+  // Nothing moves between two legs.
   const leap = sheet.legs.some((leg) => leg.first === n);
   const mix = (values) => (leap ? values[part < 1 ? n - 1 : n] : values[n - 1] + (values[n] - values[n - 1]) * part);
   return { time, speed: mix(sheet.speeds), places: sheet.places.map(mix), power: sheet.powers && mix(sheet.powers) };
 }
 
 export class PathsView {
-  /** `tell(error)` shows what was declined. */
+  /** `tell(error)` shows refusals. */
   constructor(tell) {
     this.tell = tell;
     this.sheet = null;
@@ -95,7 +95,7 @@ export class PathsView {
     this.listen();
   }
 
-  /** Opens when it is looked at first. */
+  /** Opens at the first look. */
   open = once(async () => {
     const { player, ...table } = await get("/api/path/examples");
     Object.assign(this, { cycles: player, ...table });
@@ -107,7 +107,7 @@ export class PathsView {
     await this.use(this.examples[0]);
   });
 
-  /** Takes a file, and draws it. `laser` is S of its full power, or null; undefined leaves it. */
+  /** Takes and draws a file. `laser` is its S of full power, or null; undefined keeps it. */
   use({ name, text, laser }) {
     this.name = name;
     by("paths-laser").hidden = !this.isJob(name);
@@ -137,17 +137,17 @@ export class PathsView {
     return this.job_endings?.some((ending) => name.toLowerCase().endsWith(ending));
   }
 
-  /** S of full power of a laser, or null. */
+  /** A laser's S of full power, or null. */
   get laser() {
     return this.isJob(this.name) && by("paths-laser-on").checked ? by("paths-laser-most").valueAsNumber : null;
   }
 
-  /** The file as it is now. */
+  /** The present file. */
   get file() {
     return { name: this.name, text: this.long ? this.long.join("\n") : by("paths-text").value, laser: this.laser };
   }
 
-  /** Has the text drawn as it is now. */
+  /** Draws the present text. */
   async drawFile() {
     const asked = ++this.asked;
     const { file } = this;
@@ -164,7 +164,7 @@ export class PathsView {
     }
   }
 
-  /** Says what is wrong with the file: what was drawn before is no longer this file's. */
+  /** Shows an error in the file: the drawing is no longer this file's. */
   wrong(declined) {
     by("paths-wrong").replaceChildren(...(declined ? [element("li", declined.message)] : []));
     by("paths").classList.toggle("wrong", Boolean(declined));
@@ -209,7 +209,7 @@ export class PathsView {
     this.allow(this.ours);
   }
 
-  /** Says where the file is run, or why it can't be. */
+  /** Where the file is run, or why it can't be. */
   player() {
     const { kind, refused } = this.sheet;
     const job = kind === "gcode" && this.jobs;
@@ -219,7 +219,7 @@ export class PathsView {
     by("paths-refused").textContent = refused ?? "";
   }
 
-  /** What is known of the file beside its parts; what is of a line leads to it. */
+  /** Facts about the file; those of a line lead to it. */
   facts() {
     const lists = { "paths-facts": [], "paths-corners": [] };
     for (const { name, value, line } of this.sheet.facts ?? []) {
@@ -237,7 +237,7 @@ export class PathsView {
     return ["running", "held", "braking"].includes(this.report?.state);
   }
 
-  /** How a run goes on. */
+  /** A run's progress. */
   hear(report) {
     const before = this.report;
     this.report = report;
@@ -249,7 +249,7 @@ export class PathsView {
     said.className = state;
     if (trouble && before?.state !== state) {
       const error = new Declined(trouble);
-      // What is not the file's fault leaves it to be run again.
+      // After other errors the file may be run again.
       if (/, line \d+/.test(trouble.what)) this.wrong(error);
       else this.tell(error);
     }
@@ -264,17 +264,17 @@ export class PathsView {
     this.allow(false);
   }
 
-  /** Whether it is the run of the file that is drawn. */
+  /** Whether it is the run of the drawn file. */
   isThis(report) {
     return report && this.sheet?.id === report.id;
   }
 
-  /** Puts the playhead to where the player has its motors: while a run goes on, and at its end. */
+  /** Sets the playhead to the player's places: during a run, and at its end. */
   follow(before = null) {
     const { report, sheet } = this;
     if (!this.isThis(report) || !(this.running || (before && before.id === report.id))) return false;
     const places = report.places.map((place) => place / sheet.per);
-    // By the two last reports.
+    // By the last two reports.
     const time = before ? report.seconds - before.seconds : 0;
     const way = time > 0 ? Math.hypot(...places.map((place, n) => place - before.places[n] / sheet.per)) : 0;
     const leap = time > 0 && way / time > 1.5 * sheet.peak;
@@ -302,12 +302,12 @@ export class PathsView {
     post("/api/path/run", this.file).catch(this.tell);
   }
 
-  /** Has the run brake and stand, or go on. */
+  /** Holds the run, or resumes it. */
   hold() {
     post(this.report?.state === "held" ? "/api/path/resume" : "/api/path/hold", {}).catch(this.tell);
   }
 
-  /** Copies the command that runs the file, a cycle file on a board, and shows it. */
+  /** Copies the command that runs the file, and shows it. */
   copy() {
     const file = quoted(this.name);
     const example = this.examples.some((one) => one.name === this.name);
@@ -355,7 +355,7 @@ export class PathsView {
     by("paths-sum").textContent = `${count}, ${digits(sheet.seconds, 5)} s, at most ${digits(sheet.peak, 4)} ${sheet.unit}/s`;
   }
 
-  /** Makes a row of the table stand out, and puts the playhead to its beginning. */
+  /** Highlights a row of the table, and sets the playhead to its beginning. */
   choose(n) {
     this.row = n;
     choose(by("paths-legs").tBodies[0].rows, n);
@@ -379,14 +379,14 @@ export class PathsView {
     by("paths-most").textContent = most;
   }
 
-  /** Puts the playhead to a time of the drawing. */
+  /** Sets the playhead to a time of the drawing. */
   seek(time) {
     by("paths-time").value = time;
     const at = placeAt(this.sheet, time);
     this.head({ ...at, done: time <= 0 || time >= this.sheet.seconds });
   }
 
-  /** Puts the playhead, and says where it is. */
+  /** Sets the playhead, and shows its place. */
   head(head) {
     const { sheet } = this;
     this.canvas.at(head);
@@ -399,7 +399,7 @@ export class PathsView {
     by("paths-time").setAttribute("aria-valuetext", words.join(", "));
   }
 
-  /** Gives the text as a file. */
+  /** Saves the text as a file. */
   save() {
     save(this.name, this.file.text);
   }
@@ -422,7 +422,7 @@ export class PathsView {
   listen() {
     by("paths-file").oninput = (event) => {
       const { value } = event.target;
-      // With what was typed, and its laser.
+      // With its typed text, and its laser.
       if (this.isOwn) this.own = this.file;
       this.use(value === "own" ? this.own : this.examples[value]);
     };

@@ -1,17 +1,17 @@
-// What a board would refuse of a planned travel, and why: by what GET /api/board says.
+// Why a board would refuse a planned travel, by GET /api/board.
 
-/** The name of an axis in settings. */
+/** The letters of axes in settings. */
 const LETTER = { 1: "x", 2: "y", 3: "z" };
 
-/** Whether an axis belongs to a set: 1 X, 2 Y, 4 Z, added up. */
+/** Whether a set has an axis: 1 X, 2 Y, 4 Z, added up. */
 const holds = (set, axis) => ((set ?? 0) >> (axis - 1)) % 2 === 1;
 
 /**
- * The reasons, as texts; none, if the board would take it.
+ * * The reasons, as texts; none if the board would take it.
  *
- * `peak` is the highest speed that the travel comes to, `board` the sheet of GET /api/board with
- * its settings by their names (`set`),
- * `place` what the axis does, as in GET /api/state.
+ * * `peak` is the highest speed of the travel, `board` the sheet of GET /api/board with
+ * * its settings by name (`set`),
+ * * `place` the axis, as in GET /api/state.
  */
 export function refusals(law, travel, peak, board, axis, place) {
   const { steps, top, accel, decel, jerk } = travel;

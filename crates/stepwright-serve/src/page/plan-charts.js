@@ -1,15 +1,15 @@
-// The curves of several laws over one another.
+// The curves of several laws in one chart.
 
 import { chartAxis, colour, dark, dragged, faint } from "./colours.js";
 import { formatter } from "./dom.js";
 import { LAWS } from "./planner.js";
 
-/** Points across a picture. */
+/** Points across a chart. */
 const GRID = 1200;
 
 const number = formatter(5);
 
-/** What can be shown: its name and unit, and whether 0 belongs to it. */
+/** Quantities: name, unit, and whether the range has 0. */
 export const QUANTITIES = {
   speed: ["Speed", "steps/s", true],
   accel: ["Acceleration", "steps/s²", true],
@@ -19,8 +19,8 @@ export const QUANTITIES = {
 };
 
 export class PlanCharts {
-  /** Into these elements, with the value under the pointer in those beside them;
-   *  `zoomed(from, to)` is told what was dragged, in s, or nothing. */
+  /** Draws into `places`, and the values under the pointer into `values`;
+   *  `zoomed(from, to)` gets the dragged times, in s, or nothing. */
   constructor(places, values, zoomed) {
     this.places = places;
     this.values = values;
@@ -39,7 +39,7 @@ export class PlanCharts {
     this.build();
   }
 
-  /** A plan of each law, or nothing; which one stands out; what is shown, in s. */
+  /** The plans of the laws, or nothing; the chosen one; the shown time, in s. */
   show(plans, chosen, window) {
     const again = this.window.some((end, i) => end !== window[i]);
     Object.assign(this, { plans, chosen, window });
@@ -69,7 +69,7 @@ export class PlanCharts {
       const series = [
         {},
         ...laws.map((colour) => line(colour, 1.5)),
-        // The one that was chosen lies on top.
+        // The chosen law is on top.
         line(() => laws[this.chosen], 3, {
           fill: name === "speed" ? () => faint(laws[this.chosen], 0.1) : undefined,
         }),
@@ -128,7 +128,7 @@ export class PlanCharts {
     ctx.restore();
   }
 
-  /** Draws what was planned last; `moved` if another time is shown. */
+  /** Draws the last plans; `moved` if another time is shown. */
   draw(moved) {
     const [from, to] = this.window;
     if (moved || !this.grid) this.grid = Float64Array.from({ length: GRID + 1 }, (_, i) => from + ((to - from) * i) / GRID);
@@ -143,7 +143,7 @@ export class PlanCharts {
   }
 }
 
-/** Values between points, at the times of a grid; nothing beyond the ends. */
+/** Values between points, at the times of a grid; null beyond the ends. */
 function resampled(times, values, grid) {
   const out = new Array(grid.length).fill(null);
   const last = times.length - 1;
@@ -160,7 +160,7 @@ function resampled(times, values, grid) {
   return out;
 }
 
-/** A range with some air; from 0 where that belongs to it. */
+/** A range with some margin; from 0 if `zero`. */
 const airy = (zero) => (_, low, high) => {
   if (low == null || (zero && low === 0 && high === 0)) return [0, 1];
   const [from, to] = zero ? [Math.min(0, low), Math.max(0, high)] : [low, high];

@@ -3,13 +3,13 @@
 const C0 = ["exact", "0.676", "c1"];
 const CORE_C0 = ["Exact", "Reduced", "FirstStep"];
 
-/** Laws whose first delay can be chosen. */
+/** Laws with a choice of first delay. */
 const LED = ["austin", "linear-factor", "power", "piecewise"];
 
-/** A word as a shell takes it. */
+/** A word, quoted for a shell. */
 export const quoted = (word) => (/^[\w./:-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
 
-/** The command that moves an axis so. `port` is where, if it is no virtual board. */
+/** The command that moves an axis so, on `port` or a virtual board. */
 export function command(law, travel, port, axis) {
   const { steps, top, accel, decel, start, jerk, c0, divisor, knee, power, breaks } = travel;
   const own = law !== "trapezoid" && law !== "s-curve";
@@ -31,7 +31,7 @@ export function command(law, travel, port, axis) {
 
 const whole = (number) => String(number).replace(/\B(?=(\d{3})+$)/g, "_");
 
-/** A quantity of the core: in steps where it is whole, else in thousandths. */
+/** A quantity of the core: in whole steps, or else in thousandths. */
 function quantity(kind, value) {
   const milli = Math.round(value * 1000);
   if (milli === 0) return `${kind}::ZERO`;
@@ -40,7 +40,7 @@ function quantity(kind, value) {
     : `${kind}::from_millisteps(${whole(milli)})?`;
 }
 
-/** The same as Rust: the delays of the travel. */
+/** The travel's delays as Rust. */
 export function rust(law, travel, figures) {
   const { rate, steps, start, top, accel, decel, jerk, c0, divisor, knee, power, breaks } = travel;
   const name = {

@@ -7,7 +7,7 @@ import { command, rust } from "./plan-copy.js";
 import { LAWS, NUMBERS, Planner } from "./planner.js";
 import { post } from "./server.js";
 
-/** Each law in words, and the numbers that are its own. */
+/** Each law in words, and its own numbers. */
 const ABOUT = {
   trapezoid: ["Trapezoid", "Constant acceleration up to the top speed, and constant deceleration. A controller plans it.", ["start"]],
   "s-curve": ["S-curve", "The acceleration comes and goes at a limited jerk: gentle to what hangs on the motor. A controller plans it.", ["jerk", "start"]],
@@ -18,7 +18,7 @@ const ABOUT = {
   piecewise: ["Piecewise", "The acceleration is reduced in stages near the top speed.", ["breaks", "c0"]],
 };
 
-/** Numbers on sliders: name, unit, from, to, and whether they are whole or of one size. */
+/** Numbers on sliders: name, unit, from, to, kind and step. */
 const SLIDERS = {
   steps: ["Steps", "", 1, 1e6, "whole"],
   top: ["Top speed", "steps/s", 1, 2e5],
@@ -31,18 +31,18 @@ const SLIDERS = {
   breaks: ["Breaks", "", 0, 8, "even", 1],
 };
 
-/** Numbers to choose from. */
+/** Numbers with choices. */
 const CHOICES = {
   rate: ["Timer", [[1e5, "100 kHz"], [1e6, "1 MHz"], [2e6, "2 MHz"], [16e6, "16 MHz"], [84e6, "84 MHz"], [2e8, "200 MHz"]]],
   c0: ["First delay", [[0, "exact (Eq 7)"], [1, "0.676 of it (Eq 15)"], [2, "exact, then 0.4056"]]],
   divisor: ["Divisor", [[0, "4n + 1"], [1, "2n"]]],
 };
 
-/** A slider has so many places. */
+/** The places of a slider. */
 const PLACES = 1000;
 
 export class PlanView {
-  /** `tell(error)` shows what was declined. */
+  /** `tell(error)` shows refusals. */
   constructor(tell) {
     this.tell = tell;
     this.travel = {
@@ -65,7 +65,7 @@ export class PlanView {
     this.choose(0);
   }
 
-  /** Opens when it is looked at first. */
+  /** Opens at the first look. */
   open = once(async () => {
     const answer = await fetch("./plan.wasm");
     this.planner = await Planner.open(await answer.arrayBuffer());
@@ -111,7 +111,7 @@ export class PlanView {
     return row;
   }
 
-  /** Another number: its curves follow at once. */
+  /** Sets a number: its curves follow at once. */
   set(name, value, from) {
     this.travel[name] = value;
     this.fields[name].show(value, from);
@@ -141,7 +141,7 @@ export class PlanView {
     by("laws").tBodies[0].append(...rows);
   }
 
-  /** The law whose numbers are changed, and which stands out. */
+  /** Chooses the law that is changed and stands out. */
   choose(law) {
     this.law = law;
     this.shown.add(law);
@@ -162,7 +162,7 @@ export class PlanView {
     this.plan();
   }
 
-  /** Plans what is shown, and draws it: the chosen law at once, the others behind it, those
+  /** Plans and draws the shown laws: the chosen one at once, then the others, those
    *  first that were planned longest ago. */
   plan() {
     for (const [name, field] of Object.entries(this.fields)) if (!this.planner) field.show(this.travel[name]);
@@ -237,7 +237,7 @@ export class PlanView {
     });
   }
 
-  /** The board, as GET /api/board has it. */
+  /** The board, as in GET /api/board. */
   board(sheet) {
     this.sheet = sheet;
     const select = by("plan-axis").querySelector("select");
@@ -248,7 +248,7 @@ export class PlanView {
     this.ask();
   }
 
-  /** What the board does; `ours` if this page controls. */
+  /** The board's state; `ours` if this page controls. */
   state(state, ours) {
     const before = `${this.ours} ${this.connected} ${[...this.place.values()].map((axis) => `${axis.moving} ${axis.position}`)}`;
     this.ours = ours;

@@ -1,19 +1,19 @@
 // The planner: the core's ramp laws as WebAssembly, behind typed arrays.
 //
-// Nothing here knows a page: Node runs it as well.
+// Nothing here needs a page: Node runs it too.
 
 /** The laws, in the order of their numbers; the names are the command's. */
 export const LAWS = ["trapezoid", "s-curve", "austin", "austin-fixed", "linear-factor", "power", "piecewise"];
 
-/** The numbers of a travel, in their order. */
+/** The numbers of a travel, in order. */
 export const NUMBERS = [
   "rate", "steps", "start", "top", "accel", "decel", "jerk", "c0", "divisor", "knee", "power", "breaks", "from", "to",
 ];
 
-/** The curves, in their order. */
+/** The curves, in order. */
 export const COLUMNS = ["time", "position", "speed", "accel", "interval", "deviation"];
 
-/** What comes of a plan, in its order. */
+/** The figures of a plan, in order. */
 export const FIGURES = [
   "pulses", "ticks", "seconds", "peak", "brakingSteps", "brakingSeconds", "error", "errorStep", "deviation",
   "deviationStep", "deviationRms", "lost", "first", "shortest", "points",
@@ -42,12 +42,12 @@ export class Planner {
     return this.first.slice();
   }
 
-  /** What is allowed of a number, by its place: both ends included. */
+  /** The range of a number, by its place, with both ends. */
   range(at) {
     return [this.door.stepwright_low(at), this.door.stepwright_high(at)];
   }
 
-  /** Plans by a law: figures by name, a hash, and curves; or what was refused, and why. */
+  /** Plans by a law: figures by name, a hash, and curves; or the refusal. */
   plan(law, numbers) {
     this.numbers.set(numbers);
     if (this.door.stepwright_plan(law)) {

@@ -1,10 +1,10 @@
-// Position, speed and acceleration of every axis on one time line: planned beneath real.
+// Position, speed and acceleration of all axes on one time line: planned beneath real.
 
 import { chartAxis, colour, dark, dragged, faint } from "./colours.js";
 import { Track, planned } from "./curves.js";
 import { formatter } from "./dom.js";
 
-/** So long is kept, in s. */
+/** Kept this long, in s. */
 const KEPT = 130;
 
 /** Between two drawings, in ms. */
@@ -28,7 +28,7 @@ export class Plots {
     new ResizeObserver(() => this.resize()).observe(charts);
   }
 
-  /** The axes of a board, as GET /api/board has them. */
+  /** The axes of a board, as in GET /api/board. */
   describe(sheets) {
     this.axes = sheets.map((sheet) => {
       const known = this.axes.find((axis) => axis.number === sheet.axis);
@@ -42,25 +42,25 @@ export class Plots {
     return this.axes.find((axis) => axis.number === number);
   }
 
-  /** What the board does. */
+  /** Adds a state. */
   see(state) {
     if (!state.connected) return this.lose();
-    // A server that was started again counts from 0.
+    // A restarted server counts from 0.
     if (state.time < this.now) this.axes.forEach((axis) => Object.assign(axis, { track: new Track(KEPT), plans: [] }));
     this.now = state.time;
     for (const axis of state.axes) {
       const mine = this.axis(axis.axis);
       if (!mine) continue;
-      // Where 0 is elsewhere now, places from before are of another line.
+      // Positions from before a new 0 are a line of their own.
       if (axis.position === null || axis.origin !== mine.origin) mine.track.break(state.time);
       mine.origin = axis.origin;
       if (axis.position === null) continue;
-      // An axis that rests is where it was seen last.
+      // An axis at rest is where it was seen last.
       mine.track.add(axis.moving ? axis.time : state.time, axis.position, axis.moving);
     }
   }
 
-  /** Nothing is heard of the board: no line goes on, planned or real. */
+  /** Without news of the board all lines end, planned and real. */
   lose() {
     for (const { number: axis, track } of this.axes) {
       track.break(this.now);
@@ -68,7 +68,7 @@ export class Plots {
     }
   }
 
-  /** What an axis is going to do. */
+  /** Adds the plan of an axis. */
   plan(curve) {
     const axis = this.axis(curve.axis);
     if (!axis) return;
@@ -77,7 +77,7 @@ export class Plots {
     while (axis.plans.length > 1 && axis.plans[1].begin < this.now - KEPT) axis.plans.shift();
   }
 
-  /** The plan of an axis holds no longer. */
+  /** The plan of an axis is over. */
   unplan(number, time) {
     const plan = this.axis(number)?.plans.at(-1);
     if (plan) plan.until ??= time;
@@ -88,7 +88,7 @@ export class Plots {
     this.zoom = null;
   }
 
-  /** Makes the charts for the axes and colours there are. */
+  /** Makes the charts for the present axes and colours. */
   build() {
     this.plots.forEach((plot) => plot.destroy());
     if (!this.axes.length) return;
@@ -136,7 +136,7 @@ export class Plots {
     this.draw(true);
   }
 
-  /** The time that is shown, from and to, in s. */
+  /** The shown time, from and to, in s. */
   window() {
     const end = this.paused ?? this.now;
     return this.zoom ?? [end - this.span, end];
@@ -163,7 +163,7 @@ export class Plots {
     this.plots.forEach((plot) => plot.setSize({ width: this.width(), height: plot.height }));
   }
 
-  /** Draws what is new, if it is time to. */
+  /** Draws new points, if it is time. */
   draw(now = false) {
     const time = performance.now();
     if (!this.plots.length || !charts.clientWidth || (!now && time - this.drawn < DRAW)) return;
@@ -186,7 +186,7 @@ export class Plots {
         });
       }
     }
-    // A gap of a line (null) is one up to its next point; a time of another line is none.
+    // A gap (null) of a line goes up to its next point; times of other lines are none.
     this.plots.forEach((plot, i) => {
       const gaps = tables[i].map(() => [0, 2]);
       plot.setData(uPlot.join(tables[i], gaps), true);
@@ -194,7 +194,7 @@ export class Plots {
   }
 }
 
-/** A range with some air, and never narrower than what can be read. */
+/** A range with some margin, and no narrower than is readable. */
 const comfortable = (least) => (_, low, high) => {
   if (low == null) return [-1, 1];
   const air = Math.max((high - low) * 0.08, Math.abs(high) * 1e-6, least);

@@ -7,15 +7,15 @@ import { fileOf, get } from "./server.js";
 
 /** Between two records, in ms. */
 const AGAIN = 400;
-/** A lane, at least and at most, the time scale above, and the names beside them, in px. */
+/** Heights of a lane, of the time scale above, and the names' width, in px. */
 const LANE = 34;
 const HIGH = 96;
 const TOP = 26;
 const NAMES = 64;
-/** A cursor goes to an edge that is so near, in px. */
+/** A cursor snaps to an edge this near, in px. */
 const NEAR = 8;
 
-/** A time in µs as people read it, to the tick. */
+/** A readable time from µs, to the tick. */
 function shown(us) {
   const size = Math.abs(us);
   const [value, unit] = size >= 1e6 ? [us / 1e6, "s"] : size >= 1e4 ? [us / 1e3, "ms"] : [us, "µs"];
@@ -44,7 +44,7 @@ export class Scope {
     setInterval(() => this.look(), AGAIN);
   }
 
-  /** Fetches the last seconds, if somebody looks. */
+  /** Fetches the last seconds for an open view. */
   async look() {
     if (this.held || this.asking || document.hidden || !this.canvas.clientWidth) return;
     this.asking = true;
@@ -80,7 +80,7 @@ export class Scope {
     if (this.edges) this.show(0, this.edges.length);
   }
 
-  /** Shows so many times as much, around a time. */
+  /** Zooms by a factor around a time. */
   zoom(factor, around = null) {
     if (!this.edges) return;
     this.hold();
@@ -92,7 +92,7 @@ export class Scope {
     this.show(begin, length);
   }
 
-  /** Between the cursors if both are seen, else that of what is shown. */
+  /** The middle of the visible cursors, or else of the window. */
   middle() {
     const [from, to] = this.window;
     const seen = this.cursors.filter((time) => time !== null && time >= from && time <= to);
@@ -122,7 +122,7 @@ export class Scope {
     return NAMES + ((time - from) / (to - from)) * (this.canvas.clientWidth - NAMES);
   }
 
-  /** Puts a cursor there, or on the edge beside it. */
+  /** Puts a cursor here, or on a near edge. */
   put(n, x) {
     const [from, to] = this.window;
     const time = Math.max(from, Math.min(to, this.timeAt(x)));
@@ -187,7 +187,7 @@ export class Scope {
     });
   }
 
-  /** Gives what is shown as a file. */
+  /** Saves the record as a file. */
   save(as) {
     if (!this.edges) return;
     this.hold();
@@ -211,7 +211,7 @@ export class Scope {
     this.tellCursors();
   }
 
-  /** So high that the lanes fill the room between what stands above and below them. */
+  /** So high that the lanes fill the room between the elements above and below. */
   laneHeight() {
     const above = this.canvas.getBoundingClientRect().top + scrollY;
     const below = by("scope-cursors").offsetHeight + document.querySelector("footer").offsetHeight + 40;
@@ -234,7 +234,7 @@ export class Scope {
       pen.fillStyle = soft;
       const text = `${((n * step) / size).toFixed(places(step / size))} ${unit}`;
       const half = pen.measureText(text).width / 2;
-      // Where a cursor has its name, a time would be under it.
+      // A time would be under the name of a cursor.
       const free = this.cursors.every((time) => time === null || Math.abs(this.xOf(time) - x) > half + 16);
       if (free && x - half > 0 && x + half < width) pen.fillText(text, x, TOP / 2 - 2);
     }
@@ -267,7 +267,7 @@ export class Scope {
       const x = this.xOf(times[n]);
       level = !level;
       const next = level ? high : low;
-      // Of many edges in a column one line is as good as all.
+      // Of many edges in a column one is drawn.
       if (Math.floor(x) !== column) {
         pen.lineTo(x, y);
         pen.lineTo(x, next);
@@ -288,7 +288,7 @@ export class Scope {
       if (x < NAMES) return;
       pen.fillStyle = n ? ink : accent;
       pen.fillRect(x - 0.75, TOP - 8, 1.5, height);
-      // Of two that are near, each has its name on its own side.
+      // Two near cursors have their names on their outer sides.
       const other = this.cursors[1 - n];
       const left = n ? time < other : time <= other;
       pen.textAlign = other === null || Math.abs(this.xOf(other) - x) > 12 ? "center" : left ? "right" : "left";

@@ -1,10 +1,10 @@
-// The way to the server: requests, and the WebSocket that tells what the board does.
+// The link to the server: requests, and the WebSocket with the board's state.
 //
-// The page asks nothing that a program could not: /api/openapi.json describes it all.
+// The page asks nothing that a program can't: /api/openapi.json describes it all.
 
 import { Declined } from "./declined.js";
 
-/** The token of a server beyond loopback: behind the # of the address, which stays here. */
+/** The token of a server beyond loopback: after the # of the address, which stays here. */
 const token = (() => {
   const said = new URLSearchParams(location.hash.slice(1)).get("token");
   if (said) {
@@ -14,15 +14,15 @@ const token = (() => {
   return sessionStorage.getItem("token");
 })();
 
-/** The key of who controls, once it was given. */
+/** The key of control, once it was given. */
 let key = null;
-/** The number of the hand whose key it is. */
+/** The number of the hand with this key. */
 export let hand = null;
 
-/** What keeps a board within this page, where there is no server: it is asked the same. */
+/** Keeps a board within this page, if there is no server. */
 let keeper = null;
 
-/** From now on this keeper is asked. */
+/** Asks this keeper from now on. */
 export function keepBy(one) {
   keeper = one;
   hand = 1;
@@ -45,7 +45,7 @@ async function ask(path, options = {}) {
   return body;
 }
 
-/** A record of GET /api/scope as a file, by the ending of its name: vcd, csv, mcap. */
+/** A record of GET /api/scope as a file with this ending: vcd, csv, mcap. */
 export const fileOf = (ending, record) =>
   ask(`/api/scope/file?ending=${ending}`, { raw: true, ...posted(record) });
 
@@ -54,10 +54,10 @@ const posted = (body) => ({ method: "POST", headers: { "Content-Type": "applicat
 /** GET. */
 export const get = (path) => ask(path);
 
-/** POST. What is declined is thrown. */
+/** POST. Throws refusals. */
 export const post = (path, body = {}) => ask(path, posted(body));
 
-/** Takes control; also from another page, if that is wanted. */
+/** Takes control, from another page too if `over`. */
 export async function take(over) {
   const given = await post("/api/control", { take_over: over });
   ({ key, hand } = given);
@@ -69,16 +69,16 @@ export async function release() {
   key = hand = null;
 }
 
-/** Between two beats, in ms: a beat answers a frame, so a page in the background has them too. */
+/** Between two beats, in ms. Beats answer frames, so a page in the background has them too. */
 const BEAT = 200;
 
-/** Follows the board: `hear(message)` for each message, `lost()` while the server is gone. */
+/** Follows the board: `hear(message)` for each message, `lost()` when the server is gone. */
 export function follow(hear, lost) {
   if (keeper) return keeper.follow(hear);
   let socket;
   let beaten = 0;
   let wanted = false;
-  /** The key that this page had last: with it a seat is kept for it. */
+  /** The last key of this page: it keeps a seat for the page. */
   let control = null;
   const open = () => {
     const query = new URLSearchParams({ ...(token && { token }), ...(control && { control }) });
@@ -95,7 +95,7 @@ export function follow(hear, lost) {
     };
     socket.onclose = () => {
       control = key ?? control;
-      // A server that was started again knows no key of the old one.
+      // A restarted server does not know the old key.
       key = hand = null;
       lost();
       setTimeout(open, 1000);
@@ -103,7 +103,7 @@ export function follow(hear, lost) {
   };
   open();
   return {
-    /** Whether the questions to the board are wanted as well. */
+    /** Whether questions to the board are wanted too. */
     questions(on) {
       wanted = on;
       if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ questions: on }));

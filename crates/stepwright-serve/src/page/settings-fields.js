@@ -1,9 +1,9 @@
-// What a setting is set by: a number, a choice, or boxes to tick. Each has its `input`, `parts` to
-// be shown, and its `value` as a text; `help` is in the words of such a field.
+// The fields of settings: a number, a choice, or checkboxes. Each has its `input`, `parts` to
+// show, and its `value` as a text; `help` is in the words of that field.
 
 import { element } from "./dom.js";
 
-/** One field: a number, which is sent when it has been typed, or a choice. */
+/** One field: a number, which is sent once it is typed, or a choice. */
 class One {
   constructor({ min, max, unit, help }, change) {
     this.typed = Boolean(unit);
@@ -27,7 +27,7 @@ class One {
   }
 }
 
-/** Boxes to tick, sent at once: on or off, or a set of axes, the sum of 1, 2 and 4. */
+/** Checkboxes, sent at once: on or off, or a set of axes, the sum of 1, 2 and 4. */
 class Boxes {
   constructor({ max, help }, change, axes) {
     const names = max === 1 ? ["on"] : Array.from({ length: Math.min(axes, 3) }, (_, n) => `axis ${n + 1}`);
@@ -51,13 +51,13 @@ class Boxes {
   }
 }
 
-/** The field of a setting; `change` is called where a change is whole by itself. */
+/** The field of a setting; `change` is called for a change without Enter. */
 export function fieldOf(sheet, change, axes) {
   const boxes = !sheet.unit && sheet.max !== 2;
   return new (boxes ? Boxes : One)(sheet, change, axes);
 }
 
-/** The groups, and the settings of each, in their order. */
+/** The groups, with their settings in order. */
 const GROUPS = {
   "How a step is made": ["pulse-us", "setup-us", "hold-us", "reverse"],
   Drivers: ["enable-ms", "idle-ms", "enable-high", "driver-fault", "kill-off"],
@@ -67,7 +67,7 @@ const GROUPS = {
   "What stops a motor": ["timeout-ms", "estop", "safe-start"],
 };
 
-/** A board's settings by groups: [title, sheets]; those of no group come last. */
+/** A board's settings by group: [title, sheets]; others come last. */
 export function grouped(sheets) {
   const known = Object.values(GROUPS).flat();
   const more = sheets.map((one) => one.name).filter((name) => !known.includes(name));

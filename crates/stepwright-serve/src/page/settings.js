@@ -1,10 +1,10 @@
-// The settings of the board, by the names that they have everywhere, and the machine file.
+// The settings of the board, by the names they have everywhere, and the machine file.
 
 import { element } from "./dom.js";
 import { post } from "./server.js";
 import { fieldOf, grouped } from "./settings-fields.js";
 
-/** One setting: its number, what is allowed, and what it does. */
+/** One setting: its number, its range, and what it does. */
 class Row {
   constructor(sheet, axes) {
     this.name = sheet.name;
@@ -15,7 +15,7 @@ class Row {
     this.set = button("Set", "");
     this.reset = button("Reset", "quiet");
     this.error = element("p", [], { className: "no", role: "alert", id: `${this.input.id}-error`, hidden: true });
-    // Boxes have labels of their own, and this is that of them all.
+    // Boxes have labels of their own; this one is for all.
     const boxes = this.input.type === "checkbox";
     const label = element(boxes ? "span" : "label", sheet.name, { className: "name", htmlFor: this.input.id });
     this.mark = element("span", "changed", "mark");
@@ -41,7 +41,7 @@ class Row {
     this.describe(sheet);
   }
 
-  /** The setting as the board has it now. What is being typed stays. */
+  /** The setting as the board has it now. Text being typed stays. */
   describe(sheet) {
     const typed = this.sheet && this.isTyped();
     this.sheet = sheet;
@@ -81,7 +81,7 @@ class Row {
     else this.input.removeAttribute("aria-describedby");
   }
 
-  /** Sets it; what was declined is said beside it. */
+  /** Sends it; a refusal is shown beside it. */
   async send(number) {
     const text = this.field.value;
     const value = number ?? Number(text);
@@ -97,7 +97,7 @@ class Row {
       this.field.value = value;
     } catch (declined) {
       this.tell(declined);
-      // A box shows what holds; what was typed stays.
+      // A box shows its setting; typed text stays.
       if (!this.field.typed) this.field.value = this.sheet.value;
     }
     this.show();
@@ -122,7 +122,7 @@ export class Settings {
     section.append(element("div", [title, this.count, this.all], "head"), hint, this.table, this.machine);
   }
 
-  /** A board as GET /api/board has it. */
+  /** A board, as in GET /api/board. */
   describe(board) {
     const names = board.settings.map((sheet) => sheet.name).join();
     if (names !== this.rows.map((row) => row.name).join()) {
@@ -152,7 +152,7 @@ export class Settings {
     this.ask(false);
   }
 
-  /** The button asks again before it resets them all. */
+  /** The button asks again before it resets all. */
   ask(on) {
     const changed = this.rows.filter((row) => row.changed).length;
     this.asked = on;
@@ -169,7 +169,7 @@ export class Settings {
     this.ask(false);
   }
 
-  /** The machine file, as it was read; without a server a form, which stays as it is filled in. */
+  /** The machine file, as it was read; without a server a form, which keeps its input. */
   describeMachine({ machine, form, axes: { length: count } }) {
     if (form) {
       if (this.machine.dataset.axes === String(count)) return;

@@ -1,8 +1,8 @@
-// With a server behind it the page drives the server's board; from any other host one of its own.
+// With a server the page drives the server's board; from other hosts a board of its own.
 
 import { get } from "./server.js";
 
-// What a server declines, it has understood.
+// A server that refuses has understood.
 const served = await get("/api/board").then(() => true, (error) => error.status > 0);
 
 try {

@@ -2,7 +2,7 @@
 
 import { by, element } from "./dom.js";
 
-/** Lines that are kept. */
+/** The most lines. */
 const KEPT = 400;
 
 const list = by("lines");
@@ -22,12 +22,12 @@ export function line(said) {
   add(said.time, element("code", said.line || "␍"), element("span", [said.means.replaceAll("`", ""), " ", told]));
 }
 
-/** Something that people should know. */
+/** A note for users. */
 export function note(said) {
   add(said.time, element("span", said.text, "note"));
 }
 
-/** Forgets it all. */
+/** Forgets all. */
 export function clear() {
   list.replaceChildren();
 }

@@ -1,4 +1,4 @@
-// The page without a server: it keeps a board itself, by the way that its reader chooses.
+// The page without a server: it keeps a board itself, which the user chooses.
 
 import { by, element } from "../dom.js";
 import { keepBy } from "../server.js";
@@ -13,7 +13,7 @@ async function fetched(name) {
   return answer.arrayBuffer();
 }
 
-/** The list of ways to a board, in the place of the board's name. */
+/** The list of boards, in place of the board's name. */
 function chooser(keeper, module) {
   const list = element("select", new Option("virtual, in this page", "virtual"), { id: "ways" });
   if ("serial" in navigator) list.append(new Option("on a serial port…", "serial"));
@@ -43,6 +43,6 @@ export async function begin() {
   keepBy(keeper);
   chooser(keeper, board);
   await keeper.use(new PacedBoard(board));
-  // For who reads along in the console.
+  // For users of the console.
   by("board").keeper = keeper;
 }

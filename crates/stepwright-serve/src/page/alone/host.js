@@ -1,17 +1,17 @@
 // The host library as WebAssembly (`stepwright-wasm-host`): requests in, messages out, and a wire to
-// a board. An order's life, homing and the lease are in there; here bytes, time and texts are carried.
+// a board. Orders, homing and the lease are in there; this file carries bytes, time and texts.
 //
-// Nothing here knows a page: Node runs it as well.
+// Nothing here needs a page: Node runs it too.
 //
-// A wire: name · open() · write(bytes) · close() · onbytes(bytes) · ongone(error). What comes of a
-// write comes later, not within it.
+// A wire: name · open() · write(bytes) · close() · onbytes(bytes) · ongone(error). Results of a
+// write come later, not within it.
 
 import { Declined } from "../declined.js";
 
-/** Between two attempts to meet a board that is gone, in ms. */
+/** Between two attempts to meet a lost board, in ms. */
 const AGAIN = 500;
 
-/** What has happened, by its number. */
+/** Events, by their numbers. */
 const [TIME, BYTES, ASK, OPEN, FAILED, GONE, LEAVE, QUESTIONS, NO_QUESTIONS] = Array(9).keys();
 
 export class Host {
@@ -24,14 +24,14 @@ export class Host {
   constructor(door) {
     this.door = door;
     this.begun = performance.now();
-    /** Requests that were not answered yet, by their numbers. */
+    /** Requests without an answer yet, by number. */
     this.asked = new Map();
     this.count = 0;
-    /** Hears every message that is no answer. */
+    /** Gets every message that is no answer. */
     this.told = () => {};
   }
 
-  /** Leaves the board that there is, and keeps the one at the end of this wire; when it is met, or
+  /** Leaves the present board for the one at the end of this wire; returns when it is met, or
    *  can't be. */
   async use(wire) {
     await this.leave();
@@ -51,7 +51,7 @@ export class Host {
     else this.turn(OPEN, wire.name);
   }
 
-  /** Brakes what moves, and lets go of the board. */
+  /** Brakes all motors, and leaves the board. */
   async leave() {
     const { wire } = this;
     if (!wire) return;
@@ -63,8 +63,8 @@ export class Host {
     await wire.close();
   }
 
-  /** Asks as `POST /api/NAME` does: the lines that the board has taken; with `NAME?wait=true` how the
-   *  order has ended. */
+  /** Asks as `POST /api/NAME` does: the lines that the board took; with `NAME?wait=true` how the
+   *  order ended. */
   ask(name, body = {}) {
     return new Promise((take, fail) => {
       this.asked.set(++this.count, { take, fail });
@@ -72,12 +72,12 @@ export class Host {
     });
   }
 
-  /** Whether the questions to the board are told as well. */
+  /** Whether questions to the board are reported too. */
   questions(on) {
     this.turn(on ? QUESTIONS : NO_QUESTIONS);
   }
 
-  /** A record as a file, by the ending of its name: vcd, csv, mcap. */
+  /** A record as a file with this ending: vcd, csv, mcap. */
   file(ending, record) {
     this.put(new TextEncoder().encode(`${ending}\n${JSON.stringify(record)}`));
     if (!this.door.stepwright_file()) throw new Declined({ what: `there is no ${ending} of this record` }, 422);
@@ -95,7 +95,7 @@ export class Host {
     return new Uint8Array(this.door.memory.buffer, at, this.door.stepwright_out_len(which)).slice();
   }
 
-  /** Goes on: this has happened. */
+  /** Handles this event. */
   turn(event = TIME, what = "") {
     this.put(typeof what === "string" ? new TextEncoder().encode(what) : what);
     const due = this.door.stepwright_turn(performance.now() - this.begun, event);

@@ -1,24 +1,24 @@
-// What the views ask in the place of `stepwright serve`: the host library's answers, and what only
-// this page knows beside them, which is the machine and the drawings of the examples.
+// Answers the views in place of `stepwright serve`: by the host library, and with what only this
+// page knows: the machine and the drawings of the examples.
 
 import { Declined } from "../declined.js";
 import { Machine, machineForm } from "../machine.js";
 import { paths } from "./paths.js";
 
-/** Who controls: nobody else is here. */
+/** Control: there is no other client. */
 const CONTROL = { hand: 1, key: "page", lease_ms: 2500 };
 
 export class Keeper {
   constructor(host) {
     this.host = host;
     this.machine = new Machine();
-    /** Counts the machines that were kept, as the sheet of the board counts its settings. */
+    /** Counts changes of the machine, as the board's sheet counts its settings. */
     this.machines = 0;
     this.told = () => {};
     host.told = (message) => this.hear(message);
   }
 
-  /** The way to the board. */
+  /** The board's wire. */
   get wire() {
     return this.host.wire;
   }
@@ -40,7 +40,7 @@ export class Keeper {
     return this.host.ask(name, body);
   }
 
-  /** Has `hear(message)` hear what happens. */
+  /** Has `hear(message)` get the messages. */
   follow(hear) {
     this.told = hear;
     if (this.state) hear(this.state);
@@ -68,12 +68,12 @@ export class Keeper {
   /** The sheet of the board, in the units of the machine. */
   board() {
     const axes = this.sheet.axes.map((one) => ({ ...one, ...this.machine.of(one.axis) }));
-    // A command calls a port of the browser by a name that this page does not know.
+    // A command has another name for a browser's port, unknown here.
     const port = this.wire?.port && "PORT";
     return { ...this.sheet, port, axes, form: () => machineForm(this.machine, axes.length, () => this.remade()) };
   }
 
-  /** The machine was changed; why not, if it can't be now. */
+  /** Applies a changed machine, or returns why not now. */
   remade() {
     if (this.state.axes.some((axis) => axis.moving)) return "Not while a motor moves: it stays as it was.";
     this.machines++;

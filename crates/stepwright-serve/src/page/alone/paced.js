@@ -1,13 +1,13 @@
-// A virtual board whose time passes as ours does, as a wire.
+// A virtual board in real time, as a wire.
 //
-// Nothing here knows a page: Node runs it as well.
+// Nothing here needs a page: Node runs it too.
 
 import { VirtualBoard } from "./virtual.js";
 
-/** Between two moments of a board that hears nothing, in ms. */
+/** Between two updates of an idle board, in ms. */
 const MOMENT = 10;
 
-/** A machine that has slept does not catch up with more than this, in ms. */
+/** After sleep a computer catches up with at most this, in ms. */
 const SLEPT = 1000;
 
 export class PacedBoard {
@@ -24,7 +24,7 @@ export class PacedBoard {
     this.clock = setInterval(() => this.catchUp(), MOMENT);
   }
 
-  /** How far the board's time is behind ours, in ms. */
+  /** How far the board is behind real time, in ms. */
   behind() {
     return performance.now() - this.begun - (this.board.now() * 1000) / this.board.hz;
   }
@@ -35,7 +35,7 @@ export class PacedBoard {
     if (behind > 0) this.board.run(this.board.now() + Math.floor((this.behind() * this.board.hz) / 1000));
   }
 
-  /** Each byte takes its time on the line; so do the answers, which are here when they are whole. */
+  /** Bytes and answers take their time on the line; answers arrive whole. */
   write(bytes) {
     const { board } = this;
     this.catchUp();
@@ -48,7 +48,7 @@ export class PacedBoard {
     if (answers.length) setTimeout(() => this.clock && this.onbytes(Uint8Array.from(answers)), line - this.behind());
   }
 
-  /** The edges of the last seconds, as GET /api/scope has them. */
+  /** The edges of the last seconds, as in GET /api/scope. */
   scope(seconds) {
     this.catchUp();
     return this.board.record(seconds);

@@ -1,4 +1,4 @@
-// Paths without a server: the examples, as `stepwright serve` has drawn them.
+// Paths without a server: the examples, as drawn by `stepwright serve`.
 
 import { Declined } from "../declined.js";
 import { once } from "../dom.js";
@@ -6,7 +6,7 @@ import { once } from "../dom.js";
 const PLAYER =
   "This page has the drawings of the examples. `stepwright serve` draws any file, also while its text is changed, and runs it.";
 
-/** Files and their drawings; a test of the command holds them against what it draws. */
+/** Files and their drawings; a test compares them with the command's. */
 const examples = once(async () => {
   try {
     return await (await fetch(new URL("./paths.json", import.meta.url))).json();
@@ -15,7 +15,7 @@ const examples = once(async () => {
   }
 });
 
-/** What /api/path and what lies below it answer. */
+/** The answers of /api/path and below it. */
 export async function paths(name, body) {
   const known = await examples();
   if (name === "path/examples") return { examples: known.map(({ file }) => file), player: PLAYER, job_endings: [".nc"], port: null, board: null };

@@ -12,7 +12,7 @@ export class SerialWire {
     this.name = usbVendorId === undefined ? "the serial port" : `the serial port ${hex(usbVendorId)}:${hex(usbProductId)}`;
   }
 
-  /** Opens the port; one that was plugged in again may be another of the same kind. */
+  /** Opens the port, or another of its kind: a port plugged in again may differ. */
   async open() {
     const kind = (port) => JSON.stringify(port.getInfo());
     const others = (await navigator.serial.getPorts()).filter((port) => port !== this.port && kind(port) === kind(this.port));
@@ -36,7 +36,7 @@ export class SerialWire {
     const { port } = this;
     let error = new Error("the port was closed");
     try {
-      // An error of framing ends a stream, and the port has another one.
+      // A framing error ends a stream; the port then has another.
       while (port.readable && !this.closing) {
         this.reader = port.readable.getReader();
         try {
@@ -60,7 +60,7 @@ export class SerialWire {
     this.writer.write(bytes).catch((error) => this.closing || this.ongone(error));
   }
 
-  /** A port whose device is gone is open until it is closed, though its streams have ended. */
+  /** A port without its device stays open until it is closed, though its streams ended. */
   async close() {
     this.closing = true;
     const ended = (promise) => promise?.catch(() => {});

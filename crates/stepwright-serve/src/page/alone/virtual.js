@@ -1,8 +1,8 @@
 // The virtual board as WebAssembly: bytes of its serial line in, bytes out, and its edges.
 //
-// Nothing here knows a page: Node runs it as well.
+// Nothing here needs a page: Node runs it too.
 
-/** What an edge's pin is, by bits 1 and 2 of its code. */
+/** The pin of an edge, by bits 1 and 2 of its code. */
 const PINS = ["step", "dir", "enable"];
 
 export class VirtualBoard {
@@ -39,17 +39,17 @@ export class VirtualBoard {
     this.door.stepwright_run(until);
   }
 
-  /** A byte arrives, now; the bytes that it answers. */
+  /** Receives a byte now; returns the answer. */
   receive(byte) {
     return this.out.slice(0, this.door.stepwright_receive(byte));
   }
 
-  /** Steps that each axis has made, counted at its pins. */
+  /** The steps of each axis, counted at its pins. */
   shafts() {
     return Array.from({ length: this.axes }, (_, axis) => this.door.stepwright_shaft(axis));
   }
 
-  /** The edges that are kept, in order of time: [ticks, axis from 0, pin, level]. */
+  /** The kept edges, in order of time: [ticks, axis from 0, pin, level]. */
   edges() {
     const count = this.door.stepwright_edges();
     const first = Math.max(0, count - this.kept);
@@ -58,11 +58,11 @@ export class VirtualBoard {
       const code = this.pins[at];
       return [this.times[at], code >> 3, PINS[(code >> 1) & 3], code % 2 === 1];
     });
-    // The enable pin is looked at a little later than the others.
+    // The enable pin is sampled a little later than the others.
     return edges.sort((a, b) => a[0] - b[0]);
   }
 
-  /** The last seconds, as GET /api/scope has them. */
+  /** The last seconds, as in GET /api/scope. */
   record(seconds) {
     const edges = this.edges();
     const end = this.now();

@@ -1,4 +1,4 @@
-//! Tells the linker of `esp-hal`'s script.
+//! Passes `esp-hal`'s script to the linker.
 
 fn main() {
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "none") {

@@ -1,4 +1,5 @@
-//! Links for the chip: `link.x` is of `cortex-m-rt`, and takes `memory.x` of `firmware/nrf51`.
+//! Links for the chip: `link.x` comes from `cortex-m-rt`, and includes `memory.x` of
+//! `firmware/nrf51`.
 
 fn main() {
     println!("cargo:rustc-link-arg-bins=-Tlink.x");

@@ -7,7 +7,7 @@ fn main() {
         println!("cargo:rustc-link-search={folder}/vectors");
     }
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "none") {
-        // `link.x` is of `cortex-m-rt`, and takes `memory.x` and `device.x`.
+        // `link.x` comes from `cortex-m-rt`, and includes `memory.x` and `device.x`.
         println!("cargo:rustc-link-arg-bins=-Tlink.x");
     }
     for file in ["build.rs", "memory.x", "vectors/device.x"] {

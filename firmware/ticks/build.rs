@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
-/// The micro:bit, with a Cortex-M0, and with more RAM than it has: see the manifest.
+/// The micro:bit, with a Cortex-M0, with more RAM than the real one: see the manifest.
 const SMALL: &str = "MEMORY {
   FLASH : ORIGIN = 0x00000000, LENGTH = 256K
   RAM : ORIGIN = 0x20000000, LENGTH = 64K
@@ -15,7 +15,7 @@ const ARM: &str = "MEMORY {
   RAM : ORIGIN = 0x20000000, LENGTH = 256K
 }";
 
-/// QEMU's `virt`, which begins at the bottom of its RAM.
+/// QEMU's `virt`, whose code begins at the bottom of its RAM.
 const RISC_V: &str = "MEMORY {
   FLASH : ORIGIN = 0x80000000, LENGTH = 1M
   RAM : ORIGIN = 0x80100000, LENGTH = 1M
@@ -40,7 +40,7 @@ fn main() {
     let folder = PathBuf::from(env::var_os("OUT_DIR").expect("cargo names a folder"));
     fs::write(folder.join("memory.x"), memory).expect("the linker's script is written");
     println!("cargo:rustc-link-search={}", folder.display());
-    // `link.x` is of the chip's start-up crate; ARM's takes `memory.x` by itself.
+    // `link.x` comes from the chip's start-up crate; ARM's includes `memory.x` itself.
     if memory == RISC_V {
         println!("cargo:rustc-link-arg-bins=-Tmemory.x");
     }

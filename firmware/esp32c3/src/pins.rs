@@ -9,12 +9,12 @@ use stepwright_device::Reset;
 use crate::board::{DIR, ENABLE, STEP};
 use crate::timer;
 
-/// Makes a pin an output for good.
+/// Makes a pin an output permanently.
 pub fn output(pin: impl OutputPin + 'static, level: Level) {
     core::mem::forget(Output::new(pin, level, OutputConfig::default()));
 }
 
-/// The port that STEP and DIR are on.
+/// The port with STEP and DIR.
 pub struct Port;
 
 impl PinPort for Port {
@@ -24,7 +24,7 @@ impl PinPort for Port {
     #[inline(always)]
     fn set(bits: u32, high: bool) {
         let port = GPIO::regs();
-        // SAFETY: one store that changes the levels of these pins alone.
+        // SAFETY: one store that changes only the levels of these pins.
         unsafe {
             if high {
                 port.out_w1ts().write(|w| w.bits(bits));
@@ -44,12 +44,12 @@ impl PinPort for Port {
 /// STEP and DIR of all axes.
 pub type StepPins = PortPins<Port>;
 
-/// The pins around the motors: the enable pin and the emergency stop. There are no switches, as the chip
-/// has few pins.
+/// The pins around the motors: the enable pin and the emergency stop. There are no switches,
+/// because the chip has few pins.
 pub struct BoardPins(Input<'static>);
 
 impl BoardPins {
-    /// With the pin of the emergency stop.
+    /// Sets up the pin of the emergency stop.
     pub fn new(emergency: impl InputPin + 'static) -> BoardPins {
         BoardPins(Input::new(emergency, InputConfig::default().with_pull(Pull::Up)))
     }

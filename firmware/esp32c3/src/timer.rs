@@ -1,5 +1,5 @@
-//! SYSTIMER: 52 bits at 16 MHz, of which the engine has the low 32. Target 2 steps; what has passed is
-//! due at once.
+//! SYSTIMER: 52 bits at 16 MHz, of which the engine uses the low 32. Target 2 makes the steps; a
+//! target in the past is due at once.
 
 use esp_hal::interrupt::{self, InterruptHandler};
 use esp_hal::peripherals::{Interrupt, SYSTIMER};
@@ -7,16 +7,16 @@ use esp_hal::timer::systimer::{SystemTimer, Unit};
 use stepwright::HoldOff;
 use stepwright::timer::StepTimer;
 
-/// Which of the three targets; `esp-hal` itself has none of them.
+/// The target of the three that is used; `esp-hal` itself uses none of them.
 const TARGET: usize = 2;
 
 /// The step timer.
 pub struct Timer(());
 
-/// Takes the target, its interrupt held off until the first [`HoldOff::release`].
+/// Takes the target, with its interrupt held off until the first [`HoldOff::release`].
 pub fn start(timer: SYSTIMER<'static>, handler: InterruptHandler) -> Timer {
     StepInterrupt::hold();
-    // It switches the timer on, and its three alarms come to nobody.
+    // This switches the timer on; its three alarms are not used.
     let _ = SystemTimer::new(timer);
     let registers = SYSTIMER::regs();
     registers
@@ -28,7 +28,7 @@ pub fn start(timer: SYSTIMER<'static>, handler: InterruptHandler) -> Timer {
     Timer(())
 }
 
-/// The counter, for the main loop, while the step interrupt may come.
+/// The counter. Called in the main loop, with the step interrupt enabled.
 #[inline(always)]
 pub fn count() -> u32 {
     SystemTimer::unit_value(Unit::Unit0) as u32
@@ -36,9 +36,9 @@ pub fn count() -> u32 {
 
 impl StepTimer for Timer {
     type Count = u32;
-    /// Leaving and entering takes some 100 instructions.
+    /// Leaving and entering the interrupt takes some 100 instructions.
     const LINGER: u32 = 16;
-    /// Guessed: 5 µs.
+    /// Estimated: 5 µs.
     const REACTION: u32 = 80;
 
     #[inline(always)]
@@ -53,21 +53,21 @@ impl StepTimer for Timer {
         let at = now.saturating_add_signed(ahead.into());
         let registers = SYSTIMER::regs();
         let target = registers.trgt(TARGET);
-        // SAFETY: all values of the registers.
+        // SAFETY: the registers may have any value.
         target.hi().write(|w| unsafe { w.bits((at >> 32) as u32) });
-        // SAFETY: likewise.
+        // SAFETY: as above.
         target.lo().write(|w| unsafe { w.bits(at as u32) });
-        // The old request, before the new value counts: its own comes when it is loaded.
+        // Clears the old request before the new value is loaded: its own request comes after that.
         registers.int_clr().write(|w| w.target(TARGET as u8).clear_bit_by_one());
         registers.comp_load(TARGET).write(|w| w.load().set_bit());
     }
 }
 
-/// All interrupts of the processor: the programs here have one.
+/// All interrupts of the processor: the programs here use only one.
 pub struct StepInterrupt;
 
-// SAFETY: MIE of `mstatus`; a write to a control register is over with its instruction. The timer keeps
-// its request.
+// SAFETY: MIE of `mstatus`; a write to a control register is complete with its instruction. The
+// timer keeps its request.
 unsafe impl HoldOff for StepInterrupt {
     #[inline(always)]
     fn hold() {
@@ -76,7 +76,7 @@ unsafe impl HoldOff for StepInterrupt {
 
     #[inline(always)]
     fn release() {
-        // SAFETY: `hold` came before, in the main loop.
+        // SAFETY: `hold` was called before, in the main loop.
         unsafe { riscv::interrupt::enable() };
     }
 }

@@ -1,5 +1,5 @@
-//! The serial line: UART 0 at 115200 baud. Its queue of 128 bytes holds what comes within a round of the
-//! main loop.
+//! The serial line: UART 0 at 115200 baud. Its queue of 128 bytes holds the bytes that arrive
+//! during a round of the main loop.
 
 use esp_hal::Blocking;
 use esp_hal::uart::Uart as Driver;
@@ -9,7 +9,7 @@ use stepwright_device::main_loop::{Received, SerialPort};
 pub struct Uart(Driver<'static, Blocking>);
 
 impl Uart {
-    /// Over a line that is open.
+    /// Uses an open line.
     pub fn new(line: Driver<'static, Blocking>) -> Uart {
         Uart(line)
     }
@@ -30,7 +30,7 @@ impl SerialPort for Uart {
     }
 
     fn send(&mut self, byte: u8) {
-        // There is room for it.
+        // There is room for the byte.
         let _ = self.0.write(&[byte]);
     }
 }

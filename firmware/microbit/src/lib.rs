@@ -1,17 +1,17 @@
 #![no_std]
-//! No hardware was seen: these programs run in QEMU. What to check: `docs/embassy.md`.
+//! Not yet run on hardware: these programs run in QEMU. `docs/embassy.md` lists what to check.
 //!
-//! What the programs for the micro:bit have in common: its step timer, its pins, and a line to say
-//! something on.
+//! The common part of the programs for the micro:bit: the step timer, the pins, and a line for
+//! output.
 //!
-//! | program | what |
+//! | program | content |
 //! | --- | --- |
 //! | `bin/embassy.rs` | Embassy: moves that are awaited, joined and raced |
 //! | `bin/rtic.rs` | RTIC 2: the program owns the step interrupt |
 //! | `bin/bare.rs` | a main loop that sleeps |
 //!
-//! X steps at P15 (P0.21), Y at P14; DIR is P2 (P0.1) and P1. `cargo xtask test --only qemu` runs them, and
-//! holds their edges against the virtual board's.
+//! X steps at P15 (P0.21), Y at P14; DIR is P2 (P0.1) and P1. `cargo xtask test --only qemu` runs
+//! them, and compares their edges with the virtual board's.
 
 use core::fmt::{Arguments, Write};
 
@@ -22,12 +22,12 @@ use stepwright_nrf51::pins::StepPins;
 use stepwright_nrf51::timer::{StepInterrupt, Timer};
 use stepwright_nrf51::uart::Uart;
 
-/// The engine of a static, and the main loop's hold on it.
+/// The engine in a static.
 pub type Engine = SharedEngine<Timer, StepPins, StepInterrupt, 3>;
-/// Likewise.
+/// The main loop's handle to the engine.
 pub type Handle = EngineHandle<Timer, StepPins, StepInterrupt, 3, 8>;
 
-/// The step timer, started, and the pins, low.
+/// The started step timer, and the pins, low.
 ///
 /// # Safety
 /// Called once.
@@ -36,7 +36,7 @@ pub unsafe fn start() -> (Timer, StepPins) {
     unsafe { (Timer::start(), StepPins::new()) }
 }
 
-/// Says a line on the USB's serial port, 115200 baud.
+/// Sends a line on the USB's serial port, 115200 baud.
 #[macro_export]
 macro_rules! say {
     ($($words:tt)*) => { $crate::send(format_args!($($words)*)) };
@@ -45,9 +45,9 @@ macro_rules! say {
 /// Sends a line.
 #[doc(hidden)]
 pub fn send(words: Arguments<'_>) {
-    // SAFETY: the programs have no other line, and say one thing at a time.
+    // SAFETY: the programs have no other line, and send one line at a time.
     let mut line = unsafe { Uart::to_talk() };
-    // What is written there is sent.
+    // Writing to the line can't fail.
     let _ = line.write_fmt(words);
     let _ = line.write_char('\r');
 }

@@ -1,5 +1,5 @@
-//! The dual timer of ARM's CMSDK, whose counters count down: the first one, free-running at 25 MHz with 32
-//! bits, tells the time; the second counts what is left to the next step, once.
+//! The dual timer of ARM's CMSDK, whose counters count down: the first one, free-running at 25 MHz
+//! with 32 bits, is the clock; the second one counts down once to the next step.
 
 use stepwright::HoldOff;
 use stepwright::timer::StepTimer;
@@ -9,7 +9,8 @@ use crate::vectors::DUALTIMER_NUMBER;
 
 /// A register.
 const fn register(address: usize) -> Register {
-    // SAFETY: every address here is of one, in ARM's manuals of the CMSDK and of the core.
+    // SAFETY: every address here is that of a register, in ARM's manuals of the CMSDK and of the
+    // core.
     unsafe { Register::at(address) }
 }
 
@@ -26,7 +27,7 @@ const CLEAR: Register = timer(0x2C);
 
 /// Requests an interrupt of the NVIC.
 const PENDS: Register = register(0xE000_E200);
-/// Of a less urgent interrupt the number is higher.
+/// A higher number is less urgent.
 const STEP_PRIORITY: u8 = 0x80;
 
 /// The step timer.
@@ -39,7 +40,7 @@ impl Timer {
     /// Called once.
     pub unsafe fn start() -> Timer {
         StepInterrupt::hold();
-        // On, of 32 bits; the second once, to 0, with an interrupt.
+        // On, with 32 bits; the second one counts once, to 0, with an interrupt.
         TIME_CONTROL.write(1 << 7 | 1 << 1);
         CONTROL.write(1 << 7 | 1 << 6 | 1 << 5 | 1 << 1 | 1);
         CLEAR.write(1);
@@ -50,7 +51,7 @@ impl Timer {
     }
 }
 
-/// The counter, for the main loop, while the step interrupt may come.
+/// The counter. Called in the main loop, with the step interrupt enabled.
 #[inline(always)]
 pub fn count() -> u32 {
     !LEFT.read()
@@ -58,10 +59,11 @@ pub fn count() -> u32 {
 
 impl StepTimer for Timer {
     type Count = u32;
-    /// Leaving and entering takes 24 cycles, and what the handler saves.
+    /// Leaving and entering the interrupt takes 24 cycles, plus the registers that the handler
+    /// saves.
     const LINGER: u32 = 60;
-    /// 12 cycles, and some 35 instructions to the edge of a step that is due alone; twice as many where
-    /// several are.
+    /// 12 cycles, and some 35 instructions up to the edge of a single due step; twice as many for
+    /// several steps.
     const REACTION: u32 = 150;
 
     #[inline(always)]
@@ -71,7 +73,7 @@ impl StepTimer for Timer {
 
     #[inline(always)]
     fn wake_at(&mut self, at: u32) {
-        // The request of the value before.
+        // Clears the request of the previous value.
         CLEAR.write(1);
         let left = at.wrapping_sub(self.now());
         if left as i32 <= 0 {
@@ -82,22 +84,22 @@ impl StepTimer for Timer {
     }
 }
 
-/// The dual timer's interrupt, and what is less urgent.
+/// The dual timer's interrupt, and the less urgent ones.
 pub struct StepInterrupt;
 
-// SAFETY: by priority, of this one and of those that are less urgent; a barrier for the processor is
-// behind it, and the write is one for the compiler. What is pending stays so.
+// SAFETY: the priority mask holds off this interrupt and the less urgent ones. A barrier for the
+// processor follows, and the write is one for the compiler. Pending interrupts stay pending.
 unsafe impl HoldOff for StepInterrupt {
     #[inline(always)]
     fn hold() {
-        // SAFETY: it raises what is masked: `release` lets the same come.
+        // SAFETY: it only masks more; `release` unmasks the same interrupts.
         unsafe { cortex_m::register::basepri::write(STEP_PRIORITY) };
         cortex_m::asm::isb();
     }
 
     #[inline(always)]
     fn release() {
-        // SAFETY: nothing else masks by priority.
+        // SAFETY: nothing else uses the priority mask.
         unsafe { cortex_m::register::basepri::write(0) };
         cortex_m::asm::isb();
     }

@@ -1,5 +1,5 @@
-//! The serial line: the UART of ARM's CMSDK, without an interrupt. QEMU holds a byte back until the one before
-//! is read; a line that does not wait needs an interrupt.
+//! The serial line: the UART of ARM's CMSDK, without an interrupt. QEMU holds a byte back until the
+//! previous one is read; a real line needs an interrupt.
 
 use stepwright_controller::Register;
 use stepwright_device::main_loop::{Received, SerialPort};
@@ -15,7 +15,7 @@ const STATE: Register = uart(0x04);
 const CONTROL: Register = uart(0x08);
 const DIVISOR: Register = uart(0x10);
 
-/// Bits of the state: there is no room; a byte has come; one was lost.
+/// Bits of the state: no room; a byte was received; a byte was lost.
 const FULL: u32 = 1 << 0;
 const READY: u32 = 1 << 1;
 const LOST: u32 = 1 << 3;
@@ -24,7 +24,7 @@ const LOST: u32 = 1 << 3;
 pub struct Uart(());
 
 impl Uart {
-    /// Starts it: 115200 baud of 25 MHz.
+    /// Starts the line: 115200 baud from 25 MHz.
     ///
     /// # Safety
     /// Nothing else has started the line.
@@ -39,7 +39,7 @@ impl SerialPort for Uart {
     fn receive(&mut self) -> Option<Received> {
         let state = STATE.read();
         if state & LOST != 0 {
-            // What is written as 1 is cleared.
+            // Writing a 1 clears the bit.
             STATE.write(LOST);
             return Some(Received::Garbled);
         }

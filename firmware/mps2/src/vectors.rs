@@ -1,6 +1,6 @@
-//! The vector of the interrupt that the programs have.
+//! The vector of the interrupt that the programs use.
 
-/// Number of the dual timer's interrupt.
+/// The number of the dual timer's interrupt.
 pub const DUALTIMER_NUMBER: usize = 10;
 
 unsafe extern "C" {
@@ -8,7 +8,7 @@ unsafe extern "C" {
     fn DefaultHandler();
 }
 
-/// Behind the core's own vectors: `link.x` puts it there.
+/// After the core's own vectors, where `link.x` puts them.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {

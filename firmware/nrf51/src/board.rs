@@ -7,23 +7,23 @@ use stepwright_protocol::flash_text;
 /// TIMER0 without a prescaler.
 pub const RATE: Rate = Rate::of::<16_000_000>();
 
-/// The board of the controller: what QEMU keeps without a late step at 7.8 million instructions a
-/// second, which is what the chip has (`firmware/qemu/tests/edges.rs`).
+/// The board of the controller: the rates that QEMU keeps without a late step at 7.8 million
+/// instructions a second, which is the speed of the chip (`firmware/qemu/tests/edges.rs`).
 pub const BOARD: Board<AXES> =
     board(RATE, Cost::any_pulse([RATE.micros(80), RATE.micros(90), RATE.micros(100)]), 1_600);
 
-/// The player of streamed runs: an axis' step interrupt takes 100 instructions.
+/// The player of streams: an axis's step interrupt takes 100 instructions.
 pub const STREAM: StreamBoard =
     StreamBoard { name: flash_text!("micro:bit"), rate: RATE, least: RATE.micros(13) };
 
-/// Bits of the port: STEP of axis 1, of the others in a row behind it. On the micro:bit's edge
-/// P15, P14 and P13.
+/// Bits of the port: STEP of axis 1; the other axes follow. On the micro:bit's edge P15, P14 and
+/// P13.
 pub const STEP: u32 = 21;
-/// Likewise DIR, high for forward: P2, P1 and P0.
+/// DIR of axis 1, high for forward; the other axes follow: P2, P1 and P0.
 pub const DIR: u32 = 1;
 /// The pin that enables the drivers: P16.
 pub const ENABLE: u32 = 16;
-/// Switches of the axes: P8, P12 and P19.
+/// The switches of the axes: P8, P12 and P19.
 pub const SWITCHES: [u32; AXES] = [18, 20, 0];
 /// The emergency stop, to ground: button A.
 pub const EMERGENCY: u32 = 17;

@@ -18,10 +18,10 @@ const CLEAR: Register = port(0x50C);
 const IN: Register = port(0x510);
 const OUTPUTS: Register = port(0x518);
 
-/// How a pin is configured: an input with a pull-up.
+/// The configuration of a pin as an input with a pull-up.
 const PULLED_UP: u32 = 3 << 2;
 
-/// The port that STEP and DIR are on.
+/// The port with STEP and DIR.
 pub struct Port;
 
 impl PinPort for Port {
@@ -63,10 +63,10 @@ impl StampPort for Port {
     }
 }
 
-/// Lets the levels of all STEP pins be read while they are outputs.
+/// Allows the levels of all STEP pins to be read while they are outputs.
 pub fn read_back() {
     for axis in 0..AXES as u32 {
-        // An output, whose input buffer is connected.
+        // An output with its input buffer connected.
         port(0x700 + 4 * (STEP + axis) as usize).write(1);
     }
 }
@@ -74,10 +74,10 @@ pub fn read_back() {
 /// STEP and DIR of all axes.
 pub type StepPins = PortPins<Port>;
 
-/// The pins around the motors, why the board has begun, and its watchdog.
+/// The pins around the motors, the reason of the last reset, and the watchdog.
 pub struct BoardPins(());
 
-/// POWER's reasons of the last reset: written ones are cleared.
+/// POWER's reasons of the last reset: writing a 1 clears it.
 // SAFETY: the manual's table of POWER.
 const REASONS: Register = unsafe { Register::at(0x4000_0400) };
 

@@ -12,7 +12,7 @@ const fn timer(offset: usize) -> Register {
 
 const START: Register = timer(0x000);
 const CLEAR: Register = timer(0x00C);
-/// Copies the counter into a compare register; 1 is the test's, 2 the main loop's, 3 the engine's.
+/// Copies the counter into a compare register; the test uses 1, the main loop 2, the engine 3.
 const CAPTURE: [Register; 4] = [timer(0x040), timer(0x044), timer(0x048), timer(0x04C)];
 const COMPARED: Register = timer(0x140);
 const INTERRUPT_ON: Register = timer(0x304);
@@ -27,7 +27,8 @@ const DISABLES: Register = nvic(0x180);
 const PENDS: Register = nvic(0x200);
 /// TIMER0's bit.
 const BIT: u32 = 1 << crate::vectors::TIMER0_NUMBER;
-/// What is held off with it: interrupts behind it, each of which would make a hold as long as itself.
+/// The interrupts that are held off together: also the less urgent ones, each of which would extend
+/// a hold by its own length.
 const HELD: u32 = BIT | 1 << crate::vectors::UART0_NUMBER;
 
 const fn nvic(offset: usize) -> Register {
@@ -38,15 +39,16 @@ const fn nvic(offset: usize) -> Register {
 /// The step timer.
 pub struct Timer(());
 
-/// Priorities of interrupts 8 to 11, a byte each, of which the two highest bits count: TIMER0's is the
-/// first.
+/// The priorities of interrupts 8 to 11, a byte each, of which the two highest bits count: TIMER0's
+/// is the first.
 const PRIORITIES: Register = nvic(0x408);
-/// The most urgent but one.
+/// The second most urgent priority.
 const BEHIND_THE_URGENT: u32 = 0x40;
 
 impl Timer {
-    /// Starts TIMER0 at 0, its interrupt held off. If it has the priority of a reset, 0, it gets the next
-    /// one: so an interrupt of the program's own, whose priority is 0, does not wait for steps.
+    /// Starts TIMER0 at 0, its interrupt held off. If its priority is that of a reset, 0, it gets
+    /// the next lower one, so that an interrupt of the program's own, with priority 0, does not
+    /// wait for steps.
     ///
     /// # Safety
     /// Called once.
@@ -67,14 +69,14 @@ impl Timer {
     }
 }
 
-/// The counter, for the main loop, while the step interrupt may come.
+/// The counter. Called in the main loop, with the step interrupt enabled.
 #[inline(always)]
 pub fn count() -> u32 {
     CAPTURE[2].write(1);
     COMPARE[2].read()
 }
 
-/// Likewise, for a test within the step interrupt.
+/// The counter, for a test in the step interrupt.
 #[inline(always)]
 pub fn captured() -> u32 {
     CAPTURE[1].write(1);
@@ -83,10 +85,11 @@ pub fn captured() -> u32 {
 
 impl StepTimer for Timer {
     type Count = u32;
-    /// Leaving and entering takes 32 cycles, and what the handler saves.
+    /// Leaving and entering the interrupt takes 32 cycles, plus the registers that the handler
+    /// saves.
     const LINGER: u32 = 48;
-    /// 16 cycles, and some 35 instructions to the edge of a step that is due alone; twice as many where
-    /// several are.
+    /// 16 cycles, and some 35 instructions up to the edge of a single due step; twice as many for
+    /// several steps.
     const REACTION: u32 = 140;
 
     #[inline(always)]
@@ -98,8 +101,8 @@ impl StepTimer for Timer {
     #[inline(always)]
     fn wake_at(&mut self, at: u32) {
         COMPARE[0].write(at);
-        // The request of the value before; it is of the new one if that has come, which the look at
-        // the counter tells.
+        // Clears the request of the previous value. If the new value has passed already, its
+        // request is cleared too, and the comparison with the counter detects that.
         COMPARED.write(0);
         if at.wrapping_sub(self.now()) as i32 <= 0 {
             PENDS.write(BIT);
@@ -113,11 +116,11 @@ impl StepTimer for Timer {
     }
 }
 
-/// TIMER0's interrupt, and those behind it.
+/// TIMER0's interrupt, and the less urgent ones.
 pub struct StepInterrupt;
 
-// SAFETY: the enable bits, 0 after a reset, among them that of the one interrupt that calls the
-// engine; barriers behind them, as ARM asks for. What is pending stays so.
+// SAFETY: the enable bits, 0 after a reset, include that of the one interrupt that calls the
+// engine; barriers follow them, as ARM requires. Pending interrupts stay pending.
 unsafe impl HoldOff for StepInterrupt {
     #[inline(always)]
     fn hold() {
@@ -128,8 +131,8 @@ unsafe impl HoldOff for StepInterrupt {
 
     #[inline(always)]
     fn release() {
-        // All that was done is done before the interrupt comes; and what is pending comes now, not
-        // behind what the compiler has ready, nor behind the next hold.
+        // All previous accesses are complete before the interrupt comes. A pending interrupt comes
+        // now, not after other instructions of the compiler or after the next hold.
         // SAFETY: a write to ISER between two barriers.
         unsafe {
             core::arch::asm!(

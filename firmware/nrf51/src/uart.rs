@@ -1,5 +1,5 @@
-//! The serial line: 115200 baud on the micro:bit's USB. Bytes are received by an interrupt, which
-//! the step interrupt interrupts.
+//! The serial line: 115200 baud on the micro:bit's USB. An interrupt receives the bytes; the step
+//! interrupt can preempt it.
 
 use core::fmt::{self, Write};
 
@@ -19,26 +19,26 @@ const ERRORS: Register = uart(0x480);
 const RXD: Register = uart(0x518);
 const TXD: Register = uart(0x51C);
 
-/// What the interrupt has received.
+/// The bytes that the interrupt has received.
 static RING: Ring = Ring::new();
 
 /// The interrupt of UART0.
 ///
 /// # Safety
-/// Called by that interrupt alone.
+/// Called by that interrupt only.
 #[inline(always)]
 pub unsafe fn on_receive() {
     if ERROR.read() != 0 {
         ERROR.write(0);
-        // What is written as 1 is cleared.
+        // Writing a 1 clears an error.
         ERRORS.write(ERRORS.read());
         // SAFETY: the caller's promise.
         unsafe { RING.put_garbled() };
     }
-    // The event comes again at once if another byte waits.
+    // The event is set again at once if another byte waits.
     while RECEIVED.read() != 0 {
         RECEIVED.write(0);
-        // SAFETY: likewise.
+        // SAFETY: as above.
         unsafe { RING.put(RXD.read() as u8) };
     }
 }
@@ -47,7 +47,8 @@ pub unsafe fn on_receive() {
 pub struct Uart(());
 
 impl Uart {
-    /// Starts it. Its interrupt is behind the step timer's, and let in with that.
+    /// Starts the line. Its interrupt is less urgent than the step timer's, and enabled together
+    /// with it.
     ///
     /// # Safety
     /// Nothing else has started the line.
@@ -61,7 +62,7 @@ impl Uart {
         line
     }
 
-    /// Starts it for a program that talks and does not listen.
+    /// Starts the line for a program that only sends.
     ///
     /// # Safety
     /// Nothing else has started the line.
@@ -71,13 +72,13 @@ impl Uart {
         uart(0x524).write(0x01D7_E000); // 115200
         uart(0x500).write(4);
         uart(0x008).write(1);
-        // There is room at first.
+        // Initially there is room.
         SENT.write(1);
         Uart(())
     }
 }
 
-/// Waits until all is sent.
+/// Waits until everything is sent.
 impl Write for Uart {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for byte in text.bytes() {
@@ -90,7 +91,7 @@ impl Write for Uart {
 
 impl SerialPort for Uart {
     fn receive(&mut self) -> Option<Received> {
-        // SAFETY: there is one `Uart`, the main loop's.
+        // SAFETY: there is one `Uart`, which the main loop owns.
         unsafe { RING.take() }
     }
 

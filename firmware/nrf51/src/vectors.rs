@@ -1,10 +1,10 @@
-//! The vectors of the interrupts that the programs have.
+//! The vectors of the interrupts that the programs use.
 
-/// Number of UART0's interrupt.
+/// The number of UART0's interrupt.
 pub const UART0_NUMBER: usize = 2;
-/// Number of TIMER0's.
+/// The number of TIMER0's interrupt.
 pub const TIMER0_NUMBER: usize = 8;
-/// Number of TIMER1's, which the controller leaves to others.
+/// The number of TIMER1's interrupt, which the controller does not use.
 pub const TIMER1_NUMBER: usize = 9;
 
 #[cfg(feature = "program")]
@@ -25,7 +25,7 @@ mod table {
         fn DefaultHandler();
     }
 
-    /// Behind the core's own vectors: `link.x` puts it there.
+    /// After the core's own vectors, where `link.x` puts them.
     #[unsafe(link_section = ".vector_table.interrupts")]
     #[unsafe(no_mangle)]
     static __INTERRUPTS: [Vector; 32] = {

@@ -1,5 +1,5 @@
-//! STEP captured by a state machine of the second PIO: see [`watcher`](crate::watcher). No wire: an input
-//! has the level of its pin, whoever drives it. DMA takes the times to RAM.
+//! Captures STEP with a state machine of the second PIO: see [`watcher`](crate::watcher). No wire
+//! is needed: an input has the level of its pin, whatever drives it. DMA copies the times to RAM.
 
 use core::cell::UnsafeCell;
 
@@ -10,7 +10,7 @@ use crate::board::STEP;
 use crate::chip;
 use crate::watcher::{CODE, CYCLES, REWIND, WRAP};
 
-/// A register of the second PIO, whose first state machine watches.
+/// A register of the second PIO, whose first state machine captures.
 const fn pio(offset: usize) -> Register {
     // SAFETY: the datasheet's table of PIO.
     unsafe { Register::at(0x5030_0000 + offset) }
@@ -36,39 +36,40 @@ const ROOM: usize = (ORDERS * (MOST_PULSES + 1)) as usize;
 
 struct Times(UnsafeCell<[u32; ROOM]>);
 
-// SAFETY: the DMA writes, and one `PioCapture` reads what it has written.
+// SAFETY: the DMA writes, and one `PioCapture` reads the finished part.
 unsafe impl Sync for Times {}
 
 static TIMES: Times = Times(UnsafeCell::new([0; ROOM]));
 
 /// The capture of one axis at a time.
 pub struct PioCapture {
-    /// Times that are of orders before.
+    /// The number of times that belong to earlier orders.
     before: u32,
 }
 
 impl PioCapture {
-    /// Loads the program, and has the DMA take all that it says.
+    /// Loads the program, and starts the DMA.
     ///
     /// # Safety
-    /// Called once, behind [`chip::start`].
+    /// Called once, after [`chip::start`].
     pub unsafe fn new() -> PioCapture {
         // SAFETY: the caller's promise.
         unsafe { chip::start_capture() };
         for (line, instruction) in CODE.into_iter().enumerate() {
             pio(MEMORY + 4 * line).write(instruction.into());
         }
-        // Both FIFOs are one that is received from.
+        // Both FIFOs are joined for receiving.
         SHIFTCTRL.write(1 << 31 | 1 << 18 | 1 << 19);
         dma(0x000).write(RECEIVED as u32);
         dma(0x004).write(TIMES.0.get() as u32);
         LEFT.write(ROOM as u32);
-        // Words, to one place after another, as the second PIO's first machine has them; no other channel behind it.
+        // Words, to consecutive addresses, paced by the first machine of the second PIO; no channel
+        // is chained.
         dma(0x00C).write(12 << 15 | 1 << 5 | 2 << 2 | 1);
         PioCapture { before: 0 }
     }
 
-    /// Times that the DMA has taken.
+    /// The number of times that the DMA has copied.
     fn taken() -> u32 {
         (ROOM as u32).saturating_sub(LEFT.read())
     }
@@ -93,7 +94,7 @@ impl Capture for PioCapture {
         if number >= self.count() || at >= ROOM {
             return None;
         }
-        // SAFETY: within the array, and the DMA is past this place.
+        // SAFETY: within the array, and the DMA has finished this place.
         let left = unsafe { TIMES.0.get().cast::<u32>().add(at).read_volatile() };
         Some((!left).wrapping_mul(CYCLES))
     }

@@ -1,4 +1,4 @@
-//! Clocks, resets, the time, and what pins are for. By the RP2040's datasheet.
+//! Clocks, resets, the time, and the functions of pins, according to the RP2040's datasheet.
 
 use stepwright_controller::Register;
 use stepwright_device::Reset;
@@ -7,11 +7,11 @@ use crate::board::LASER;
 
 /// A register.
 const fn register(address: usize) -> Register {
-    // SAFETY: every address below is of one, in the datasheet's tables.
+    // SAFETY: every address below is that of a register, in the datasheet's tables.
     unsafe { Register::at(address) }
 }
 
-/// Where a register's bits are set by themselves, and cleared.
+/// The offset of the alias that sets a register's bits atomically; [`CLEAR`] clears them.
 pub const SET: usize = 0x2000;
 /// See [`SET`].
 pub const CLEAR: usize = 0x3000;
@@ -33,23 +33,24 @@ const PWM: usize = 0x4005_0000;
 const USED: u32 = 1 << 5 | 1 << 8 | 1 << 10 | 1 << 12 | 1 << 21 | 1 << 22;
 const AFTER_CLOCKS: u32 = 1 << 22;
 
-/// Waits for bits of a register.
+/// Waits until these bits of a register are set.
 fn until(register: Register, bits: u32) {
     while register.read() & bits != bits {}
 }
 
-/// Runs the processor at 125 MHz from a crystal of 12 MHz, and takes what is used out of its reset.
+/// Runs the processor at 125 MHz from a crystal of 12 MHz, and takes the used peripherals out of
+/// reset.
 ///
 /// # Safety
 /// Called once, first.
 pub unsafe fn start() {
     register(RESETS + CLEAR).write(USED & !AFTER_CLOCKS);
     until(register(RESETS + 8), USED & !AFTER_CLOCKS);
-    // The crystal: 1 ms to start.
+    // The crystal needs 1 ms to start.
     register(XOSC + 0x0C).write(47);
     register(XOSC).write(0xFAB << 12 | 0xAA0);
     until(register(XOSC + 4), 1 << 31);
-    // The reference, and the processor meanwhile, from the crystal.
+    // The reference clock, and meanwhile the processor's, come from the crystal.
     register(CLOCKS + 0x30).write(2);
     until(register(CLOCKS + 0x38), 1 << 2);
     register(CLOCKS + 0x3C + CLEAR).write(1);
@@ -72,10 +73,10 @@ pub unsafe fn start() {
     register(WATCHDOG + 0x2C).write(1 << 9 | 12);
 }
 
-/// Gives the USB controller its 48 MHz, and takes it out of its reset.
+/// Gives the USB controller its 48 MHz, and takes it out of reset.
 ///
 /// # Safety
-/// Called once, behind [`start`].
+/// Called once, after [`start`].
 pub unsafe fn start_usb() {
     register(RESETS + CLEAR).write(1 << 13);
     until(register(RESETS + 8), 1 << 13);
@@ -91,11 +92,11 @@ pub unsafe fn start_usb() {
     until(register(RESETS + 8), 1 << 24);
 }
 
-/// Starts pulses of 7.8 kHz on [`LASER`], without a pulse at first. Until then the pad's pull-down, which is
-/// on after each reset, keeps the pin low.
+/// Starts PWM at 7.8 kHz on [`LASER`], with duty 0. Before that the pad's pull-down, which is on
+/// after each reset, keeps the pin low.
 ///
 /// # Safety
-/// Called once, behind [`start`].
+/// Called once, after [`start`].
 pub unsafe fn start_laser() {
     const SLICE: u32 = 1 << 14;
     register(RESETS + CLEAR).write(SLICE);
@@ -108,25 +109,25 @@ pub unsafe fn start_laser() {
     give(LASER, Function::Pulses, false);
 }
 
-/// Sets how much of each pulse's period [`LASER`] is high, in 255ths, from the next period on.
+/// Sets the duty of [`LASER`], in 255ths, from the next period on.
 pub fn set_duty(duty: u8) {
     register(PWM + 0xC).write(duty.into());
 }
 
-/// Takes the second PIO and the DMA out of their resets.
+/// Takes the second PIO and the DMA out of reset.
 ///
 /// # Safety
-/// Called once, behind [`start`].
+/// Called once, after [`start`].
 pub unsafe fn start_capture() {
     const BOTH: u32 = 1 << 11 | 1 << 2;
     register(RESETS + CLEAR).write(BOTH);
     until(register(RESETS + 8), BOTH);
 }
 
-/// The processor's clock in kHz, as the timer sees it, which has the crystal's microseconds.
+/// The processor's clock in kHz, measured by the timer, which counts the crystal's microseconds.
 pub fn khz() -> u32 {
     const MICROS: u32 = 10_000;
-    // SysTick, by the processor's clock, 24 bits downward: 134 ms.
+    // SysTick, at the processor's clock, counts down 24 bits: 134 ms.
     let (control, reload, count) = (0xE000_E010, 0xE000_E014, 0xE000_E018);
     register(reload).write(0x00FF_FFFF);
     register(count).write(0);
@@ -141,7 +142,7 @@ pub fn khz() -> u32 {
     let (ended, last) = edge();
     let cycles = first.wrapping_sub(last) & 0x00FF_FFFF;
     let micros = ended.wrapping_sub(begun);
-    // Rounded: 1,250,000 cycles are known to some ten.
+    // Rounded: the 1,250,000 cycles are accurate to about ten.
     (cycles.saturating_mul(1_000).wrapping_add(micros / 2)).checked_div(micros).unwrap_or(0)
 }
 
@@ -159,32 +160,32 @@ pub fn micros() -> u64 {
     }
 }
 
-/// Their low half.
+/// The low half of the microseconds.
 #[inline(always)]
 pub fn micros_low() -> u32 {
     register(TIMER + 0x28).read()
 }
 
-/// What a pin is for.
+/// The function of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Function {
     /// The serial line.
     Uart = 2,
     /// The pulses of a laser.
     Pulses = 4,
-    /// The program.
+    /// A pin that the program sets or reads.
     Program = 5,
     /// The first PIO.
     Pio = 6,
 }
 
-/// Gives a pin to something; an output the other way round if it is `inverted`.
+/// Selects the function of a pin; its output is `inverted` if true.
 pub fn give(pin: u32, function: Function, inverted: bool) {
     let control = PINS + 4 + 8 * pin as usize;
     register(control).write(function as u32 | u32::from(inverted) << 8);
 }
 
-/// Pulls a pin up, or not.
+/// Switches a pin's pull-up on or off.
 pub fn pull_up(pin: u32, up: bool) {
     // An input with a Schmitt trigger, 4 mA.
     register(PADS + 4 + 4 * pin as usize).write(0x52 | u32::from(up) << 3);
@@ -196,33 +197,34 @@ pub fn levels() -> u32 {
     register(0xD000_0004).read()
 }
 
-/// Sets the level of a pin of the program.
+/// Sets the level of a pin with [`Function::Program`].
 pub fn set_level(pin: u32, high: bool) {
     register(if high { 0xD000_0014 } else { 0xD000_0018 }).write(1 << pin);
 }
 
-/// Makes a pin of the program an output.
+/// Makes a pin with [`Function::Program`] an output.
 pub fn make_output(pin: u32) {
     register(0xD000_0024).write(1 << pin);
 }
 
 /// Starts the watchdog: 250 ms.
 pub fn start_watchdog() {
-    // It resets all but the oscillators.
+    // It resets everything except the oscillators.
     register(0x4001_0008).write(0x1_FFFC);
     feed();
     register(WATCHDOG).write(1 << 30 | 7 << 24);
 }
 
-/// All is well. (It counts down twice a microsecond: erratum RP2040-E1.)
+/// Feeds the watchdog. (It counts down twice a microsecond: erratum RP2040-E1.)
 pub fn feed() {
     register(WATCHDOG + 4).write(500_000);
 }
 
-/// Why the program has begun. The chip does not tell a brown-out from power-up.
+/// The reason of the last reset. The chip does not distinguish a brown-out from power-up.
 pub fn reset() -> Reset {
-    // REASON: the watchdog's timer, or a program by way of it. A reset of the whole chip clears both,
-    // and CHIP_RESET says which that was: HAD_POR, or RUN's (the button), or the debugger's.
+    // REASON: the watchdog's timer, or a reset that a program forced through it. A reset of the
+    // whole chip clears both, and CHIP_RESET distinguishes these: HAD_POR, RUN (the button), or the
+    // debugger.
     match register(WATCHDOG + 8).read() & 3 {
         0 if register(VOLTAGE + 8).read() >> 8 & 1 != 0 => Reset::Power,
         0 | 2 => Reset::Other,

@@ -1,10 +1,10 @@
-//! A player whose ticks are several of another player's.
+//! A player whose tick is several ticks of another player.
 
 use stepwright::drive::Axes;
 use stepwright::{Ticks, Timing};
 use stepwright_sink::{Halted, Player, StepGroup};
 
-/// One tick of it is 2^`SHIFT` ticks of the player within.
+/// A player whose tick is 2^`SHIFT` ticks of the inner player.
 pub struct Divided<P, const SHIFT: u32>(pub P);
 
 impl<P: Player, const SHIFT: u32> Player for Divided<P, SHIFT> {
@@ -30,7 +30,7 @@ impl<P: Player, const SHIFT: u32> Player for Divided<P, SHIFT> {
 
     #[inline(always)]
     fn put(&mut self, axis: u8, group: StepGroup) {
-        // Less than 2^24 ticks, also where a step is waited for: 8 ms at a time, of some seconds.
+        // Less than 2^24 ticks, even for a wait of some seconds: it is split into 8 ms.
         self.0.put(axis, StepGroup { interval: group.interval << SHIFT, ..group });
     }
 

@@ -1,15 +1,16 @@
-//! The serial line: over USB while a program on the host has that port open, over the UART else.
+//! The serial line: over USB while a program on the host has that port open, otherwise over the
+//! UART.
 
 use stepwright_device::main_loop::{Received, SerialPort};
 
 use crate::uart::Uart;
 use crate::usb::Usb;
 
-/// Both, for the main loop.
+/// Both lines, for the main loop.
 pub struct Lines {
     /// GPIO 0 and 1.
     pub uart: Uart,
-    /// The socket.
+    /// The USB port.
     pub usb: Usb,
 }
 

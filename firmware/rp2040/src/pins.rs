@@ -1,4 +1,4 @@
-//! The pins around the motors, why the board has begun, and its watchdog.
+//! The pins around the motors, the reason of the last reset, and the watchdog.
 
 use stepwright::Rate;
 use stepwright::drive::Axes;
@@ -10,13 +10,13 @@ use crate::chip::{self, Function};
 
 /// The pins around the motors.
 pub struct BoardPins {
-    /// Ticks of the step timer in 64 µs.
+    /// The ticks of the step timer in 64 µs.
     ticks: u32,
 }
 
 impl BoardPins {
-    /// Pulls the inputs up, leaves the drivers off, and starts the watchdog: 250 ms. The rate is the one that
-    /// [`count`](Panel::count) counts at, a whole number of ticks in 64 µs.
+    /// Pulls the inputs up, leaves the drivers off, and starts the watchdog: 250 ms. `rate` is the
+    /// rate of [`count`](Panel::count), a whole number of ticks in 64 µs.
     ///
     /// # Safety
     /// Called once.

@@ -1,4 +1,4 @@
-//! The player over the state machines of the first PIO: see [`program`](crate::program).
+//! The player that uses the state machines of the first PIO: see [`program`](crate::program).
 
 use stepwright::drive::Axes;
 use stepwright::{HoldOff, Ticks, Timing};
@@ -25,24 +25,24 @@ const MEMORY: usize = 0x048;
 const IRQ0_INTE: Register = pio(0x12C);
 const IRQ0_INTS: Register = pio(0x134);
 
-/// Of a state machine, behind the first one's.
+/// Offsets of the registers of the first state machine.
 const EXECCTRL: usize = 0x0CC;
 const SHIFTCTRL: usize = 0x0D0;
 const ADDR: usize = 0x0D4;
 const INSTR: usize = 0x0D8;
 const PINCTRL: usize = 0x0DC;
 
-/// A register of a state machine.
+/// A register of an axis's state machine.
 #[inline(always)]
 const fn machine(axis: u8, offset: usize) -> Register {
     pio(offset + 0x18 * axis as usize)
 }
 
-/// Autopull at 32 bits, OUT shifts right; the FIFOs apart, and joined to one that is sent from.
+/// Autopull at 32 bits, OUT shifts right; the FIFOs apart, and joined for sending.
 const APART: u32 = 1 << 17 | 1 << 19 | 1 << 18;
 const JOINED: u32 = APART | 1 << 30;
 
-/// STEP is high.
+/// The side-set bit for a high STEP.
 const SIDE: u32 = 1 << 12;
 const JMP_0: u32 = 0x0000;
 const MOV_ISR_Y: u32 = 0xA0C2;
@@ -52,21 +52,21 @@ const SET_PINDIR: u32 = 0xE081;
 /// Four axes on the first PIO.
 pub struct PioPlayer {
     program: Program,
-    /// Cycles from edge to edge beside what is waited for; and up to the first edge of the next group of
-    /// an axis, which is another number if that has not been given one since it was halted.
+    /// Cycles from edge to edge without the wait; and up to the first edge of the next group of
+    /// each axis, which differs until the axis gets a group after a halt.
     fixed: u32,
     first: [u32; MACHINES],
 }
 
 impl PioPlayer {
-    /// Gives the pins to the PIO, low, and has all machines rest.
+    /// Gives the pins to the PIO, low, with all machines at rest.
     ///
     /// # Safety
     /// Called once.
     pub unsafe fn new() -> PioPlayer {
         for axis in 0..MACHINES as u8 {
             let (step, dir) = (STEP + u32::from(axis), DIR + u32::from(axis));
-            // The pins' directions by SET, one after the other.
+            // Sets the pins' directions with SET, one after the other.
             for pin in [step, dir] {
                 machine(axis, PINCTRL).write(1 << 26 | pin << 5);
                 machine(axis, INSTR).write(SET_PINDIR);
@@ -88,7 +88,7 @@ impl PioPlayer {
         player
     }
 
-    /// Has another program. All machines rest at its first line, which is the same.
+    /// Loads another program. All machines must rest at its first line, which is the same.
     fn load(&mut self, program: Program) {
         for (line, instruction) in program.code().enumerate() {
             pio(MEMORY + 4 * line).write(instruction.into());
@@ -99,19 +99,19 @@ impl PioPlayer {
         (self.program, self.fixed) = (program, program.high + FIXED);
     }
 
-    /// Words in the FIFO of an axis. One more may have been taken out ahead of its time.
+    /// The words in the FIFO of an axis. One more word may have been taken out in advance.
     #[inline(always)]
     fn level(axis: u8) -> u32 {
         FLEVEL.read() >> (8 * u32::from(axis)) & 15
     }
 
-    /// The line that comes next.
+    /// The next line of the program.
     #[inline(always)]
     fn line(axis: u8) -> u8 {
         machine(axis, ADDR).read() as u8 & 31
     }
 
-    /// Whether there is such a machine.
+    /// Whether this machine exists.
     #[inline(always)]
     const fn has(axis: u8) -> bool {
         (axis as usize) < MACHINES
@@ -120,7 +120,7 @@ impl PioPlayer {
 
 impl Player for PioPlayer {
     const DEPTH: u8 = 4;
-    /// `jmp y--`, `out isr`, `out pins`, and one to fill the output register.
+    /// `jmp y--`, `out isr`, `out pins`, and one cycle to fill the output register.
     const LAG: Ticks = 4;
 
     #[inline(always)]
@@ -156,7 +156,7 @@ impl Player for PioPlayer {
 
     #[inline(always)]
     fn waiting(&self, axis: u8) -> u8 {
-        // Where one word of a group is in the FIFO, the other one has been taken out ahead.
+        // If only one word of a group is in the FIFO, the other word has been taken out in advance.
         if Self::has(axis) { Self::level(axis).div_ceil(2) as u8 } else { 0 }
     }
 
@@ -184,9 +184,9 @@ impl Player for PioPlayer {
             return Halted { waiting: 0, left: 0 };
         }
         let (waiting, line) = (self.waiting(axis), Self::line(axis));
-        // What it was in the middle of, a delay or a wait, is over.
+        // Ends the delay or wait in progress.
         pio(CTRL + SET).write(0x10u32.wrapping_shl(axis.into()));
-        // The FIFOs apart: what waits is forgotten, and the other one takes what Y is.
+        // The FIFOs apart: the waiting groups are discarded, and the receive FIFO takes Y.
         machine(axis, SHIFTCTRL).write(APART);
         let high = self.program.is_high(line);
         let side = if high { SIDE } else { 0 };
@@ -195,7 +195,7 @@ impl Player for PioPlayer {
         let y = pio(0x020 + 4 * usize::from(axis)).read();
         machine(axis, SHIFTCTRL).write(JOINED);
         if high {
-            // The rest of a pulse.
+            // Waits for the rest of the pulse.
             cortex_m::asm::delay(self.program.high);
         }
         machine(axis, INSTR).write(JMP_0);
@@ -207,7 +207,7 @@ impl Player for PioPlayer {
     }
 }
 
-/// Axes of which a group has begun; for the interrupt, which is of this moment on.
+/// The axes on which a group has begun, for the interrupt. Clears their requests.
 #[inline(always)]
 pub fn begun() -> Axes {
     let axes = IRQ0_INTS.read() >> 8 & 15;
@@ -215,13 +215,13 @@ pub fn begun() -> Axes {
     axes as Axes
 }
 
-/// The PIO's interrupt, and the line's behind it.
+/// The PIO's interrupt, and the line's, which is less urgent.
 pub struct PioInterrupt;
 
 const HELD: u32 = 1 << PIO0_NUMBER | 1 << UART0_NUMBER;
 
-// SAFETY: the enable bits, 0 after a reset, among them that of the one interrupt that serves the
-// sink; barriers behind them. What is pending stays so.
+// SAFETY: the enable bits, 0 after a reset, include that of the one interrupt that serves the sink;
+// barriers follow them. Pending interrupts stay pending.
 unsafe impl HoldOff for PioInterrupt {
     #[inline(always)]
     fn hold() {

@@ -21,43 +21,44 @@
 //!     jmp pause        side 0 [3]  ; as long as the four lines of a group's head
 //! ```
 //!
-//! From edge to edge D + H + 7 cycles, also from group to group; H = k(1 + (P + 1)(d + 1)) is the pulse,
-//! with k such loops. Autopull at 32 bits, OUT shifts right, the FIFOs joined: 8 words are four groups
-//! of two, `D` and `steps - 1` above `DIR`.
+//! From edge to edge it takes D + H + 7 cycles, also from group to group; H = k(1 + (P + 1)(d + 1))
+//! is the pulse, with k such loops. Autopull at 32 bits, OUT shifts right, the FIFOs joined: 8
+//! words are four groups of two words, `D`, and `steps - 1` above `DIR`.
 
-/// Cycles from edge to edge beside D and the pulse.
+/// Cycles from edge to edge in addition to D and the pulse.
 pub const FIXED: u32 = 7;
 
-/// Cycles from a start to the first edge beside D: one to fill the output register, the four lines of the
-/// head, and two of the wait.
+/// Cycles from a start to the first edge in addition to D: one to fill the output register, the
+/// four lines of the head, and two of the wait.
 pub const FIRST: u32 = 7;
 
 /// The longest pulse of one loop: (31 + 1)(15 + 1) + 1.
 const LOOP: u32 = 513;
 
-/// The most loops: as long as `pulse-us` can ask for, 20 µs.
+/// The most loops: enough for the largest `pulse-us`, 20 µs.
 const LOOPS: u32 = 5;
 
-/// Instructions, and where the parts are.
+/// The instructions and their layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Program {
     code: [u16; 18],
     loops: u8,
-    /// Cycles that STEP is high.
+    /// Cycles for which STEP is high.
     pub high: u32,
 }
 
-/// STEP is high meanwhile.
+/// The side-set bit for a high STEP.
 const SIDE: u16 = 1 << 12;
 
 impl Program {
-    /// For pulses of at least this many cycles, 2 to 2,565; longer ones by no more than one in eight.
+    /// The program for pulses of at least this many cycles, 2 to 2,565. They are longer by one in
+    /// eight at most.
     pub const fn of_pulse(pulse: u32) -> Program {
         let mut loops = 1;
         while loops < LOOPS && pulse > loops * LOOP {
             loops += 1;
         }
-        // What a loop's jumps take: n times some cycles.
+        // Cycles of a loop's jumps: a count times a number of cycles.
         let mut each = 1;
         while each < LOOP - 1 && loops * (each + 1) < pulse {
             each += 1;
@@ -86,12 +87,12 @@ impl Program {
         Program { code, loops: loops as u8, high: loops * (1 + count * (delay + 1)) }
     }
 
-    /// Its instructions.
+    /// The instructions.
     pub fn code(&self) -> impl Iterator<Item = u16> + '_ {
         self.code.iter().copied().take(usize::from(self.again()) + 1)
     }
 
-    /// The last line before it begins again at the first.
+    /// The last line before the program wraps to its first.
     pub const fn wrap(&self) -> u8 {
         6 + 2 * self.loops
     }
@@ -100,13 +101,13 @@ impl Program {
         7 + 2 * self.loops
     }
 
-    /// Whether STEP is high before the line is carried out.
+    /// Whether STEP is high before this line is carried out.
     pub const fn is_high(&self, line: u8) -> bool {
         line > 6 && line <= self.wrap()
     }
 
-    /// Steps of the present group that are left before a line is carried out, where the machine's Y is
-    /// `y`; `u32::MAX` for all of them.
+    /// The steps of the present group that are left before this line is carried out, if the
+    /// machine's Y is `y`; `u32::MAX` for all of them.
     pub const fn left(&self, line: u8, y: u32) -> u32 {
         match line {
             0 => 0,
@@ -121,7 +122,7 @@ impl Program {
 mod tests {
     use super::*;
 
-    /// The same program by an assembler that is not ours.
+    /// Compares with the same program from an independent assembler.
     #[test]
     fn it_is_what_an_assembler_makes_of_its_text() {
         let text = pio::pio_asm!(

@@ -1,5 +1,5 @@
-//! The serial line: UART 0, 115200 baud, on GPIO 0 and 1. Bytes are received by an interrupt, which that
-//! of the PIO interrupts.
+//! The serial line: UART 0, 115200 baud, on GPIO 0 and 1. An interrupt receives the bytes; the
+//! PIO's interrupt can preempt it.
 
 use stepwright_controller::{Register, Ring};
 use stepwright_device::main_loop::{Received, SerialPort};
@@ -18,20 +18,20 @@ const FLAGS: Register = uart(0x18);
 /// Nothing to read; no room to write.
 const EMPTY: u32 = 1 << 4;
 const FULL: u32 = 1 << 5;
-/// Frame, parity, break, overrun: beside a byte that was read.
+/// Errors of a byte that was read: frame, parity, break, overrun.
 const ERRORS: u32 = 0xF00;
 
-/// What the interrupt has received.
+/// The bytes that the interrupt has received.
 static RING: Ring = Ring::new();
 
 /// The interrupt of UART 0.
 ///
 /// # Safety
-/// Called by that interrupt alone.
+/// Called by that interrupt only.
 #[inline(always)]
 pub unsafe fn on_receive() {
-    // Received, timed out, and errors: before the look at what has come, so that what comes behind it
-    // asks again.
+    // Clears received, timeout and errors, before checking for received bytes, so that a later byte
+    // requests the interrupt again.
     uart(0x44).write(0x7D0);
     while FLAGS.read() & EMPTY == 0 {
         let byte = DATA.read();
@@ -39,7 +39,7 @@ pub unsafe fn on_receive() {
             // SAFETY: the caller's promise.
             unsafe { RING.put_garbled() };
         } else {
-            // SAFETY: likewise.
+            // SAFETY: as above.
             unsafe { RING.put(byte as u8) };
         }
     }
@@ -49,7 +49,7 @@ pub unsafe fn on_receive() {
 pub struct Uart(());
 
 impl Uart {
-    /// Starts it. Its interrupt is behind the PIO's, and let in with that.
+    /// Starts the line. Its interrupt is less urgent than the PIO's, and enabled together with it.
     ///
     /// # Safety
     /// Called once.
@@ -59,7 +59,7 @@ impl Uart {
         uart(0x28).write(52);
         // 8 bits, FIFOs.
         uart(0x2C).write(3 << 5 | 1 << 4);
-        // An interrupt at 4 bytes, or when they have waited for a while.
+        // An interrupt at 4 bytes, or when bytes have waited for a while.
         uart(0x34).write(0);
         uart(0x38).write(1 << 4 | 1 << 6);
         uart(0x30).write(1 << 0 | 1 << 8 | 1 << 9);
@@ -74,7 +74,7 @@ impl Uart {
 
 impl SerialPort for Uart {
     fn receive(&mut self) -> Option<Received> {
-        // SAFETY: there is one `Uart`, the main loop's.
+        // SAFETY: there is one `Uart`, which the main loop owns.
         unsafe { RING.take() }
     }
 

@@ -1,7 +1,7 @@
-//! The serial line over USB: a port of the class CDC-ACM (`/dev/ttyACM0`, `COM3`), looked after by the main
-//! loop. By the RP2040's datasheet, "USB", and the class's specification.
+//! The serial line over USB: a port of the class CDC-ACM (`/dev/ttyACM0`, `COM3`), which the main
+//! loop polls. According to the RP2040's datasheet, "USB", and the class's specification.
 //!
-//! The controller answers "not now" by itself as long as the main loop is elsewhere, so nothing is lost and
+//! The controller itself answers NAK while the main loop is busy elsewhere, so nothing is lost and
 //! no interrupt is needed. (`usb-device` with a HAL's bus can panic, which this firmware must not.)
 
 use core::cell::Cell;
@@ -14,10 +14,10 @@ use crate::usb_answers::{self, Answer, Setup};
 const MEMORY: usize = 0x5010_0000;
 const CONTROLLER: usize = 0x5011_0000;
 
-/// A word of the memory that the controller shares.
+/// A word of the memory shared with the controller.
 #[inline(always)]
 const fn word(offset: usize) -> Register {
-    // SAFETY: within the 4 KB of that memory, as all offsets below.
+    // SAFETY: within the 4 KB of that memory, like all offsets below.
     unsafe { Register::at(MEMORY + offset) }
 }
 
@@ -33,46 +33,47 @@ const STALL_ARM: Register = register(0x68);
 
 const BUS_RESET: u32 = 1 << 19;
 const SETUP: u32 = 1 << 17;
-/// The bus is suspended, or was since this was written: the datasheet has it both ways.
+/// The bus is suspended, or was since this bit was written: the datasheet says both.
 const SUSPENDED: u32 = 1 << 4;
 
-/// Of a buffer's word.
+/// Bits of a buffer's control word.
 const AVAILABLE: u32 = 1 << 10;
 const STALL: u32 = 1 << 11;
 const DATA_1: u32 = 1 << 13;
 const FULL: u32 = 1 << 15;
 const LENGTH: u32 = 0x3FF;
 
-/// The words of buffers: control, sent and received; data, likewise; what is told by the way, never.
+/// The control words of buffers: control, sent and received; data, sent and received. The buffer of
+/// notifications is never used.
 const CONTROL_IN: usize = 0x80;
 const CONTROL_OUT: usize = 0x84;
 const DATA_IN: usize = 0x90;
 const DATA_OUT: usize = 0x94;
-/// Where they are.
+/// The addresses of the buffers.
 const CONTROL: usize = 0x100;
 const NOTES_AT: usize = 0x180;
 const SENT_AT: usize = 0x1C0;
 const HEARD_AT: usize = 0x200;
-/// Bytes of a packet.
+/// The bytes of a packet.
 const PACKET: usize = 64;
 
 /// The port, for the main loop.
 pub struct Usb {
-    /// The address that it has behind the answer on its way; 0 for none.
+    /// The address that takes effect after the answer in progress; 0 for none.
     address: Cell<u8>,
     configured: Cell<bool>,
-    /// A program on the host has opened it.
+    /// Whether a program on the host has opened the port.
     opened: Cell<bool>,
-    /// The host has suspended the bus, and said nothing since.
+    /// Whether the host has suspended the bus, and has sent nothing since.
     suspended: Cell<bool>,
-    /// What is to be sent yet of an answer on the control pipe.
+    /// The rest of an answer on the control pipe.
     rest: Cell<&'static [u8]>,
     control_1: Cell<bool>,
-    /// A packet that has come: how many bytes it has, and how many were taken.
+    /// A received packet: the number of its bytes, and the number taken.
     heard: Cell<(usize, usize)>,
     heard_1: Cell<bool>,
-    /// Bytes of the next packet, whether one is on its way, and whether a full one wants an empty one
-    /// behind it.
+    /// The bytes of the next packet, whether a packet is being sent, and whether an empty packet
+    /// has to follow a full one.
     packet: [Cell<u8>; PACKET],
     filled: Cell<usize>,
     sends: Cell<bool>,
@@ -80,14 +81,15 @@ pub struct Usb {
     ends: Cell<bool>,
 }
 
-/// Makes a buffer available: the word without that bit first, and a moment for the controller's clock.
+/// Makes a buffer available: writes the word without that bit first, and waits for the controller's
+/// clock.
 fn arm(buffer: usize, value: u32) {
     word(buffer).write(value);
     cortex_m::asm::delay(12);
     word(buffer).write(value | AVAILABLE);
 }
 
-/// Copies bytes into the shared memory, in whole words.
+/// Copies bytes into the shared memory, in whole words. Returns their number.
 fn copy(bytes: impl Iterator<Item = u8>, to: usize) -> u32 {
     let (mut count, mut held) = (0u32, 0);
     for byte in bytes.take(PACKET) {
@@ -105,17 +107,17 @@ fn copy(bytes: impl Iterator<Item = u8>, to: usize) -> u32 {
 }
 
 impl Usb {
-    /// Starts it: the host sees a device.
+    /// Starts the controller: the host sees a device.
     ///
     /// # Safety
-    /// Called once, behind [`chip::start`].
+    /// Called once, after [`chip::start`].
     pub unsafe fn start() -> Usb {
         // SAFETY: the caller's promise.
         unsafe { chip::start_usb() };
         for offset in (0..CONTROL + PACKET).step_by(4) {
             word(offset).write(0);
         }
-        // The pins of its own; power as if it were seen; a device.
+        // The controller's own pins; VBUS treated as present; device mode.
         register(0x74).write(1 << 0 | 1 << 3);
         register(0x78).write(1 << 2 | 1 << 3);
         register(0x40).write(1);
@@ -142,7 +144,7 @@ impl Usb {
         self.configured.get() && self.opened.get() && !self.suspended.get()
     }
 
-    /// Does what the host has asked for. To be called again and again.
+    /// Handles the host's requests. Call it again and again.
     pub fn poll(&self) {
         let status = SIE_STATUS.read();
         if status & SUSPENDED != 0 {
@@ -155,7 +157,7 @@ impl Usb {
             ADDRESS.write(0);
             SIE_STATUS.write(BUS_RESET);
         }
-        // What was done before the host asked for something new comes first.
+        // Packets from before the host's new request come first.
         self.go_on();
         if status & SETUP != 0 {
             SIE_STATUS.write(SETUP);
@@ -164,7 +166,7 @@ impl Usb {
         }
     }
 
-    /// What comes behind the packets that have gone or come.
+    /// Handles the packets that were sent or received.
     fn go_on(&self) {
         let done = BUFF_STATUS.read();
         if done == 0 {
@@ -181,7 +183,7 @@ impl Usb {
                 self.answer();
             }
         }
-        // A setting's bytes have come: nothing of it is needed.
+        // The bytes of a SET_LINE_CODING have come; they are not used.
         if done & 1 << 1 != 0 && word(CONTROL_OUT).read() & LENGTH != 0 {
             self.acknowledge();
         }
@@ -206,7 +208,7 @@ impl Usb {
         self.begin();
     }
 
-    /// Both directions from their beginning.
+    /// Resets both directions.
     fn begin(&self) {
         self.heard.set((0, 0));
         self.heard_1.set(false);
@@ -223,7 +225,7 @@ impl Usb {
             Answer::Bytes(bytes) => {
                 let wanted = usize::from(setup.length);
                 self.rest.set(bytes.get(..wanted).unwrap_or(bytes));
-                // The host ends it with an empty packet.
+                // The host ends the transfer with an empty packet.
                 arm(CONTROL_OUT, DATA_1);
                 self.answer();
             }
@@ -234,7 +236,7 @@ impl Usb {
             Answer::Configured => {
                 self.begin();
                 self.configured.set(true);
-                // Interrupt, bulk, bulk: each enabled, and told of by BUFF_STATUS.
+                // Interrupt, bulk, bulk: each enabled; the bulk buffers report in BUFF_STATUS.
                 word(0x08).write(1 << 31 | 3 << 26 | NOTES_AT as u32);
                 word(0x10).write(1 << 31 | 1 << 29 | 2 << 26 | SENT_AT as u32);
                 word(0x14).write(1 << 31 | 1 << 29 | 2 << 26 | HEARD_AT as u32);
@@ -258,7 +260,7 @@ impl Usb {
         }
     }
 
-    /// The next packet of an answer on the control pipe.
+    /// Sends the next packet of an answer on the control pipe.
     fn answer(&self) {
         let (now, later) =
             self.rest.get().split_at_checked(PACKET).unwrap_or((self.rest.get(), &[]));
@@ -268,18 +270,18 @@ impl Usb {
         arm(CONTROL_IN, FULL | count | if data_1 { DATA_1 } else { 0 });
     }
 
-    /// An empty answer.
+    /// Sends an empty answer.
     fn acknowledge(&self) {
         arm(CONTROL_IN, FULL | DATA_1);
     }
 
-    /// The next packet may come.
+    /// Makes the buffer for the next packet available.
     fn listen(&self) {
         let data_1 = self.heard_1.replace(!self.heard_1.get());
         arm(DATA_OUT, PACKET as u32 | if data_1 { DATA_1 } else { 0 });
     }
 
-    /// Sends what there is, if nothing is on its way.
+    /// Sends the collected bytes, unless a packet is being sent.
     fn flush(&self) {
         let count = self.filled.get();
         if self.sends.get() || !self.configured.get() || count == 0 && !self.ends.get() {
@@ -293,7 +295,7 @@ impl Usb {
         arm(DATA_IN, FULL | count | if data_1 { DATA_1 } else { 0 });
     }
 
-    /// The next byte that has come.
+    /// The next received byte.
     pub fn receive(&self) -> Option<u8> {
         let (count, taken) = self.heard.get();
         if taken >= count {
@@ -312,7 +314,7 @@ impl Usb {
         self.filled.get() < PACKET
     }
 
-    /// Sends a byte, with those behind it that come before the last packet has gone.
+    /// Sends a byte, together with later ones that come before the previous packet is sent.
     pub fn send(&self, byte: u8) {
         if let Some(place) = self.packet.get(self.filled.get()) {
             place.set(byte);

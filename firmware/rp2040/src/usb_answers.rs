@@ -1,18 +1,18 @@
-//! What a USB device says of itself; for a host too.
+//! The descriptors of the USB device, and its answers to requests; also for a host.
 
-/// What the host asks for.
+/// A request of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setup {
-    /// To whom, and which way; and what.
+    /// The request type, which has recipient and direction, and the request.
     pub request: (u8, u8),
-    /// What of it.
+    /// The request's value.
     pub value: u16,
     /// The most bytes of the answer.
     pub length: u16,
 }
 
 impl Setup {
-    /// Of its two words.
+    /// The request in these two words.
     pub const fn of([low, high]: [u32; 2]) -> Setup {
         let [kind, request, value, above] = low.to_le_bytes();
         let [_, _, length, longer] = high.to_le_bytes();
@@ -24,26 +24,26 @@ impl Setup {
     }
 }
 
-/// What is done.
+/// The reaction to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// These are sent, or the first of them.
+    /// Send these bytes, or the first of them.
     Bytes(&'static [u8]),
-    /// It has that address behind the acknowledgement.
+    /// Take this address after the acknowledgement.
     Address(u8),
-    /// Its pipes begin.
+    /// Start the pipes.
     Configured,
     /// A program has opened the port, or closed it.
     Opened(bool),
-    /// The host sends some bytes more, which are acknowledged.
+    /// Receive some bytes more from the host, then acknowledge.
     Takes,
-    /// It is acknowledged.
+    /// Acknowledge.
     Done,
-    /// There is no such thing.
+    /// Refuse: the device does not support the request.
     Refused,
 }
 
-/// pid.codes' number for trials: the project has none of its own.
+/// pid.codes' number for tests: the project has none of its own.
 const DEVICE: [u8; 18] =
     [18, 1, 0x00, 0x02, 2, 0, 0, 64, 0x09, 0x12, 0x01, 0x00, 0x00, 0x01, 1, 2, 3, 1];
 
@@ -79,10 +79,10 @@ const fn string<const N: usize>(text: &[u8]) -> [u8; N] {
     bytes
 }
 
-/// 115200 bits/s, 8 bits, whatever the host has asked for: there is no line behind it.
+/// 115200 bits/s, 8 bits, whatever the host has requested: there is no physical line.
 const CODING: [u8; 7] = [0x00, 0xC2, 0x01, 0x00, 0, 0, 8];
 
-/// What a host's request gets.
+/// The reaction to a host's request.
 pub const fn answer(setup: &Setup) -> Answer {
     let [index, kind] = setup.value.to_le_bytes();
     match setup.request {
@@ -101,7 +101,7 @@ pub const fn answer(setup: &Setup) -> Answer {
         (0x00, 5) => Answer::Address(index & 0x7F),
         (0x00, 9) => Answer::Configured,
         (0x00, 1 | 3) | (0x01, 11) => Answer::Done,
-        // (Some hosts ask the device, not its interface.)
+        // (Some hosts address the device, not its interface.)
         (0x20 | 0x21, 0x20) => Answer::Takes,
         (0x20 | 0x21, 0x22) => Answer::Opened(index & 1 != 0),
         (0xA1, 0x21) => Answer::Bytes(&CODING),
@@ -113,7 +113,7 @@ pub const fn answer(setup: &Setup) -> Answer {
 mod tests {
     use super::*;
 
-    /// Each part says how long it is, and all of them are as long as the first one says.
+    /// Each descriptor states its length, and the first one states the total.
     #[test]
     fn the_configuration_is_whole() {
         let (mut at, mut parts, mut ends) = (0, 0, 0);

@@ -1,8 +1,8 @@
-//! The vectors of the interrupts that the programs have.
+//! The vectors of the interrupts that the programs use.
 
-/// Number of the first PIO's first interrupt.
+/// The number of the first PIO's first interrupt.
 pub const PIO0_NUMBER: usize = 7;
-/// Number of UART0's.
+/// The number of UART0's interrupt.
 pub const UART0_NUMBER: usize = 20;
 
 /// A vector.
@@ -18,7 +18,7 @@ unsafe extern "C" {
     fn DefaultHandler();
 }
 
-/// Behind the core's own vectors: `link.x` puts it there.
+/// After the core's own vectors, where `link.x` puts them.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [Vector; 32] = {
@@ -34,7 +34,7 @@ static __INTERRUPTS: [Vector; 32] = {
     table
 };
 
-/// The second stage of the boot loader, of the Pico's flash.
+/// The second stage of the boot loader, for the Pico's flash.
 #[unsafe(link_section = ".boot2")]
 #[used]
 static BOOT2: [u8; 256] = rp2040_boot2::BOOT_LOADER_W25Q080;

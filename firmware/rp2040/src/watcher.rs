@@ -1,4 +1,4 @@
-//! The program of a state machine that says when a pin rises.
+//! The program of a state machine that reports when a pin rises.
 //!
 //! ```text
 //! .program watcher
@@ -21,16 +21,17 @@
 //!     jmp x-- high
 //! ```
 //!
-//! X counts down by one every two cycles, wherever the machine is, from all ones: for 68 s at 125 MHz. A rise
-//! is told by the X of the moment it was seen: to two cycles, all of them as long after the edge.
+//! X counts down by one every two cycles on all paths, from all ones: for 68 s at 125 MHz. A rise
+//! is reported by the X at the moment when it was seen: to two cycles, and always with the same
+//! delay after the edge.
 
-/// Its instructions.
+/// The instructions.
 pub const CODE: [u16; 9] = [0x0041, 0x00C2, 0xA0C1, 0x8000, 0x0045, 0x0046, 0x00C8, 0x0040, 0x0046];
 
-/// The last line before it begins again at the first.
+/// The last line before the program wraps to its first.
 pub const WRAP: u32 = 1;
 
-/// Cycles that X counts.
+/// The cycles per count of X.
 pub const CYCLES: u32 = 2;
 
 /// Sets X to all ones: `mov x, ~null`.
@@ -38,7 +39,7 @@ pub const REWIND: u16 = 0xA02B;
 
 #[cfg(test)]
 mod tests {
-    /// The same program by an assembler that is not ours.
+    /// Compares with the same program from an independent assembler.
     #[test]
     fn it_is_what_an_assembler_makes_of_its_text() {
         let text = pio::pio_asm!(

@@ -1,4 +1,4 @@
-//! STEP and DIR, and the pins around the motors: all of them of port C.
+//! STEP and DIR, and the pins around the motors, all on port C.
 
 use stepwright::drive::Axes;
 use stepwright_controller::{AXES, Panel, PinPort, PortPins, Register, Turned};
@@ -22,10 +22,10 @@ const CLEAR: Register = port(0x34);
 const LEVELS: Register = port(0x3C);
 const PULL_UP: Register = port(0x64);
 
-/// Bits of all axes.
+/// The bits of all axes.
 const ALL: u32 = (1 << AXES) - 1;
 
-/// The port that STEP and DIR are on.
+/// The port with STEP and DIR.
 pub struct Port;
 
 impl PinPort for Port {
@@ -54,17 +54,18 @@ impl PinPort for Port {
 /// STEP and DIR of all axes.
 pub type StepPins = PortPins<Port>;
 
-/// The pins around the motors, why the board has begun, and its watchdog.
+/// The pins around the motors, the reason of the last reset, and the watchdog.
 pub struct BoardPins(());
 
-/// The watchdog's: a key, and what it is to do.
+/// The watchdog's registers: control, with a key, and mode.
 const WATCHDOG: Register = register(0x400E_1A50);
 const WATCHDOG_MODE: Register = register(0x400E_1A54);
-/// The reset controller's: why.
+/// The reset controller's status, with the reason.
 const REASON: Register = register(0x400E_1A04);
 
 impl BoardPins {
-    /// Pulls the inputs up, leaves the drivers off, and has the watchdog reset all after 250 ms.
+    /// Pulls the inputs up, leaves the drivers off, and sets the watchdog to reset the chip after
+    /// 250 ms.
     ///
     /// # Safety
     /// Called once.
@@ -75,7 +76,7 @@ impl BoardPins {
         PROGRAM.write(PINS | 1 << ENABLE);
         SET.write(1 << ENABLE);
         OUTPUTS.write(1 << ENABLE);
-        // Of 256 a second; it can be set once, and runs from power-up on.
+        // In counts of 1/256 s. The mode can be set only once; the watchdog runs from power-up on.
         WATCHDOG_MODE.write(64 << 16 | 1 << 13 | 64);
         BoardPins(())
     }

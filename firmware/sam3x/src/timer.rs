@@ -33,26 +33,27 @@ pub struct Channel(());
 /// Called once.
 pub unsafe fn start() -> Timer {
     chip::hold();
-    // "Waveform", up to its end, at half the processor's clock.
+    // "Waveform" mode, counting to the end, at half the processor's clock.
     MODE.write(1 << 15);
     INTERRUPT_ON.write(MATCH);
-    // The clock on, and from 0.
+    // Clock on, and start from 0.
     CONTROL.write(1 << 2 | 1);
     chip::let_in(TC0_NUMBER);
     CompareTimer::new(Channel(()))
 }
 
-/// The counter, for the main loop, while the step interrupt may come.
+/// The counter. Called in the main loop, with the step interrupt enabled.
 #[inline(always)]
 pub fn count() -> u32 {
     COUNTER.read()
 }
 
 impl CompareRegister for Channel {
-    /// Leaving and entering takes 24 cycles, and what the handler saves.
+    /// Leaving and entering the interrupt takes 24 cycles, plus the registers that the handler
+    /// saves.
     const LINGER: u32 = 30;
-    /// 12 cycles, and some 35 instructions to the edge of a step that is due alone; twice as many where
-    /// several are.
+    /// 12 cycles, and some 35 instructions up to the edge of a single due step; twice as many for
+    /// several steps.
     const REACTION: u32 = 80;
 
     #[inline(always)]
@@ -67,7 +68,7 @@ impl CompareRegister for Channel {
 
     #[inline(always)]
     fn clear(&mut self) {
-        // A look at it is what clears it.
+        // Reading the register clears the flag.
         STATE.read();
     }
 
@@ -77,11 +78,12 @@ impl CompareRegister for Channel {
     }
 }
 
-/// The channel's interrupt, and what is less urgent.
+/// The channel's interrupt, and the less urgent ones.
 pub struct StepInterrupt;
 
-// SAFETY: by priority, of the channel's and of those that are less urgent; a barrier for the processor
-// is behind it, and the write is one for the compiler. What is pending stays so.
+// SAFETY: the priority mask holds off the channel's interrupt and the less urgent ones. A barrier
+// for the processor follows, and the write is one for the compiler. Pending interrupts stay
+// pending.
 unsafe impl HoldOff for StepInterrupt {
     #[inline(always)]
     fn hold() {

@@ -1,5 +1,5 @@
-//! The serial line: UART, 115200 baud. Bytes are received by an interrupt, which the step interrupt
-//! interrupts.
+//! The serial line: UART, 115200 baud. An interrupt receives the bytes; the step interrupt can
+//! preempt it.
 
 use stepwright_controller::{Register, Ring};
 use stepwright_device::main_loop::{Received, SerialPort};
@@ -17,25 +17,25 @@ const STATE: Register = uart(0x14);
 const RECEIVED: Register = uart(0x18);
 const TO_SEND: Register = uart(0x1C);
 
-/// Bits of the state: a byte has come; there is room; one was lost, its stop or its parity was wrong.
+/// Bits of the state: a byte was received; there is room; an overrun, a framing or a parity error.
 const READY: u32 = 1 << 0;
 const ROOM: u32 = 1 << 1;
 const BAD: u32 = 7 << 5;
 
-/// What the interrupt has received.
+/// The bytes that the interrupt has received.
 static RING: Ring = Ring::new();
 
 /// The line's interrupt.
 ///
 /// # Safety
-/// Called by that interrupt alone.
+/// Called by that interrupt only.
 #[inline(always)]
 pub unsafe fn on_receive() {
     let state = STATE.read();
     // SAFETY: the caller's promise.
     unsafe {
         if state & BAD != 0 {
-            // The receiver and the sender stay on.
+            // Resets the errors only: receiver and sender stay on.
             CONTROL.write(1 << 8);
             RING.put_garbled();
         }
@@ -49,12 +49,12 @@ pub unsafe fn on_receive() {
 pub struct Uart(());
 
 impl Uart {
-    /// Starts it. Its interrupt is behind the step timer's.
+    /// Starts the line. Its interrupt is less urgent than the step timer's.
     ///
     /// # Safety
     /// Nothing else has started the line.
     pub unsafe fn start() -> Uart {
-        // PA8 and PA9 to peripheral A; RX pulled up.
+        // PA8 and PA9 to peripheral A; RX with a pull-up.
         register(0x400E_0E64).write(1 << 8);
         register(0x400E_0E04).write(3 << 8);
         CONTROL.write(1 << 2 | 1 << 3 | 1 << 5 | 1 << 7);
@@ -70,7 +70,7 @@ impl Uart {
 
 impl SerialPort for Uart {
     fn receive(&mut self) -> Option<Received> {
-        // SAFETY: there is one `Uart`, the main loop's.
+        // SAFETY: there is one `Uart`, which the main loop owns.
         unsafe { RING.take() }
     }
 

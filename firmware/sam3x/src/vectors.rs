@@ -1,8 +1,8 @@
-//! The vectors of the interrupts that the programs have.
+//! The vectors of the interrupts that the programs use.
 
-/// Number of the line's interrupt.
+/// The number of the line's interrupt.
 pub const UART_NUMBER: usize = 8;
-/// Number of that of the first channel of timer 0.
+/// The number of the interrupt of timer 0's first channel.
 pub const TC0_NUMBER: usize = 27;
 
 unsafe extern "C" {
@@ -11,7 +11,7 @@ unsafe extern "C" {
     fn DefaultHandler();
 }
 
-/// Behind the core's own vectors: `link.x` puts it there.
+/// After the core's own vectors, where `link.x` puts them.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); 45] = {

@@ -1,31 +1,31 @@
-//! Clocks, what pins are for, priorities: by `stm32f4xx-hal`.
+//! Clocks, functions of pins and priorities, by `stm32f4xx-hal`.
 
 use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Enable, Reset};
 use stm32f4xx_hal::serial::Serial;
 
-/// The more urgent of the two interrupts is the step timer's; a higher number is less urgent.
+/// The step timer's interrupt is the more urgent one; a higher number is less urgent.
 const STEP_PRIORITY: u8 = 0x80;
 const LINE_PRIORITY: u8 = 0xC0;
 
-/// What of the chip the program has.
+/// The parts of the chip that the program uses.
 pub struct Chip {
     /// The step timer.
     pub timer: pac::TIM2,
-    /// The port of all pins but the line's.
+    /// The port of all pins except the line's.
     pub port: pac::GPIOC,
     /// The serial line, at 115200 baud.
     pub line: pac::USART2,
     /// The watchdog.
     pub watchdog: pac::IWDG,
-    /// Why the program has begun: bits 24 to 31 of RCC_CSR.
+    /// The reasons of the last reset: bits 24 to 31 of RCC_CSR.
     pub reasons: u32,
 }
 
 impl Chip {
-    /// Runs the processor at 96 MHz, from the debugger's 8 MHz, and both interrupts' priorities. None if
-    /// somebody has the chip already, or the clocks can't be had.
+    /// Runs the processor at 96 MHz, from the debugger's 8 MHz, and sets both interrupts'
+    /// priorities. `None` if the chip was taken already, or if the clocks can't be set.
     pub fn take() -> Option<Chip> {
         let chip = pac::Peripherals::take()?;
         let mut core = cortex_m::Peripherals::take()?;
@@ -40,7 +40,7 @@ impl Chip {
         let line: Serial<_> =
             chip.USART2.serial((pins.pa2, pins.pa3), 115_200.bps(), &mut rcc).ok()?;
         let (line, _) = line.release();
-        // SAFETY: neither is let in yet.
+        // SAFETY: neither is enabled yet.
         unsafe {
             core.NVIC.set_priority(Interrupt::TIM2, STEP_PRIORITY);
             core.NVIC.set_priority(Interrupt::USART2, LINE_PRIORITY);
@@ -50,18 +50,18 @@ impl Chip {
     }
 }
 
-/// Holds the step interrupt off, and the line's, which is less urgent.
+/// Holds off the step interrupt, and the line's, which is less urgent.
 #[inline(always)]
 pub fn hold() {
-    // SAFETY: it raises what is masked: `release` lets the same come.
+    // SAFETY: it only masks more; `release` unmasks the same interrupts.
     unsafe { cortex_m::register::basepri::write(STEP_PRIORITY) };
     cortex_m::asm::isb();
 }
 
-/// Lets them come.
+/// Releases the interrupts.
 #[inline(always)]
 pub fn release() {
-    // SAFETY: nothing else masks by priority.
+    // SAFETY: nothing else uses the priority mask.
     unsafe { cortex_m::register::basepri::write(0) };
     cortex_m::asm::isb();
 }

@@ -1,4 +1,4 @@
-//! STEP and DIR, and the pins around the motors: all of them of port C.
+//! STEP and DIR, and the pins around the motors, all on port C.
 
 use stepwright::drive::Axes;
 use stepwright_controller::{AXES, Panel, PinPort, PortPins, StampPort, Stamps, Turned};
@@ -8,10 +8,10 @@ use stm32f4xx_hal::pac::{GPIOC, IWDG};
 use crate::board::{DIR, EMERGENCY, ENABLE, FAULT, STEP, SWITCHES};
 use crate::timer;
 
-/// Bits of all axes.
+/// The bits of all axes.
 const ALL: u32 = (1 << AXES) - 1;
 
-/// Two bits for each pin of `bits`.
+/// `value` in the two bits of each pin of `bits`.
 const fn pairs(bits: u32, value: u32) -> u32 {
     let (mut pairs, mut pin) = (0, 0);
     while pin < 16 {
@@ -23,14 +23,14 @@ const fn pairs(bits: u32, value: u32) -> u32 {
     pairs
 }
 
-/// Makes the port's pins what they are: all of them inputs, but STEP, DIR and the enable pin.
+/// Configures the port's pins: STEP, DIR and the enable pin as outputs, all others as inputs.
 pub fn start_pins(port: &GPIOC) -> StepPins {
     const OUTPUTS: u32 = ALL << STEP | ALL << DIR | 1 << ENABLE;
     const INPUTS: u32 = ALL << SWITCHES | 1 << EMERGENCY | 1 << FAULT;
-    // SAFETY: once, as there is one `GPIOC`.
+    // SAFETY: once, because there is one `GPIOC`.
     let pins = unsafe { StepPins::new() };
     Port::set(1 << ENABLE, true);
-    // SAFETY: bits that the reference manual has.
+    // SAFETY: bits according to the reference manual.
     unsafe {
         port.moder().write(|w| w.bits(const { pairs(OUTPUTS, 1) }));
         port.ospeedr().write(|w| w.bits(const { pairs(OUTPUTS, 1) }));
@@ -39,11 +39,11 @@ pub fn start_pins(port: &GPIOC) -> StepPins {
     pins
 }
 
-/// Likewise, and starts the watchdog.
+/// The same, and starts the watchdog.
 pub fn start(port: GPIOC, watchdog: IWDG, reasons: u32) -> (StepPins, BoardPins) {
     let pins = start_pins(&port);
-    // 32 kHz / 4, 250 ms. It runs on its own clock, and is never off again.
-    // SAFETY: keys and values that the reference manual has.
+    // 32 kHz / 4, 250 ms. It runs on its own clock, and can't be switched off again.
+    // SAFETY: keys and values according to the reference manual.
     unsafe {
         watchdog.kr().write(|w| w.bits(0x5555));
         watchdog.pr().write(|w| w.bits(0));
@@ -53,7 +53,7 @@ pub fn start(port: GPIOC, watchdog: IWDG, reasons: u32) -> (StepPins, BoardPins)
     (pins, BoardPins { port, watchdog, reasons })
 }
 
-/// The port that STEP and DIR are on.
+/// The port with STEP and DIR.
 pub struct Port;
 
 impl PinPort for Port {
@@ -62,7 +62,7 @@ impl PinPort for Port {
 
     #[inline(always)]
     fn set(bits: u32, high: bool) {
-        // SAFETY: one store that changes the levels of these pins alone.
+        // SAFETY: one store that changes only the levels of these pins.
         unsafe { (*GPIOC::ptr()).bsrr().write(|w| w.bits(if high { bits } else { bits << 16 })) };
     }
 
@@ -81,7 +81,7 @@ impl StampPort for Port {
 
     #[inline(always)]
     fn is_high(bit: u32) -> bool {
-        // SAFETY: a look at one register, which has the levels of outputs too.
+        // SAFETY: a read of one register, which has the levels of outputs too.
         unsafe { (*GPIOC::ptr()).idr().read().bits() & bit != 0 }
     }
 
@@ -94,7 +94,7 @@ impl StampPort for Port {
 /// STEP and DIR of all axes.
 pub type StepPins = PortPins<Port>;
 
-/// The pins around the motors, why the board has begun, and its watchdog.
+/// The pins around the motors, the reason of the last reset, and the watchdog.
 pub struct BoardPins {
     port: GPIOC,
     watchdog: IWDG,
@@ -115,7 +115,7 @@ impl Panel for BoardPins {
 
     #[inline(always)]
     fn feed(&mut self) {
-        // SAFETY: the key that reloads it.
+        // SAFETY: the key that reloads the watchdog.
         self.watchdog.kr().write(|w| unsafe { w.bits(0xAAAA) });
     }
 
@@ -136,7 +136,7 @@ impl Panel for BoardPins {
     }
 
     fn reset(&mut self) -> Reset {
-        // IWDGRSTF; PORRSTF. Power-up sets BORRSTF too, a brown-out that alone.
+        // IWDGRSTF; PORRSTF. Power-up sets BORRSTF too, a brown-out sets only that.
         match self.reasons {
             reasons if reasons >> 29 & 1 != 0 => Reset::Watchdog,
             reasons if reasons >> 27 & 1 != 0 => Reset::Power,

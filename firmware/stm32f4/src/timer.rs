@@ -10,33 +10,34 @@ use crate::chip;
 /// The step timer.
 pub type Timer = CompareTimer<Tim2>;
 
-/// Its registers.
+/// TIM2's registers.
 pub struct Tim2(TIM2);
 
 /// Starts TIM2 at 0, its interrupt held off.
 pub fn start(timer: TIM2) -> Timer {
     chip::hold();
-    // SAFETY: all values of the register.
+    // SAFETY: the register may have any value.
     timer.arr().write(|w| unsafe { w.bits(u32::MAX) });
     timer.dier().write(|w| w.cc1ie().set_bit());
     timer.cr1().write(|w| w.cen().set_bit());
-    // SAFETY: it is held off by its priority.
+    // SAFETY: the priority mask holds it off.
     unsafe { NVIC::unmask(Interrupt::TIM2) };
     CompareTimer::new(Tim2(timer))
 }
 
-/// The counter, for the main loop, while the step interrupt may come.
+/// The counter. Called in the main loop, with the step interrupt enabled.
 #[inline(always)]
 pub fn count() -> u32 {
-    // SAFETY: a look at one register.
+    // SAFETY: a read of one register.
     unsafe { &*TIM2::ptr() }.cnt().read().bits()
 }
 
 impl CompareRegister for Tim2 {
-    /// Leaving and entering takes 24 cycles, and what the handler saves.
+    /// Leaving and entering the interrupt takes 24 cycles, plus the registers that the handler
+    /// saves.
     const LINGER: u32 = 60;
-    /// 12 cycles, and some 35 instructions to the edge of a step that is due alone; twice as many where
-    /// several are.
+    /// 12 cycles, and some 35 instructions up to the edge of a single due step; twice as many for
+    /// several steps.
     const REACTION: u32 = 150;
 
     #[inline(always)]
@@ -46,14 +47,14 @@ impl CompareRegister for Tim2 {
 
     #[inline(always)]
     fn compare(&mut self, at: u32) {
-        // SAFETY: all values of the register.
+        // SAFETY: the register may have any value.
         self.0.ccr1().write(|w| unsafe { w.bits(at) });
     }
 
     #[inline(always)]
     fn clear(&mut self) {
-        // What is written as 1 stays.
-        // SAFETY: the other flags are nobody's.
+        // Writing a 1 leaves a flag unchanged.
+        // SAFETY: nothing uses the other flags.
         self.0.sr().write(|w| unsafe { w.bits(!(1 << 1)) });
     }
 
@@ -63,11 +64,11 @@ impl CompareRegister for Tim2 {
     }
 }
 
-/// TIM2's interrupt, and what is less urgent.
+/// TIM2's interrupt, and the less urgent ones.
 pub struct StepInterrupt;
 
-// SAFETY: by priority, of TIM2's and of those that are less urgent; a barrier for the processor is
-// behind it, and the write is one for the compiler. What is pending stays so.
+// SAFETY: the priority mask holds off TIM2's interrupt and the less urgent ones. A barrier for the
+// processor follows, and the write is one for the compiler. Pending interrupts stay pending.
 unsafe impl HoldOff for StepInterrupt {
     #[inline(always)]
     fn hold() {

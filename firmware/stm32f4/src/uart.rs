@@ -1,24 +1,24 @@
-//! The serial line: USART2, 115200 baud. Bytes are received by an interrupt, which the step interrupt
-//! interrupts.
+//! The serial line: USART2, 115200 baud. An interrupt receives the bytes; the step interrupt can
+//! preempt it.
 
 use cortex_m::peripheral::NVIC;
 use stepwright_controller::Ring;
 use stepwright_device::main_loop::{Received, SerialPort};
 use stm32f4xx_hal::pac::{Interrupt, USART2};
 
-/// What the interrupt has received.
+/// The bytes that the interrupt has received.
 static RING: Ring = Ring::new();
 
 /// The interrupt of USART2.
 ///
 /// # Safety
-/// Called by that interrupt alone.
+/// Called by that interrupt only.
 #[inline(always)]
 pub unsafe fn on_receive() {
-    // SAFETY: the receiver's half is the interrupt's.
+    // SAFETY: the interrupt owns the receiver's half.
     let line = unsafe { &*USART2::ptr() };
     let state = line.sr().read();
-    // Read behind the state, it clears all that it tells.
+    // Reading it after the state clears all flags of the state.
     let byte = line.dr().read().bits() as u8;
     let damaged = state.pe().bit() || state.fe().bit() || state.nf().bit();
     // SAFETY: the caller's promise.
@@ -38,10 +38,10 @@ pub unsafe fn on_receive() {
 pub struct Uart(USART2);
 
 impl Uart {
-    /// Lets its interrupt come, which is behind the step timer's.
+    /// Enables its interrupt, which is less urgent than the step timer's.
     pub fn start(line: USART2) -> Uart {
         line.cr1().modify(|_, w| w.rxneie().set_bit());
-        // SAFETY: it is less urgent than the step interrupt, and touches the ring alone.
+        // SAFETY: it is less urgent than the step interrupt, and uses only the ring.
         unsafe { NVIC::unmask(Interrupt::USART2) };
         Uart(line)
     }
@@ -49,7 +49,7 @@ impl Uart {
 
 impl SerialPort for Uart {
     fn receive(&mut self) -> Option<Received> {
-        // SAFETY: there is one `Uart`, the main loop's.
+        // SAFETY: there is one `Uart`, which the main loop owns.
         unsafe { RING.take() }
     }
 

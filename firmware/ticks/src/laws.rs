@@ -6,7 +6,7 @@ use stepwright_austin::{Austin, Fixed, LinearFactor, Piecewise, PowerTerm};
 use crate::planned::{BOARD, BOARD_JERK};
 use crate::{Law, Sum};
 
-/// All of them, in their order.
+/// All laws, in order.
 pub const LAWS: [Law; 10] = [
     TRAPEZOID,
     S_CURVE,

@@ -1,4 +1,4 @@
-//! Seeded travels of every law, and a checksum of the delays of each: the same on every chip.
+//! Seeded travels for every law, and a checksum of the delays of each: the same on every chip.
 //!
 //! ```text
 //!   number ─► Luck ─► Travel ─► law of the product ─► delays in ticks ─► CRC-32 ─► a line
@@ -6,16 +6,16 @@
 //! ```
 //!
 //! A line is the law, the travel's number, its pulses and the checksum in hexadecimal digits:
-//! `austin 17 205 1a2b3c4d`. A travel that the law refuses says `refused` instead of both.
-//! `python/tests/seeded.py` makes the same travels by a program of its own, and the same lines of
-//! what the Python package plans.
+//! `austin 17 205 1a2b3c4d`. For a travel that the law refuses it has `refused` in place of the
+//! last two. `python/tests/seeded.py` makes the same travels with its own program, and the same
+//! lines from the plans of the Python package.
 //!
 //! # The travels
 //!
-//! [`Luck`] is Marsaglia's xorshift of 32 bits (13, 17, 5). Of law `l` (its place in [`LAWS`]) and
+//! [`Luck`] is Marsaglia's xorshift of 32 bits (13, 17, 5). For law `l` (its index in [`LAWS`]) and
 //! travel `n` it begins at (n + 1)·2654435769 + l·2246822519 modulo 2³², or at 1 if that is 0, and
-//! eight numbers are thrown away. `below(k)` is the next number modulo k, and `about(a, b)` is
-//! 2^e + below(2^e) for e = a + below(b − a). Every law draws all of these, in this order:
+//! the first eight numbers are discarded. `below(k)` is the next number modulo k, and `about(a, b)`
+//! is 2^e + below(2^e) for e = a + below(b − a). Every law draws all of these, in this order:
 //!
 //! | drawn | value |
 //! | --- | --- |
@@ -34,8 +34,8 @@
 //! | breaks | below(17) |
 //! | c₀, c_min | about(11, 17) ticks, about(6, 12) ticks |
 //!
-//! `board` and `board-jerk` are the trapezoid and the S-curve as a board plans them, by small numbers
-//! and on a timer of 16 MHz: their checksums are over the entries that a step interrupt plays.
+//! `board` and `board-jerk` are the trapezoid and the S-curve as a board plans them, with small
+//! numbers and a timer of 16 MHz: their checksums are over the entries that a step interrupt plays.
 
 #![no_std]
 
@@ -53,7 +53,7 @@ pub use laws::{
 };
 pub use planned::{BOARD, BOARD_JERK};
 
-/// A travel, of which each law takes what it needs.
+/// A travel. Each law uses the fields that it needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Travel {
     rate: Rate,
@@ -74,7 +74,7 @@ pub struct Travel {
 }
 
 impl Travel {
-    /// The travel of this number.
+    /// The travel with this number.
     fn of(law: u32, number: u32) -> Travel {
         let mut luck = Luck::of(law, number);
         let accel =
@@ -114,17 +114,17 @@ impl Travel {
     }
 }
 
-/// What became of a travel's delays.
+/// The result of a travel's delays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sum {
-    /// Pulses.
+    /// The number of pulses.
     pub pulses: u32,
     /// CRC-32 of the delays, four bytes each, the lowest first.
     pub crc: u32,
 }
 
 impl Sum {
-    /// Those of a law, if it takes the travel.
+    /// The sum of a law's delays, if it accepts the travel.
     fn of<E>(delays: Result<impl Iterator<Item = u32>, E>) -> Option<Sum> {
         Some(Sum::over(delays.ok()?))
     }
@@ -139,23 +139,24 @@ impl Sum {
     }
 }
 
-/// A law: a function of its own, so that a small chip holds those that its program names alone.
+/// A law. Each is a function of its own, so that a small chip holds only those that its program
+/// names.
 #[derive(Clone, Copy, Debug)]
 pub struct Law {
-    /// As in `stepwright plan`.
+    /// The name in `stepwright plan`.
     pub name: &'static str,
-    /// Its place in [`LAWS`].
+    /// The index in [`LAWS`].
     place: u32,
     sum: fn(&Travel) -> Option<Sum>,
 }
 
 impl Law {
-    /// What becomes of a travel; `None` if the law refuses it.
+    /// The result of a travel; `None` if the law refuses it.
     pub fn sum(&self, number: u32) -> Option<Sum> {
         (self.sum)(&Travel::of(self.place, number))
     }
 
-    /// Says the line of a travel, byte by byte, with its end.
+    /// Writes the line of a travel, byte by byte, including its end.
     pub fn tell(&self, number: u32, mut byte: impl FnMut(u8)) {
         self.name.bytes().for_each(&mut byte);
         byte(b' ');
@@ -175,7 +176,7 @@ impl Law {
     }
 }
 
-/// Says a number in decimal digits.
+/// Writes a number in decimal digits.
 fn decimal(number: u32, byte: &mut impl FnMut(u8)) {
     let mut unit = 1_000_000_000;
     while unit > 1 && unit > number {

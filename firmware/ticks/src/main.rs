@@ -1,5 +1,5 @@
-//! Says the lines of all laws, travel by travel, until nobody listens: on a host, on a chip of 32 bits
-//! by semihosting, on an AVR by its serial line.
+//! Prints the lines of all laws, travel by travel, until the reader stops: on a host, on a chip of
+//! 32 bits by semihosting, on an AVR by its serial line.
 #![cfg_attr(any(target_os = "none", target_arch = "avr"), no_std, no_main)]
 
 #[cfg(target_arch = "avr")]

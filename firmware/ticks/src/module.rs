@@ -1,4 +1,4 @@
-//! What a host of WebAssembly calls.
+//! The functions that a host of WebAssembly calls.
 
 use core::cell::UnsafeCell;
 
@@ -13,7 +13,7 @@ unsafe impl Sync for Line {}
 
 static LINE: Line = Line(UnsafeCell::new([0; ROOM]));
 
-/// Where a line lies.
+/// The address of the line.
 #[unsafe(no_mangle)]
 extern "C" fn line() -> *const u8 {
     LINE.0.get().cast()
@@ -23,7 +23,7 @@ extern "C" fn line() -> *const u8 {
 #[unsafe(no_mangle)]
 extern "C" fn tell(law: u32, number: u32) -> usize {
     let Some(law) = LAWS.get(law as usize) else { return 0 };
-    // SAFETY: nobody else has it meanwhile.
+    // SAFETY: nothing else uses it meanwhile.
     let line = unsafe { &mut *LINE.0.get() };
     let mut length = 0;
     law.tell(number, |byte| {

@@ -1,5 +1,5 @@
-//! Orders as a board plans them: small numbers, runs, entries. What its step interrupt would play,
-//! event by event.
+//! Orders as a board plans them: small numbers, runs, entries. The entries are those that its step
+//! interrupt would play, event by event.
 
 use stepwright::profile::Ramp;
 use stepwright::{Board, Cost, Order, Rate, Travel as Way};
@@ -13,7 +13,7 @@ pub const BOARD: Law = Law { name: "board", place: 8, sum: |t| ordered(t, false)
 /// An S-curve as a board plans it.
 pub const BOARD_JERK: Law = Law { name: "board-jerk", place: 9, sum: |t| ordered(t, true) };
 
-/// A timer of 16 MHz, steps of 20 µs, and as many runs as there are.
+/// A timer of 16 MHz, steps of 20 µs, and no limit of runs.
 const UNO: Board<1> = Board {
     cost: Cost::any_pulse([320]),
     runs: u16::MAX,

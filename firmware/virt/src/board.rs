@@ -7,27 +7,27 @@ use stepwright_protocol::flash_text;
 /// `mtime`.
 pub const RATE: Rate = Rate::of::<10_000_000>();
 
-/// The board of the controller: what QEMU keeps without a late step at 7.8 million instructions a
-/// second (`firmware/qemu/tests/edges.rs`).
+/// The board of the controller: the rates that QEMU keeps without a late step at 7.8 million
+/// instructions a second (`firmware/qemu/tests/edges.rs`).
 pub const BOARD: Board<AXES> =
     board(RATE, Cost::any_pulse([RATE.micros(80), RATE.micros(90), RATE.micros(100)]), 1_600);
 
-/// The player of streamed runs: an axis' step interrupt takes 100 instructions.
+/// The player of streams: an axis's step interrupt takes 100 instructions.
 pub const STREAM: StreamBoard =
     StreamBoard { name: flash_text!("virt"), rate: RATE, least: RATE.micros(13) };
 
-/// The port, which `virt` has not: 128 words of RAM that nobody reads. A store to word N raises the
-/// pins whose bits N has; one to word N of [`CLEAR`] lowers them. So the address alone tells what
-/// changes, whatever is stored.
+/// The port, which `virt` lacks: 128 words of RAM that nothing reads. A store to word N raises the
+/// pins whose bits N has; a store to word N of [`CLEAR`] lowers them. So the address alone shows
+/// the change, whatever is stored.
 pub const SET: usize = 0x8020_0000;
 /// See [`SET`].
 pub const CLEAR: usize = SET + PORT_SIZE;
-/// Bytes of each.
+/// The bytes of each.
 pub const PORT_SIZE: usize = 0x200;
 
-/// Bits of the port: STEP of axis 1, of the others in a row behind it.
+/// Bits of the port: STEP of axis 1; the other axes follow.
 pub const STEP: u32 = 0;
-/// Likewise DIR, high for forward.
+/// DIR of axis 1, high for forward; the other axes follow.
 pub const DIR: u32 = 3;
 /// The pin that enables the drivers.
 pub const ENABLE: u32 = 6;

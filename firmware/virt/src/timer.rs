@@ -1,5 +1,5 @@
-//! `mtime`, free-running at 10 MHz with 64 bits, and `mtimecmp`, both as the CLINT has them: what has
-//! passed is pending for as long as it has.
+//! `mtime`, free-running at 10 MHz with 64 bits, and `mtimecmp`, both in the CLINT: the interrupt
+//! is pending while `mtime` is at or past `mtimecmp`.
 
 use core::arch::asm;
 
@@ -25,19 +25,19 @@ const BIT: usize = 1 << 7;
 pub struct Timer(());
 
 impl Timer {
-    /// Takes `mtimecmp`, whose interrupt stays held off, and lets interrupts come.
+    /// Takes `mtimecmp`, whose interrupt stays held off, and enables interrupts.
     ///
     /// # Safety
     /// Called once.
     pub unsafe fn start() -> Timer {
         COMPARE_HIGH.write(u32::MAX);
-        // SAFETY: MIE of `mstatus`; no interrupt of `mie` is let in yet.
+        // SAFETY: MIE of `mstatus`; no interrupt of `mie` is enabled yet.
         unsafe { asm!("csrc mie, {bit}", "csrsi mstatus, 8", bit = in(reg) BIT, options(nostack)) };
         Timer(())
     }
 }
 
-/// The counter, for the main loop, while the step interrupt may come.
+/// The counter. Called in the main loop, with the step interrupt enabled.
 #[inline(always)]
 pub fn count() -> u32 {
     TIME.read()
@@ -57,9 +57,9 @@ fn time() -> u64 {
 
 impl StepTimer for Timer {
     type Count = u32;
-    /// Leaving and entering takes some 80 instructions.
+    /// Leaving and entering the interrupt takes some 80 instructions.
     const LINGER: u32 = 10;
-    /// Some 100 instructions to the edge of a step that is due alone; twice as many where several are.
+    /// Some 100 instructions up to the edge of a single due step; twice as many for several steps.
     const REACTION: u32 = 200;
 
     #[inline(always)]
@@ -72,7 +72,7 @@ impl StepTimer for Timer {
         let now = time();
         let ahead = at.wrapping_sub(now as u32) as i32;
         let at = now.saturating_add_signed(ahead.into());
-        // In between no value may match that nobody asked for: the privileged architecture's order.
+        // The order of the privileged architecture: no intermediate value may match.
         COMPARE.write(u32::MAX);
         COMPARE_HIGH.write((at >> 32) as u32);
         COMPARE.write(at as u32);
@@ -82,8 +82,9 @@ impl StepTimer for Timer {
 /// The timer's interrupt.
 pub struct StepInterrupt;
 
-// SAFETY: MTIE of `mie`, 0 after a reset; a write to a control register is over with its instruction,
-// and the assembly is a barrier for the compiler. What is pending stays so: it is a level.
+// SAFETY: MTIE of `mie`, 0 after a reset; a write to a control register is complete with its
+// instruction, and the assembly is a barrier for the compiler. A pending interrupt stays pending:
+// it is a level.
 unsafe impl HoldOff for StepInterrupt {
     #[inline(always)]
     fn hold() {
@@ -93,29 +94,29 @@ unsafe impl HoldOff for StepInterrupt {
 
     #[inline(always)]
     fn release() {
-        // SAFETY: likewise.
+        // SAFETY: as above.
         unsafe { asm!("csrs mie, {bit}", bit = in(reg) BIT, options(nostack)) };
     }
 }
 
-/// Carries out a visit of the step interrupt, and lets other interrupts come meanwhile. They are more urgent
-/// then: a RISC-V without an interrupt controller of its own has no priorities.
+/// Runs the body of the step interrupt with other interrupts enabled. They are more urgent then: a
+/// RISC-V without its own interrupt controller has no priorities.
 ///
 /// # Safety
-/// Called by the step interrupt. Those that come meanwhile do not hold it off, and so leave the motors
-/// alone.
+/// Called by the step interrupt. The interrupts that nest do not hold it off, and so must not use
+/// the motors.
 #[inline(always)]
 pub unsafe fn visit<R>(visit: impl FnOnce() -> R) -> R {
     StepInterrupt::hold();
     let (back, state): (usize, usize);
-    // SAFETY: where the interrupt returns to, and how, are kept; then MIE of `mstatus` is set. This
-    // interrupt is held off, so it does not come again.
+    // SAFETY: the return address and the state of the interrupt are kept; then MIE of `mstatus` is
+    // set. This interrupt is held off, so it does not nest.
     unsafe {
         asm!("csrr {back}, mepc", "csrr {state}, mstatus", "csrsi mstatus, 8",
             back = out(reg) back, state = out(reg) state, options(nostack));
     }
     let end = visit();
-    // SAFETY: both are as they were; MIE was clear.
+    // SAFETY: restores both; MIE was clear.
     unsafe {
         asm!("csrw mstatus, {state}", "csrw mepc, {back}",
             back = in(reg) back, state = in(reg) state, options(nostack));

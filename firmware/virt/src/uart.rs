@@ -1,12 +1,12 @@
-//! The serial line: a 16550, without its queue. QEMU holds a byte back until the one before is read; and
-//! it begins to send before the program does, so switching the queue on would lose what has come. On a
-//! line that does not wait the queue is needed.
+//! The serial line: a 16550, without its queue. QEMU holds a byte back until the previous one is
+//! read; and it begins to send before the program starts, so switching the queue on would lose
+//! received bytes. A real line needs the queue.
 
 use core::cell::Cell;
 
 use stepwright_device::main_loop::{Received, SerialPort};
 
-/// A register, of 8 bits.
+/// The address of a register of 8 bits.
 fn uart(offset: usize) -> *mut u8 {
     (0x1000_0000 + offset) as *mut u8
 }
@@ -15,19 +15,19 @@ const DATA: usize = 0;
 const FORMAT: usize = 3;
 const STATE: usize = 5;
 
-/// Bits of the state: a byte has come; one was lost or damaged; there is room.
+/// Bits of the state: a byte was received; a byte was lost or damaged; there is room.
 const READY: u8 = 1 << 0;
 const BAD: u8 = 0xF << 1;
 const ROOM: u8 = 1 << 5;
 
 /// The line, for the main loop.
 pub struct Uart {
-    /// A byte was lost or damaged. A look at the state clears what it tells of that.
+    /// A byte was lost or damaged. Reading the state clears its error bits.
     bad: Cell<bool>,
 }
 
 impl Uart {
-    /// Starts it: 8 bits, no parity. QEMU's has no speed.
+    /// Starts the line: 8 bits, no parity. QEMU's has no speed.
     ///
     /// # Safety
     /// Nothing else has started the line.

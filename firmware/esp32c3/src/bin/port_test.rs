@@ -1,4 +1,5 @@
-//! Does the step timer keep the contract of `StepTimer`? The line says so.
+//! Tests whether the step timer keeps the contract of `StepTimer`, and sends the result on the
+//! line.
 #![no_std]
 #![no_main]
 
@@ -22,7 +23,7 @@ fn main() -> ! {
     let line = Driver::new(chip.UART0, Config::default()).expect("115200 baud");
     let mut line = Uart::new(line.with_tx(chip.GPIO21).with_rx(chip.GPIO20));
     let timer = timer::start(chip.SYSTIMER, on_compare);
-    // 1,000 ticks: the interrupt, and what it finds.
-    // SAFETY: once; the interrupt is held off since the timer's start.
+    // 1,000 ticks: the interrupt with its work.
+    // SAFETY: once; the interrupt has been held off since the timer's start.
     unsafe { TRIAL.run(timer, 1_000, &mut line) }
 }

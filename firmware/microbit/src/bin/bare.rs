@@ -1,4 +1,4 @@
-//! A main loop that sleeps, and no executor.
+//! A main loop that sleeps, without an executor.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Moves that are awaited without an executor. Linked as the controller is: so nothing in
+//! Moves that are awaited without an executor. It is linked like the controller, so nothing in
 //! `stepwright-embassy` can panic.
 #![no_std]
 #![no_main]
@@ -51,7 +51,7 @@ fn moves(motors: &Motors<'_, impl Control, 3>) -> Result<(), MoveError> {
     }
     {
         let mut run = pin!(y.run(-300));
-        // Its first poll begins it.
+        // The first poll begins it.
         if run.as_mut().poll(&mut Context::from_waker(Waker::noop())).is_pending() {
             let mut other = motors.axis(Axis::Y);
             other.set_top_speed(Speed::of::<200>())?;
@@ -67,11 +67,11 @@ fn moves(motors: &Motors<'_, impl Control, 3>) -> Result<(), MoveError> {
     Ok(())
 }
 
-/// Carries a future to its end. Whatever wakes it is an interrupt here.
+/// Polls a future to its end. Every wake-up comes from an interrupt here.
 fn wait<T>(mut plan: Pin<&mut impl Future>, mut future: Pin<&mut impl Future<Output = T>>) -> T {
     let mut context = Context::from_waker(Waker::noop());
     loop {
-        // It has no end, and may have more to do at once.
+        // It never ends, and may have more to do at once.
         let _ = plan.as_mut().poll(&mut context);
         if let Poll::Ready(end) = future.as_mut().poll(&mut context) {
             return end;

@@ -1,4 +1,4 @@
-//! Austin's laws over the serial line: the motor on axis 1 goes by any of them.
+//! Austin's laws over the serial line: the motor on axis 1 moves by any of them.
 #![no_std]
 #![no_main]
 

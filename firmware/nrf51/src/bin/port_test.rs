@@ -1,4 +1,5 @@
-//! Does the step timer keep the contract of `StepTimer`? The line says so.
+//! Tests whether the step timer keeps the contract of `StepTimer`, and sends the result on the
+//! line.
 #![no_std]
 #![no_main]
 
@@ -25,7 +26,7 @@ fn main() -> ! {
     // SAFETY: each of them once; the interrupt is off at power-up.
     unsafe {
         let (timer, mut line) = (Timer::start(), Uart::start());
-        // 1,000 ticks: the interrupt, and what it finds.
+        // 1,000 ticks: the interrupt with its work.
         TRIAL.run(timer, 1_000, &mut line)
     }
 }

@@ -1,4 +1,4 @@
-//! Streamed runs: it hears frames, and plays three motors.
+//! The player of a host's stream: it receives frames, and moves three motors.
 #![no_std]
 #![no_main]
 

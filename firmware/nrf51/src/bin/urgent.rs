@@ -1,5 +1,5 @@
-//! The controller beside an interrupt of one's own that is more urgent than the steps': how long does it
-//! wait? Each wait is a store that QEMU's plugin sees.
+//! The controller beside a program's own interrupt that is more urgent than the step interrupt: it
+//! measures how long that interrupt waits. QEMU's plugin sees each wait as a store.
 #![no_std]
 #![no_main]
 
@@ -42,10 +42,10 @@ const COMPARED: Register = timer(0x140);
 const COMPARE: Register = timer(0x540);
 const CAPTURED: Register = timer(0x544);
 
-/// One's own interrupt, whose priority is that of a reset: the most urgent.
+/// The program's own interrupt. Its priority is that of a reset: the most urgent.
 #[unsafe(no_mangle)]
 extern "C" fn TIMER1() {
-    timer(0x044).write(1); // the counter, captured
+    timer(0x044).write(1); // // captures the counter
     let now = CAPTURED.read();
     // 16 bits.
     WAITS.tell(now.wrapping_sub(COMPARE.read()) & 0xFFFF);
@@ -60,7 +60,7 @@ fn start_urgent() {
     COMPARE.write(1_000);
     timer(0x304).write(1 << 16);
     timer(0x000).write(1);
-    // SAFETY: ISER; the interrupt touches its timer and `WAITS` alone.
+    // SAFETY: ISER; the interrupt uses only its timer and `WAITS`.
     unsafe { Register::at(0xE000_E100) }.write(1 << TIMER1_NUMBER);
 }
 

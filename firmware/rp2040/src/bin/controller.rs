@@ -12,12 +12,12 @@ use stepwright_rp2040::usb::Usb;
 use stepwright_rp2040::{chip, uart};
 use stepwright_sink::SharedSink;
 
-/// A constant, so that what is computed of it is computed by the compiler.
+/// A constant, so that the compiler computes the values derived from it.
 const BOARD: Board<AXES> = board();
 
 static SINK: SharedSink<PioPlayer, PioInterrupt, AXES, RUNS> = SharedSink::empty();
 
-// In RAM, as all that it calls.
+// In RAM, like all functions that it calls.
 #[unsafe(link_section = ".data.stepwright")]
 #[unsafe(no_mangle)]
 extern "C" fn PIO0_IRQ_0() {
@@ -43,7 +43,7 @@ fn main() -> ! {
         let motors = OrderedMotors::new(engine, feeds, BOARD);
         stepwright_controller::run_motors(motors, RATE, panel, &mut line);
     }
-    // Somebody else has filled it, which no program does.
+    // The engine was filled elsewhere, which no program does.
     loop {
         core::hint::spin_loop();
     }

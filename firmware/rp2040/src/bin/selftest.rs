@@ -1,5 +1,5 @@
-//! Plays seeded orders, captures its own STEP by the other PIO, and says a line that `stepwright selftest`
-//! judges: over USB, or over the UART while no program has that port open.
+//! Plays seeded orders, captures its own STEP with the other PIO, and sends a line that `stepwright
+//! selftest` checks: over USB, or over the UART while no program has the USB port open.
 #![no_std]
 #![no_main]
 
@@ -18,7 +18,7 @@ const BOARD: Board<MACHINES> = RP2040.board();
 
 static SINK: SharedSink<PioPlayer, PioInterrupt, MACHINES, RUNS> = SharedSink::empty();
 
-// In RAM, as all that it calls.
+// In RAM, like all functions that it calls.
 #[unsafe(link_section = ".data.stepwright")]
 #[unsafe(no_mangle)]
 extern "C" fn PIO0_IRQ_0() {
@@ -45,7 +45,7 @@ fn main() -> ! {
         let found = stepwright_selftest::run(&mut motors, &RP2040, &mut capture);
         stepwright_controller::tell(&RP2040, found, Some(chip::khz()), &mut line)
     }
-    // Somebody else has filled it, which no program does.
+    // The engine was filled elsewhere, which no program does.
     loop {
         core::hint::spin_loop();
     }

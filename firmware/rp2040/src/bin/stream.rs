@@ -1,4 +1,4 @@
-//! Streamed runs: it hears frames, and plays three motors.
+//! The player of a host's stream: it receives frames, and moves three motors.
 #![no_std]
 #![no_main]
 
@@ -15,7 +15,7 @@ use stepwright_sink::SharedSink;
 
 static SINK: SharedSink<Divided<PioPlayer, 3>, PioInterrupt, AXES, RUNS> = SharedSink::empty();
 
-// In RAM, as all that it calls.
+// In RAM, like all functions that it calls.
 #[unsafe(link_section = ".data.stepwright")]
 #[unsafe(no_mangle)]
 extern "C" fn PIO0_IRQ_0() {
@@ -38,13 +38,13 @@ fn main() -> ! {
         let line = Lines { uart: uart::Uart::start(), usb: Usb::start() };
         (Divided(PioPlayer::new()), BoardPins::new(STREAM_RATE), line)
     };
-    // A step may come 1 µs from its time.
+    // A step may be up to 1 µs from its time.
     if let Some(filled) = SINK.fill(player, &STREAM_BOARD, STREAM_RATE.micros(1)) {
-        // An axis that rests in the middle of a run, or turns, waits for somebody to ask.
+        // An axis that rests in the middle of a run, or turns, continues only after such a call.
         let round = |engine: &mut _| _ = Control::playing(engine, 0);
         play_stream(filled, STREAM, panel, &mut line, round);
     }
-    // Somebody else has filled it, which no program does.
+    // The engine was filled elsewhere, which no program does.
     loop {
         core::hint::spin_loop();
     }

@@ -1,4 +1,4 @@
-//! Four axes, ordered about by a test that writes into the last 8 KB of the RAM: `test/pico.cjs`.
+//! Four axes, controlled by a test that writes into the last 8 KB of the RAM: `test/pico.cjs`.
 #![no_std]
 #![no_main]
 
@@ -13,7 +13,7 @@ const BOARD: Board<MACHINES> = board();
 
 static SINK: SharedSink<PioPlayer, PioInterrupt, MACHINES> = SharedSink::empty();
 
-// In RAM, as all that it calls.
+// In RAM, like all functions that it calls.
 #[unsafe(link_section = ".data.stepwright")]
 #[unsafe(no_mangle)]
 extern "C" fn PIO0_IRQ_0() {
@@ -21,16 +21,16 @@ extern "C" fn PIO0_IRQ_0() {
     unsafe { SINK.serve(pio::begun()) };
 }
 
-/// A word of the test's: what is to be done, four numbers for it, and the answer.
+/// A word of the test's memory: the order, its four arguments, and the answer.
 const fn word(n: usize) -> Register {
-    // SAFETY: RAM that no section has.
+    // SAFETY: RAM that belongs to no section.
     unsafe { Register::at(0x2004_0000 + 4 * n) }
 }
 
 const ORDERS: usize = 0;
 const ANSWER: usize = 8;
 
-/// The axis of a number.
+/// The axis with this number.
 fn axis(number: u32) -> Axis<MACHINES> {
     Axis::new(number as usize).unwrap_or(Axis::X)
 }
@@ -50,7 +50,7 @@ fn main() -> ! {
     }
 }
 
-/// Polls the motors, and does what the test says.
+/// Polls the motors, and carries out the test's orders.
 fn serve<E: Control>(mut motors: Steppers<'_, E, MACHINES, 8>) -> ! {
     loop {
         motors.poll();
@@ -60,7 +60,7 @@ fn serve<E: Control>(mut motors: Steppers<'_, E, MACHINES, 8>) -> ! {
         }
         let [a, b, c, d] = [1, 2, 3, 4].map(|n| word(n).read());
         let answer = match order {
-            // A line of those axes whose travel is not 0.
+            // A line of the axes whose travel is not 0.
             1 => {
                 let ends = [a, b, c, d].map(|steps| i64::from(steps as i32));
                 let all = (0u32..).zip(ends).filter(|(_, steps)| *steps != 0);
@@ -68,7 +68,7 @@ fn serve<E: Control>(mut motors: Steppers<'_, E, MACHINES, 8>) -> ! {
             }
             2 => said(motors.run(axis(a), b as i32)),
             3 => {
-                // Counted where it stands, too.
+                // Sets the position to the steps counted, at which the axis stands.
                 motors.kill(axis(a));
                 let at = motors.engine().position(a as u8);
                 said(motors.set_position(axis(a), at)).wrapping_add(at as u32)
@@ -87,7 +87,7 @@ fn serve<E: Control>(mut motors: Steppers<'_, E, MACHINES, 8>) -> ! {
             },
             7 => motors.any_moving().into(),
             8 => motors.late(),
-            // The main loop is away, for microseconds.
+            // Keeps the main loop busy for this many microseconds.
             9 => {
                 let begun = chip::micros_low();
                 while chip::micros_low().wrapping_sub(begun) < a {}
@@ -114,7 +114,7 @@ fn serve<E: Control>(mut motors: Steppers<'_, E, MACHINES, 8>) -> ! {
     }
 }
 
-/// 0, or 1000000 if it was refused.
+/// 0, or 1000000 for a refused order.
 fn said(result: Result<(), MoveError>) -> u32 {
     if result.is_ok() { 0 } else { 1_000_000 }
 }

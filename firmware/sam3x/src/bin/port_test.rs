@@ -1,4 +1,5 @@
-//! Does the step timer keep the contract of `StepTimer`? The line says so.
+//! Tests whether the step timer keeps the contract of `StepTimer`, and sends the result on the
+//! line.
 #![no_std]
 #![no_main]
 
@@ -23,11 +24,12 @@ extern "C" fn UART() {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // SAFETY: first, and each of them once; the interrupt is held off since the timer's start.
+    // SAFETY: first, and each of them once; the interrupt has been held off since the timer's
+    // start.
     unsafe {
         chip::start();
         let (timer, mut line) = (timer::start(), Uart::start());
-        // 1,000 ticks: the interrupt, and what it finds.
+        // 1,000 ticks: the interrupt with its work.
         TRIAL.run(timer, 1_000, &mut line)
     }
 }

@@ -1,4 +1,5 @@
-//! Does the step timer keep the contract of `StepTimer`? The line says so.
+//! Tests whether the step timer keeps the contract of `StepTimer`, and sends the result on the
+//! line.
 #![no_std]
 #![no_main]
 
@@ -26,8 +27,8 @@ fn USART2() {
 fn main() -> ! {
     if let Some(chip) = Chip::take() {
         let (timer, mut line) = (timer::start(chip.timer), Uart::start(chip.line));
-        // 2,000 ticks: the interrupt, and what it finds.
-        // SAFETY: once; the interrupt is held off since the timer's start.
+        // 2,000 ticks: the interrupt with its work.
+        // SAFETY: once; the interrupt has been held off since the timer's start.
         unsafe { TRIAL.run(timer, 2_000, &mut line) }
     }
     // No program takes the chip twice.

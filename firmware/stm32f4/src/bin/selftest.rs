@@ -1,5 +1,6 @@
-//! Plays seeded orders, looks at its own STEP, and says a line that `stepwright selftest` judges. The
-//! processor stamps each pulse as it raises it, and reads the pin back: no wire.
+//! Plays seeded orders, reads back its own STEP, and sends a line that `stepwright selftest`
+//! checks. The processor stamps each pulse as it raises it, and reads the pin back; no wire is
+//! needed.
 #![no_std]
 #![no_main]
 

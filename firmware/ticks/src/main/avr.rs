@@ -1,7 +1,8 @@
-//! An AVR with an Uno's core, and 128 KB of flash: an ATmega1284P. No Uno holds 64 bits of all laws.
+//! An AVR with an Uno's core, and 128 KB of flash: an ATmega1284P. No Uno holds the 64-bit
+//! arithmetic of all laws.
 
 use avr_device::atmega328p::Peripherals;
-use stepwright_avr as _; // numbers, and the panic handler
+use stepwright_avr as _; // // for its numbers and its panic handler
 use stepwright_ticks::{self as all, Law};
 
 /// The exact S-curve fills most of the flash: it has a program of its own.
@@ -23,7 +24,7 @@ const LAWS: &[Law] = if cfg!(feature = "s-curve") {
 
 #[avr_device::entry]
 fn main() -> ! {
-    // SAFETY: the only time that anybody takes them.
+    // SAFETY: they are taken only here.
     let usart = unsafe { Peripherals::steal() }.USART0;
     // 2 Mbaud: 16 MHz / 8 / 1.
     usart.ucsr0a().write(|w| w.u2x0().set_bit());
@@ -35,7 +36,7 @@ fn main() -> ! {
         for law in LAWS {
             law.tell(number, |byte| {
                 while usart.ucsr0a().read().udre0().bit_is_clear() {}
-                // SAFETY: a byte to be sent touches no memory.
+                // SAFETY: sending a byte affects no memory.
                 usart.udr0().write(|w| unsafe { w.bits(byte) });
             });
         }

@@ -9,7 +9,7 @@ use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
 use riscv_rt::entry;
 
-/// A line and some more.
+/// Room for a line, and some more.
 const LINE: usize = 64;
 
 #[entry]

@@ -1,4 +1,5 @@
-//! Planned motors in a program of one's own: lines and moves. Linked as the controller is: it can't panic.
+//! Planned motors in your own program: lines and moves. It is linked like the controller: it can't
+//! panic.
 #![no_std]
 #![no_main]
 

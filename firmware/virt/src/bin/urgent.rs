@@ -1,5 +1,6 @@
-//! The controller beside an interrupt of one's own that is more urgent than the steps': how long does it
-//! wait? Each wait, in units of 16 ns, is a store that QEMU's plugin sees.
+//! The controller beside a program's own interrupt that is more urgent than the step interrupt: it
+//! measures how long that interrupt waits. QEMU's plugin sees each wait, in units of 16 ns, as a
+//! store.
 #![no_std]
 #![no_main]
 
@@ -23,10 +24,10 @@ static ENGINE: ControllerEngine<Timer, StepPins, StepInterrupt> = ControllerEngi
 #[unsafe(no_mangle)]
 static WAITS: Waits = Waits::new();
 
-/// When the alarm was to come, in ns.
+/// The time of the alarm, in ns.
 static ALARM: AtomicU32 = AtomicU32::new(0);
 
-/// A register of the clock, which counts ns; Goldfish's.
+/// A register of the clock (Goldfish), which counts ns.
 const fn clock(offset: usize) -> Register {
     // SAFETY: the memory map of `virt`: the clock at 0x10_1000, words.
     unsafe { Register::at(0x0010_1000 + offset) }
@@ -34,21 +35,21 @@ const fn clock(offset: usize) -> Register {
 
 /// A register of the interrupt controller.
 const fn plic(offset: usize) -> Register {
-    // SAFETY: likewise: the PLIC at 0xC00_0000, words.
+    // SAFETY: as above: the PLIC at 0xC00_0000, words.
     unsafe { Register::at(0x0C00_0000 + offset) }
 }
 
-/// The clock's interrupt there.
+/// The clock's interrupt at the controller.
 const CLOCK_NUMBER: usize = 11;
 const CLAIM: Register = plic(0x20_0004);
 
 #[riscv_rt::core_interrupt(Interrupt::MachineTimer)]
 fn on_compare() {
-    // SAFETY: this is the step interrupt, and the clock's leaves the motors alone.
+    // SAFETY: this is the step interrupt, and the clock's interrupt does not use the motors.
     unsafe { timer::visit(|| ENGINE.on_compare()) };
 }
 
-/// One's own interrupt.
+/// The program's own interrupt.
 #[riscv_rt::core_interrupt(Interrupt::MachineExternal)]
 fn on_alarm() {
     let now = clock(0x00).read();
@@ -59,10 +60,10 @@ fn on_alarm() {
     CLAIM.write(claimed);
 }
 
-/// Has the alarm come after some ns.
+/// Sets the alarm this many ns from now.
 #[inline(always)]
 fn set_alarm(after: u32) {
-    // A look at the low half keeps the high one.
+    // Reading the low half latches the high one.
     let (low, high) = (clock(0x00).read(), clock(0x04).read());
     let (at, carry) = low.overflowing_add(after);
     clock(0x0C).write(high.wrapping_add(carry.into()));
@@ -77,7 +78,7 @@ fn start_urgent() {
     plic(0x20_0000).write(0);
     clock(0x10).write(1);
     set_alarm(1_000_000);
-    // SAFETY: MEIE of `mie`; the interrupt touches the clock and `WAITS` alone.
+    // SAFETY: MEIE of `mie`; the interrupt uses only the clock and `WAITS`.
     unsafe { asm!("csrs mie, {bit}", bit = in(reg) 1 << 11, options(nostack)) };
 }
 

@@ -16,7 +16,7 @@ import time
 
 FOLDER = pathlib.Path(__file__).parent
 STEPWRIGHT = sys.argv[1]
-# The binary beside the interpreter of the environment.
+# The program in the environment of this interpreter.
 SCHEMATHESIS = pathlib.Path(sys.executable).with_name("schemathesis")
 
 
@@ -44,7 +44,7 @@ def fuzz(address, *more):
     """Schemathesis; whether it found nothing."""
     words = [SCHEMATHESIS, "--config-file", FOLDER / "schemathesis.toml", "run"]
     words += [f"http://{address}/api/openapi.json", "--checks", "all"]
-    # An order that is well said may still be refused.
+    # A valid order may still be refused.
     words += ["--exclude-checks", "positive_data_acceptance"]
     words += ["--phases", "examples,coverage,fuzzing", "--max-examples", "40", "--seed", "1"]
     words += ["--no-color", "--warnings", "off", *more]
@@ -155,12 +155,12 @@ def main():
         watch.on = False
         assert ask(address, "GET", "/api/path") == (200, None), "a file was run without control"
         print(f"without control nothing moved, in {watch.looks} looks")
-        # Beyond this machine nobody is answered without the token.
+        # From other computers nobody is answered without the token.
         for path, order in ORDERS.items():
             for headers in [{}, {"Authorization": "Bearer 0"}]:
                 status, _ = ask(open_address, "POST", path, json.dumps(order), **headers)
                 assert status == 401, (path, status)
-        # Whoever has control is answered as it is described, and nothing breaks.
+        # With control all answers are as described, and nothing breaks.
         waits(address, given["key"])
         key, watch, stops = f"Stepwright-Control:{given['key']}", Watch(address), Stops(address)
         assert fuzz(address, "-H", key, "--exclude-path-regex", "/api/control"), "with control"

@@ -1,11 +1,11 @@
 // The page without a server: it drives a virtual board of its own, without a network, and a board
-// on a serial port of the browser. What it shows is held against the pins of the one, and against
-// what the other says to a program.
+// on a serial port of the browser. The page is compared with the pins of the virtual board, and with
+// what the other board tells a program.
 //
 //   node alone.mjs STEPWRIGHT CHROMIUM STATIC [FOLDER]
 //
-// STATIC is the folder of the page for any host, FOLDER one for pictures. Ends with 0 if all is as
-// it should be.
+// STATIC is the folder of the page for any host, FOLDER one for pictures. Ends with 0 if all tests
+// pass.
 
 import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
@@ -21,13 +21,13 @@ const [files, folder] = process.argv.slice(4);
 /** Steps of the first shaft, counted at the pins of the page's board. */
 const shaft = (page) => page.evaluate(() => document.getElementById("board").keeper.wire.board.shafts()[0]);
 
-/** A page, and where its first shaft is. */
+/** A page, and the position of its first shaft. */
 async function alone(url) {
   const opened = await open(url);
   return { ...opened, at: () => shaft(opened.page), faults: () => served(opened.faults) };
 }
 
-/** Without the question whether there is a server. */
+/** Faults, without the question whether there is a server. */
 const served = (faults) => faults.filter((fault) => !fault.includes("404"));
 
 const tests = {
@@ -59,7 +59,7 @@ const tests = {
     const heard = await page.evaluate(() => window.heard);
     const plan = heard.find((message) => message.type === "plan");
     assert.equal(plan.position.at(-1), -1500);
-    // From 50 steps/s: up in 0.475 s, 0.95 s level, and down.
+    // From 50 steps/s: up in 0.475 s, 0.95 s at top speed, and down.
     assert.ok(Math.abs(plan.seconds.at(-1) - 1.95) < 0.1, `${plan.seconds.at(-1)}`);
     assert.ok(Math.abs(Math.min(...plan.speed) + 1000) < 10);
     const seen = heard.filter((message) => message.type === "state").map((message) => message.axes[0]);
@@ -70,12 +70,12 @@ const tests = {
       // Between two points the plan is a straight line.
       const [from, to] = [after - 1, after].map((n) => ({ at: plan.position[n], s: plan.seconds[n] }));
       const due = from.at + ((time - plan.begin - from.s) / (to.s - from.s)) * (to.at - from.at);
-      // An answer is some 20 ms old, on a loaded machine more.
+      // An answer is some 20 ms old, on a busy computer more.
       assert.ok(Math.abs(position - due) < 120, `${time}: ${position}, not ${due}`);
       compared++;
     }
     assert.ok(compared > 20, `${compared}`);
-    // Of a run, and of a long travel, whose level way is not walked.
+    // A run, and a long travel that is stopped before its end.
     for (const [act, end] of [[() => click(card, "run-ahead"), 1000 * 3600], [async () => {
       await fill(card, "target", 5_000_000);
       await click(card, "to");
@@ -132,11 +132,11 @@ const tests = {
 
   async "an axis is homed by the switch of its machine"(url) {
     const driven = await alone(url);
-    // The switch closes at −1000 of the shaft, and is looked at each 100 µs.
+    // The switch closes at −1000 of the shaft, and is sampled every 100 µs.
     const place = await homes(driven);
     assert.ok(Math.abs(place + 950) <= 2, `${place}`);
     const { card, context, faults } = driven;
-    // So does a switch that is further than it may be.
+    // A switch that is too far away ends the homing.
     await fill(card, "within", 100);
     await click(card, "home");
     await card.getByText("Not homed: no switch of axis 1 within 100 steps").waitFor();
@@ -152,7 +152,7 @@ const tests = {
     await page.click('nav a[href="#scope"]');
     await page.locator("#scope-span").selectOption("10");
     await page.getByText("the edges of the virtual board's pins").waitFor();
-    // Beside the view, which asks as well: each question has its answer.
+    // While the view asks too: each question has its answer.
     const [record] = await page.evaluate(() => {
       const { keeper } = document.getElementById("board");
       return Promise.race([
@@ -176,12 +176,12 @@ const tests = {
     const form = page.locator("#machine");
     await form.locator("[name=unit]").selectOption("mm");
     await form.locator("[name=mm-1]").fill("5");
-    // The buttons of a setting stand beside one another.
+    // The buttons of a setting are side by side.
     const buttons = page.locator("tr[data-name=max-speed] button");
     const [set, reset] = await Promise.all([0, 1].map((n) => buttons.nth(n).boundingBox()));
     assert.ok(set.y === reset.y && set.x < reset.x, JSON.stringify([set, reset]));
     await form.getByText("640 steps/mm").waitFor();
-    // A turn of nothing is declined by the form itself.
+    // A travel of 0 mm per turn is refused by the form itself.
     await form.locator("[name=mm-2]").fill("0");
     await form.getByRole("button", { name: "Save" }).click();
     await page.click('nav a[href="#control"]');
@@ -199,7 +199,7 @@ const tests = {
     assert.equal(await rests(card), "1.5");
     assert.equal(await at(), 960);
     assert.match(await card.locator(".speed").textContent(), /960 steps/);
-    // A small part of a unit has its digits: 10 steps/s.
+    // Small parts of a unit have enough digits: 10 steps/s.
     await card.locator("[name=speed-slide]").fill("0");
     assert.equal(await card.locator("[name=speed]").inputValue(), "0.0156");
     await fill(card, "speed", 4);
@@ -215,7 +215,7 @@ const tests = {
     await page.click('nav a[href="#control"]');
     await rests(card);
     assert.equal(await unit(), "mm");
-    // What a unit does not ask for is not in the way, and is as it was.
+    // Values that the unit does not need are disabled, and keep their old values.
     await page.click('nav a[href="#settings"]');
     await form.locator("[name=unit]").selectOption("mm");
     await form.locator("[name=mm-2]").fill("");
@@ -231,7 +231,7 @@ const tests = {
     await form.getByRole("button", { name: "Save" }).click();
     await form.getByText("Kept by this browser.").waitFor();
     await page.click('nav a[href="#control"]');
-    // It is kept, and what is damaged is none.
+    // The machine is kept; a damaged one counts as none.
     await page.reload();
     await until("it is kept", async () => (await unit()) === "mm");
     await page.evaluate(() => localStorage.setItem("stepwright-machine", '{"unit":"mm","axes":[{"steps":0}]}'));
@@ -244,14 +244,14 @@ const tests = {
 
   async "what could not be loaded is said, or tried again when it is asked for again"(url) {
     const { page, context } = await open(url);
-    // The planner's own module.
+    // The planner's module.
     await page.route("**/plan.wasm", (route) => route.abort());
     await page.click('nav a[href="#plan"]');
     await page.locator("#notices").getByText("Failed to fetch").waitFor();
     await page.unroute("**/plan.wasm");
     for (const view of ["control", "plan"]) await page.click(`nav a[href="#${view}"]`);
     await page.locator("#laws td:nth-child(2)").first().getByText(" s").waitFor();
-    // A part that the page can't do without.
+    // A module that the page needs.
     await page.route("**/host.wasm", (route) => route.fulfill({ status: 503 }));
     await page.reload();
     await page.locator("#notices").getByText("The page could not be loaded (../host.wasm: 503): load it again.").waitFor();

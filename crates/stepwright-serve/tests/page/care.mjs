@@ -1,4 +1,4 @@
-// What the page owes to who is in a hurry, and to who can't see it: what is known no longer is not
+// What the page owes to people in a hurry, and to people who can't see it: outdated values are not
 // drawn, a stop that reaches nobody says so, and every view is accessible.
 
 import assert from "node:assert/strict";
@@ -7,9 +7,9 @@ import { createRequire } from "node:module";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-/** That axe finds nothing in any view, light or dark. */
+/** Checks that axe finds nothing in any view, light or dark. */
 export async function accessible(page) {
-  // Past the policy of the page, as a debugger goes.
+  // Past the policy of the page, as a debugger can.
   await page.evaluate(AXE);
   for (const colorScheme of ["light", "dark"]) {
     await page.emulateMedia({ colorScheme });
@@ -43,7 +43,7 @@ const drawn = (page, time) =>
     });
   }, time);
 
-/** The tests, by the helpers of drive.mjs. */
+/** The tests, with the helpers of drive.mjs. */
 export function tests({ start, serve, end, open, controls, until, rests, moves, click, fill }) {
   return {
     async "a planned line ends with its plan"(url) {
@@ -85,7 +85,7 @@ export function tests({ start, serve, end, open, controls, until, rests, moves, 
       const frozen = await window();
       await new Promise((later) => setTimeout(later, 500));
       assert.deepEqual(await window(), frozen);
-      // A server that is started again counts its time from 0.
+      // A restarted server counts its time from 0.
       const again = await start("page ", "serve", "--machine", "none", "--virtual", "--bind", new URL(url).host);
       await until("Stop is back", async () => !(await struck()));
       await controls(page);
@@ -102,7 +102,7 @@ export function tests({ start, serve, end, open, controls, until, rests, moves, 
 
     async "what could not be asked is asked again"(url) {
       let asked = 0;
-      // The first asks whether there is a server.
+      // The first request asks whether there is a server.
       const before = (page) => page.route("**/api/board", (route) => (asked++ === 1 ? route.abort() : route.continue()));
       const { page, context } = await open(url, {}, before);
       await page.locator("#notices").getByText("the server does not answer").waitFor();
@@ -169,7 +169,7 @@ export function tests({ start, serve, end, open, controls, until, rests, moves, 
       await rests(url);
       await accessible(page);
       for (const name of ["Position in steps", "Speed over time"]) assert.equal(await page.locator(`canvas[role=img][aria-label="${name}"]`).count(), 1);
-      // What moves many times a second is not read out.
+      // Values that change many times a second are not read out.
       assert.equal(await page.locator(".axis :is(.position, .speed):is(output, [role], [aria-live])").count(), 0);
       await context.close();
     },

@@ -1,11 +1,11 @@
-// The page at a simulated Uno, its own binary at the pace of a real one: over a WebSocket through
-// `stepwright serve`, and over a serial port of the browser. The position that the page shows is
-// held against the edges of the chip's pins.
+// The page with a simulated Uno, which runs its binary at the pace of a real one: over a WebSocket
+// through `stepwright serve`, and over a serial port of the browser. The position on the page is
+// compared with the edges of the chip's pins.
 //
 //   node chip.mjs STEPWRIGHT CHROMIUM STATIC SIM
 //
-// STATIC is the folder of the page for any host, SIM the simulator. On a machine too slow for the
-// chip's pace its time slows down: nothing here counts seconds but the chip's. Ends with 0 if all is as it should be.
+// STATIC is the folder of the page for any host, SIM the simulator. On a slow computer the chip's time
+// slows down: only the chip's seconds count here. Ends with 0 if all tests pass.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -28,7 +28,7 @@ class Chip {
     this.path = join(this.place, "port");
   }
 
-  /** Switches a new one on. Axis 1 has a limit switch. */
+  /** Switches a new Uno on. Axis 1 has a limit switch. */
   begin = async () => {
     const args = ["uno", "--switch", "1:-300", "--pty-link", this.path];
     const { child, lines } = await launch("pty ", sim, args, "pipe");
@@ -36,7 +36,7 @@ class Chip {
     return { child, said: this.path };
   };
 
-  /** The chip's time in s, and where the first shaft is, by the edges of its pins alone. */
+  /** The chip's time in s, and the position of the first shaft, by the edges of its pins alone. */
   async look() {
     const heard = this.lines().length;
     this.act("where");
@@ -48,7 +48,7 @@ class Chip {
 
   at = async () => (await this.look())[1];
 
-  /** In steps/s of the chip's own time, over a fifth of a second. */
+  /** The speed in steps/s of the chip's own time, over a fifth of a second. */
   speed = async () => {
     const [begun, from] = await this.look();
     for (;;) {
@@ -57,7 +57,7 @@ class Chip {
     }
   };
 
-  /** Does something to the machine: see `cargo xtask sim`. */
+  /** Changes the machine: see `cargo xtask sim`. */
   act(line) {
     this.child.stdin.write(`${line}\n`);
   }
@@ -68,7 +68,7 @@ class Chip {
   }
 }
 
-/** What the board says to a program. */
+/** The board's answer to a program. */
 const says = (...args) =>
   execFileSync(stepwright, args, { encoding: "utf8", env: { ...process.env, STEPWRIGHT_MACHINE: "none" } });
 
@@ -104,7 +104,7 @@ async function alone(url) {
   return { chip, ...opened, at: chip.at, speed: chip.speed, left: () => left(opened), leave };
 }
 
-/** The tests by one of these ways: `left()` lets go of the board, and asks it where it is. */
+/** The tests by one of these ways: `left()` leaves the board, and asks for its status. */
 const by = (way, meet) => ({
   async [`${way} it travels, jogs and is stopped`]() {
     const driven = await meet();
@@ -134,7 +134,7 @@ const by = (way, meet) => ({
     const driven = await meet();
     await sets(driven);
     const place = await homes(driven);
-    // 50 steps from the switch, which closes at -300 of the shaft, and is looked at each 128 µs.
+    // 50 steps from the switch, which closes at -300 of the shaft, and is sampled every 128 µs.
     assert.ok(Math.abs(place + 250) <= 2, `${place}`);
     await driven.left();
     assert.match(says("settings", "get", "--port", driven.chip.path, "pulse-us"), /^7\b/);
@@ -145,7 +145,7 @@ const by = (way, meet) => ({
     const driven = await meet();
     await vanishes(driven);
     assert.equal(await driven.at(), 60);
-    // Its button is pressed during a run: it stands still, and nobody knows where.
+    // Its reset button is pressed during a run: it stops, at an unknown position.
     await click(driven.card, "run-ahead");
     await moves(driven.card);
     driven.chip.act("reset");

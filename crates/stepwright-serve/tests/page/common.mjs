@@ -1,6 +1,6 @@
-// What the tests of the page share: stepwrights that are started, and a browser that is watched.
+// Shared by the tests of the page: stepwrights that are started, and a browser that is watched.
 //
-// Their arguments begin with STEPWRIGHT and CHROMIUM. Playwright is found through NODE_PATH.
+// The arguments begin with STEPWRIGHT and CHROMIUM. Playwright is found through NODE_PATH.
 
 import { spawn } from "node:child_process";
 import { readFileSync } from "node:fs";
@@ -15,13 +15,13 @@ const [, , path, executablePath] = process.argv;
 /** The command. */
 export const stepwright = path;
 
-/** Those that run: a test that fails leaves none behind. */
+/** The running programs: a test that fails leaves none behind. */
 export const running = new Set();
 
-/** Longer than anything here takes, even on a loaded machine, in ms. */
+/** Longer than anything here takes, even on a busy computer, in ms. */
 const LIMIT = 60_000;
 
-/** A program, its first line that begins so, without that beginning, and all its lines so far. */
+/** A program, the rest of its first line with this beginning, and all its lines so far. */
 export function launch(begin, program, args, stdin = "ignore") {
   const child = spawn(program, args, { stdio: [stdin, "pipe", "inherit"] });
   running.add(child);
@@ -38,17 +38,17 @@ export function launch(begin, program, args, stdin = "ignore") {
   });
 }
 
-/** A stepwright, likewise. */
+/** The same for stepwright. */
 export const start = (begin, ...args) => launch(begin, stepwright, args);
 
-/** Ends a program, without a word. */
+/** Kills a program. */
 export const end = (child) => new Promise((ended) => (child.on("exit", ended), child.kill("SIGKILL")));
 
 /** A page that is served, and its address. */
 export const serve = (...args) =>
   start("page ", "serve", "--machine", "none", "--bind", "127.0.0.1:0", ...args);
 
-/** Waits until it holds; what held. */
+/** Waits until `holds` returns a true value, and returns that. */
 export async function until(what, holds) {
   const begin = Date.now();
   for (;;) {
@@ -61,7 +61,7 @@ export async function until(what, holds) {
 
 const KINDS = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".wasm": "application/wasm" };
 
-/** A host that knows no API: the files of a folder, packed as such hosts send them. */
+/** A host that knows no API: the files of a folder, compressed as such hosts send them. */
 export async function host(folder) {
   const server = createServer((request, answer) => {
     const name = new URL(request.url, "http://here").pathname.replace(/\/$/, "/index.html");
@@ -80,10 +80,10 @@ export async function host(folder) {
 
 export const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
 
-/** Only tests with this in their names are played, while one is mended. */
+/** Only tests with this in their names are run. */
 const ONLY = process.env.STEPWRIGHT_PAGE_ONLY ?? "";
 
-/** Plays tests, one after another, and `after(whether it failed)` each; how many have failed. */
+/** Runs tests one after another, each with `after(whether it failed)`; returns how many failed. */
 export async function play(tests, after = () => {}) {
   let failed = 0;
   for (const [name, test] of Object.entries(tests).filter(([name]) => name.includes(ONLY))) {

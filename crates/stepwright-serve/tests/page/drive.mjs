@@ -1,8 +1,8 @@
-// A browser drives the page, and the API says whether the board did what the page showed.
+// A browser drives the page, and the API tells whether the board did what the page showed.
 //
 //   node drive.mjs STEPWRIGHT CHROMIUM [FOLDER]      pictures of every view go to FOLDER
 //
-// Ends with 0 if all is as it should be. Playwright is found through NODE_PATH.
+// Ends with 0 if all tests pass. Playwright is found through NODE_PATH.
 
 import assert from "node:assert/strict";
 import { mkdirSync, mkdtempSync, rmSync, symlinkSync } from "node:fs";
@@ -16,7 +16,7 @@ import * as views from "./views.mjs";
 
 const folder = process.argv[4];
 
-/** What the board does, as a program sees it. */
+/** The board's state, as a program sees it. */
 const state = async (url) => (await fetch(`${url}api/state`)).json();
 const axis = async (url, number = 1) => (await state(url)).axes[number - 1];
 
@@ -28,11 +28,11 @@ const rests = (url, number = 1) =>
 const moves = (url, number = 1) => until(`axis ${number} moves`, async () => (await axis(url, number)).moving);
 
 const controls = (page) => page.locator("#release").waitFor();
-/** A page that controls, and what the API says of its axis at rest. */
+/** A page that controls, and the API's position of its axis at rest. */
 async function driver(url) {
   const opened = await open(url);
   await controls(opened.page);
-  // After a kill it is nowhere.
+  // After a kill there is no position.
   return { ...opened, at: async () => (await rests(url)).position ?? 0 };
 }
 
@@ -86,7 +86,7 @@ const tests = {
     assert.equal((await rests(url)).state, "ready");
     const place = String((await axis(url)).position);
     for (const { card } of [first, second]) await until("both agree", async () => (await shown(card)) === place);
-    // Who takes over ends the run of the one before.
+    // Taking over ends the run of the other page.
     await click(first.card, "run-ahead");
     await moves(url);
     await second.page.getByRole("button", { name: "Take over" }).click();
@@ -94,7 +94,7 @@ const tests = {
     await controls(second.page);
     await first.page.getByText("controls, you watch").waitFor();
     await first.page.locator("#notices").getByText(/^page \d+ has taken control: you watch now$/).waitFor();
-    // A page that is closed runs nothing.
+    // A closed page runs nothing.
     await click(second.card, "run-back");
     await moves(url);
     await second.context.close();
@@ -136,7 +136,7 @@ const tests = {
   },
 };
 
-/** A board on a pseudo-terminal that goes, and comes back. */
+/** A board on a pseudo-terminal that vanishes, and comes back. */
 async function vanishing() {
   const place = mkdtempSync(join(tmpdir(), "stepwright-page-"));
   const name = join(place, "port");
@@ -162,7 +162,7 @@ async function vanishing() {
   await fill(card, "target", 60);
   await click(card, "to");
   await until("60 is shown", async () => (await shown(card)) === "60");
-  // A server that is gone is told, too.
+  // The page also tells that the server is gone.
   await end(child);
   await page.getByText("The server does not answer").waitFor();
   await context.close();
@@ -221,7 +221,7 @@ try {
   const helpers = { start, serve, end, driver, open, controls, until, rests, moves, axis, click, fill };
   const all = Object.entries({ ...care.tests(helpers), ...views.tests(helpers), ...tests }).map(([name, test]) => [name, () => test(url)]);
   failed += await play(Object.fromEntries(all), async (broken) => {
-    // The next one begins with a board at rest, and nobody who controls.
+    // The next test begins with a board at rest, and nobody in control.
     const stop = { method: "POST", headers: { "Content-Type": "application/json" }, body: "{}" };
     if (broken) await fetch(`${url}api/stop`, stop);
     await until("control is free", async () => !(await state(url)).control?.live);

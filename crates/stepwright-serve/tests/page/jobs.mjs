@@ -1,8 +1,8 @@
-// G-code jobs in the Paths view: dropped, drawn, timed, and played on the virtual board.
+// G-code jobs in the Paths view: dropped, drawn, timed, and run on the virtual board.
 //
 //   node jobs.mjs STEPWRIGHT CHROMIUM [FOLDER]
 //
-// FOLDER is one for pictures. Ends with 0 if all is as it should be.
+// FOLDER is one for pictures. Ends with 0 if all tests pass.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -28,9 +28,9 @@ const drop = async (page, name, text) => {
   await until(`${name} is drawn`, async () => (await page.locator("#paths[aria-busy]").count()) === 0);
 };
 
-/** What `stepwright gcode` says of a job before it starts, and after it has been run. */
+/** The report of `stepwright gcode` on a job: the plan, or the run. */
 const asked = (file, ...options) => {
-  // From stdin: its text comes first.
+  // From stdin: the text is the first option.
   const input = file === "-" ? options.shift() : "";
   const words = ["gcode", file, "--machine", "none", "--format", "json", ...options];
   const { stdout } = spawnSync(stepwright, words, { input });
@@ -54,7 +54,7 @@ const tests = (url) => ({
     for (const name of names) {
       const file = join(EXAMPLES, name);
       const [plan, run] = [asked(file, "--plan"), asked(file, "--fast")];
-      // From elsewhere, and so under another name than the example that the page has.
+      // From elsewhere, so under another name than the page's example.
       await drop(page, `my ${name}`, readFileSync(file, "utf8"));
       assert.match(await fact(page, "Time"), new RegExp(`^${plan.seconds.toFixed(6)} s`));
       for (const { axis, from, to } of plan.rows) assert.match(await fact(page, axis), new RegExp(`^${from} to ${to} mm`));
@@ -84,8 +84,8 @@ const tests = (url) => ({
     assert.match(all[3], /^4 Line\s+45, 0\s+\S+ s\s+10$/);
     assert.match(all[4], /^5 Arc\s+50, 5\s+\S+ s\s+10$/);
     assert.match(all[16], /^17 Rapid\s+0, 0/);
-    // The outline at 10 mm/s, the arc's own place (45°), the corner that it cuts off; the middle of
-    // the longest rapid move, where nothing is faster; nothing.
+    // The outline at 10 mm/s, the arc itself (45°), the corner that the arc cuts off, the middle of the
+    // longest rapid move, which is the fastest, and nothing.
     const round = 45 + 5 * Math.SQRT1_2;
     const spots = [[25, 30], [round, 25 + 5 * Math.SQRT1_2], [49.5, 29.5], [16, 7.5], [27.1, 17.3]];
     const [line, arc, cut, rapid, inside] = await colours(page, spots);
@@ -115,7 +115,7 @@ const tests = (url) => ({
     const { page, faults, context } = await open(url);
     await page.locator("#paths-file").selectOption({ label: "triangle.toml" });
     assert.ok(await page.locator("#paths-laser").isHidden());
-    // A step of power by M3, M4 that fades at its ends, and a way without.
+    // Steps of power by M3, by M4 with ramps at its ends, and a way without power.
     const text = "M3 S1000 G1 F1200 X20\nS250 X40\nM4 S500 G1 X40 Y20\nM5 X20 Y20\nG0 X0 Y0\n";
     await drop(page, "burn.nc", text);
     const spindle = asked("-", text, "--plan");
@@ -133,7 +133,7 @@ const tests = (url) => ({
     const paces = [await pace(page, 1), await pace(page, 0.25), await pace(page, 0.5)];
     assert.ok(near(full, paces[0]) && near(quarter, paces[1]) && near(half, paces[2]), `${full} ${quarter} ${half} ${paces}`);
     for (const pale of [off, rapid]) assert.ok(!paces.some((one) => near(one, pale)), `${pale}`);
-    // M3 burns with all its power at both ends, M4 does not; both are off at rest.
+    // M3 burns with full power at both ends, M4 does not; both are off at rest.
     const powers = await page.evaluate(() => {
       const { times, places, powers } = document.getElementById("paths").view.sheet;
       return times.map((time, n) => [places[0][n], places[1][n], powers[n]]);
@@ -148,7 +148,7 @@ const tests = (url) => ({
     await page.getByText("from S500 on, of S1000").waitFor();
     await page.locator("#paths-copy").click();
     assert.equal(await page.locator("#paths-copied").innerText(), "stepwright gcode burn.nc --laser --laser-max 500");
-    // It is as it was left, whatever was looked at meanwhile.
+    // The file is as it was left, after another one was shown.
     const typed = `${await page.locator("#paths-text").inputValue()}(typed)\n`;
     await page.locator("#paths-text").fill(typed);
     await page.locator("#paths-file").selectOption({ label: "badge.nc" });
@@ -165,13 +165,13 @@ const tests = (url) => ({
     await wrong(page).getByText("S of full power is no number").waitFor();
     assert.ok(await page.locator("#paths-go").isDisabled());
     await page.locator("#paths-laser-most").fill("1000");
-    // It is played as it is drawn.
+    // It is run as it is drawn.
     await until("it can be run", () => page.locator("#paths-go").isEnabled());
     await page.locator("#paths-go").click();
     await ends(page, "done");
     await page.locator("#paths-state").getByText(`burn.nc was run to its end: ${laser.seconds.toFixed(2)} s`).waitFor();
     assert.deepEqual((await head(page)).places, [0, 0, 0]);
-    // The example has one; another example has none.
+    // One example has a laser; another has none.
     await page.locator("#paths-file").selectOption({ label: "engrave.nc" });
     await page.locator("#paths-facts").getByText("Laser on").waitFor();
     await page.locator("#paths-file").selectOption({ label: "badge.nc" });
@@ -190,7 +190,7 @@ const tests = (url) => ({
     assert.ok(await page.locator("#paths-go").isDisabled());
     const area = page.locator("#paths-text");
     assert.equal(await area.evaluate((one) => one.value.slice(one.selectionStart, one.selectionEnd)), "F-1");
-    // What is mended is drawn; then the next mistake is the first.
+    // The corrected file is drawn; then the next mistake is the first.
     await area.fill(text.replace("F-1", "F1"));
     await wrong(page).getByText("wrong.NC, line 4, column 1: error 20").waitFor();
     await area.fill(text.replace("F-1", "F100").replace("G5\n", ""));
@@ -200,7 +200,7 @@ const tests = (url) => ({
     await drop(page, "none.nc", "G21\n");
     await page.locator("#paths-sum").getByText("1 part, 0 s, at most 0 mm/s").waitFor();
     assert.equal(await page.locator("#paths-most").textContent(), "0 mm/s");
-    // A cycle file is one again, with its own player.
+    // A cycle file is drawn as one again, with its own player.
     await page.locator("#paths-file").selectOption({ label: "triangle.toml" });
     await page.locator("#paths-sum").getByText("4 parts, 78.336 s").waitFor();
     assert.match(await page.locator("#paths-player").innerText(), /takes travels, no paths/);
@@ -244,11 +244,11 @@ const tests = (url) => ({
     const { places } = await report(url);
     assert.ok(Math.hypot(places[0], places[1]) > 20e6, `${places}`);
     assert.deepEqual((await head(page)).places, places.map((place) => place / 1e6));
-    // A mistake far behind is shown where it is.
+    // A mistake far behind is shown at its line.
     await drop(page, "long wrong.nc", LONG.replace("\nG1", "\nG0").replace(/\n([^\n]*)$/, "\nG1 X1 Q\n$1"));
     await wrong(page).getByText("long wrong.nc, line 100001, column 7: error 2").waitFor();
     assert.match(await page.locator("#paths-text").inputValue(), /\nG1 X1 Q\n/);
-    // What is longer than a server reads is not sent.
+    // A file that is longer than the server reads is not sent.
     await page.evaluate(() => document.getElementById("paths").view.read(new File([new Uint8Array(5e6)], "huge.nc")));
     await page.getByText("huge.nc is too long: at most 4 MB are drawn here").waitFor();
     assert.deepEqual(faults.filter((one) => !one.includes("422")), []);
@@ -272,7 +272,7 @@ const tests = (url) => ({
     await page.locator("#paths-laser-on").uncheck();
     const hold = page.locator("#paths-hold");
     assert.ok(await hold.isHidden());
-    /** Whether the run came so far: a busy computer may keep the board short, which brakes then. */
+    /** Whether the run came this far: a busy computer may keep the board short, which then brakes. */
     const comes = async (what, so) => {
       let now;
       await until(what, async () => (now = await report(said)) && (so(now) || now.state === "failed"));

@@ -1,9 +1,9 @@
-// The Paths view in a browser: what is drawn against the numbers of the file, what is wrong
-// with a file, and a run that is followed and stopped.
+// The Paths view in a browser: the drawing against the numbers of the file, mistakes in a file, and
+// a run that is followed and stopped.
 //
 //   node paths.mjs STEPWRIGHT CHROMIUM STATIC [FOLDER]
 //
-// STATIC is the folder of the page for any host, FOLDER one for pictures. Ends with 0 if all is as it should be.
+// STATIC is the folder of the page for any host, FOLDER one for pictures. Ends with 0 if all tests pass.
 
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync } from "node:fs";
@@ -34,7 +34,7 @@ const SLANT = `${["X", "Y"].map((name) => `[[motor]]\nname = "${name}"\nstep = 1
 line = { to = { X = 40_000_000, Y = 30_000_000 }, speed = 20_000_000, accel = 200_000_000 }
 `;
 
-/** The same at 2 mm/s: 25 s, of which nobody waits for the end. */
+/** The same at 2 mm/s: 25 s, which no test waits for. */
 const SLOW = SLANT.replace("20_000_000,", "2_000_000,");
 
 const slant = async (page, text, sum) => {
@@ -50,8 +50,8 @@ const tests = {
     assert.match(all[0], /^1 Homing\s+0, 12\s+0\.97 s\s+–$/);
     assert.match(all[3], /^4 Arc\s+50, 10\s+0\.4142 s\s+60$/);
     assert.match(all[11], /^12 Arc\s+25, 10\s+2\.123 s\s+60$/);
-    // On the canvas: the fast middle of a line and the circle's side, a corner where it rests, the
-    // arc's own place (45°), and where nothing is: the corner of the square that the arc cuts off.
+    // On the canvas: the fast middle of a line and the circle's side, a corner where it rests, the arc
+    // itself (45°), the corner of the square that the arc cuts off, and nothing.
     const round = 40 + 10 * Math.SQRT1_2;
     const spots = [[25, 0], [10, 25], [50, 40], [round, round], [49.5, 49.5], [25, 25]];
     const [line, side, corner, arc, cut, inside] = await colours(page, spots);
@@ -62,7 +62,7 @@ const tests = {
     assert.ok(near(corner, slow), `${corner} ${slow}`);
     assert.deepEqual(cut, inside);
     assert.ok(!near(cut, slow) && !near(cut, fast), `${cut}`);
-    // The other way round: the drawing is turned.
+    // With the axes exchanged the drawing is turned.
     await page.locator("#paths-x").selectOption({ label: "Y" });
     await page.locator("#paths-y").selectOption({ label: "X" });
     assert.match((await rows(page))[3], /^4 Arc\s+10, 50/);
@@ -76,7 +76,7 @@ const tests = {
     const view = (script) => page.evaluate(`(() => { const view = document.getElementById("paths").view; return ${script}; })()`);
     const said = page.locator("#paths-at");
     await seek(page, 1.7);
-    // Behind the playhead in full colour, ahead pale; also when it goes on, and back again.
+    // Behind the playhead in full colour, ahead pale; also when it moves on, and back again.
     const bright = async () => near((await colours(page, [[10, 25]]))[0], await pace(page, 1));
     const first = async () => near((await colours(page, [[13, 0]]))[0], await pace(page, 0.8));
     assert.deepEqual([await first(), await bright()], [true, false]);
@@ -107,13 +107,13 @@ const tests = {
     const { page, faults, context } = await open(url);
     await page.locator("#paths-pick").setInputFiles({ name: "lift.toml", mimeType: "text/plain", buffer: Buffer.from(ONE) });
     await page.locator("#paths-sum").getByText("1 part, 2 s, at most 1 mm/s").waitFor();
-    // One motor goes over the time.
+    // A single motor is drawn over time.
     assert.equal(await page.locator("#paths-x").inputValue(), "-1");
     assert.match((await rows(page))[0], /^1 Moves\s+2\s+2 s\s+1$/);
     const text = page.locator("#paths-text");
     await text.fill(ONE.replace("delay-us = 1000", "delay = 1000"));
     await page.locator("#paths-wrong").getByText("lift.toml, line 7: unknown field `delay`").waitFor();
-    // A space in the text is one, and what was wrong is right again.
+    // A space in the text is a space, and a corrected mistake is gone.
     await text.fill(ONE.replace("delay-us = 1000 }", "delay-us = 2000"));
     await text.focus();
     await page.keyboard.press("Control+End");
@@ -122,11 +122,11 @@ const tests = {
     assert.match(await text.inputValue(), /2000 }\n$/);
     await page.locator("#paths-sum").getByText("1 part, 4 s, at most 0.5 mm/s").waitFor();
     assert.equal(await page.locator("#paths-wrong li").count(), 0);
-    // It is saved as it is.
+    // The text is saved unchanged.
     const [saved] = await Promise.all([page.waitForEvent("download"), page.locator("#paths-save").click()]);
     assert.equal(saved.suggestedFilename(), "lift.toml");
     assert.equal(readFileSync(await saved.path(), "utf8"), await text.inputValue());
-    // The examples are still there, and so is one's own file.
+    // The examples are still there, and so is the user's own file.
     await choose(page, "triangle.toml");
     await page.locator("#paths-sum").getByText("4 parts, 78.336 s").waitFor();
     await choose(page, "lift.toml");
@@ -140,13 +140,13 @@ const tests = {
     const other = await open(url);
     for (const one of [page, other.page]) await slant(one, SLANT, "1 part, 2.6001 s, at most 20 mm/s");
     await until("it can be run", () => page.locator("#paths-go").isEnabled());
-    // Whoever watches runs nothing.
+    // A page that watches can't run a file.
     assert.ok(await other.page.locator("#paths-go").isDisabled());
     assert.equal(await page.locator("#paths-go").textContent(), "Run on a virtual board");
     await page.locator("#paths-go").click();
     await until("a part of it", async () => (await head(page)).time > 0.6);
     assert.ok(await page.locator("#paths-go").isDisabled());
-    // Where nobody says where the motors are, no playhead goes on.
+    // Without news from the server the playhead stands.
     server.kill("SIGSTOP");
     await new Promise((later) => setTimeout(later, 300));
     const stood = await head(page);
@@ -158,7 +158,7 @@ const tests = {
       seen.push(await head(page), await head(other.page));
       return (await page.locator("#paths-state.done").count()) === 1;
     });
-    // On the line, where it is at that time; both pages alike.
+    // On the line, at the place of that time, on both pages.
     const way = (t) => (t < 0.1 ? 100 * t * t : t > 2.5 ? 50 - 100 * (2.6001 - t) ** 2 : 20 * t - 1);
     const times = seen.map(({ time }) => time);
     assert.ok(new Set(times).size > 10, `${times}`);
@@ -170,7 +170,7 @@ const tests = {
     assert.deepEqual((await head(page)).places, [40, 30]);
     assert.deepEqual((await report(url)).places, [40e6, 30e6]);
     await ends(other.page, "done");
-    // The time is the person's again.
+    // The user can set the time again.
     await seek(page, 0);
     assert.deepEqual((await head(page)).places, [0, 0]);
     assert.deepEqual(faults, []);
@@ -208,7 +208,7 @@ const tests = {
       assert.equal(await page.locator("#paths-text").inputValue(), SLOW);
       await until("it can be run", () => page.locator("#paths-go").isEnabled());
     }
-    // The same for a program on a board, which is another one's.
+    // The same file as a command, for a board.
     await page.locator("#paths-copy").click();
     assert.equal(await page.locator("#paths-copied").innerText(), "stepwright cycle slant.toml --port PORT");
     await other.context.close();
@@ -252,7 +252,7 @@ async function drawn(url) {
   assert.equal(await page.locator("#paths-most").textContent(), "full power");
   const [outline] = await colours(page, [[25, 0]]);
   assert.ok(near(outline, await pace(page, 1)), `${outline}`);
-  // Another text takes the server, and nothing can be run.
+  // Another text needs the server, and nothing can be run.
   await page.locator("#paths-text").fill(ONE);
   await page.locator("#paths-wrong").getByText("`stepwright serve` draws any file").waitFor();
   assert.ok(await page.locator("#paths-go").isHidden());
@@ -270,7 +270,7 @@ async function pictures(url) {
     for (const scheme of ["light", "dark"]) {
       const { page, context } = await open(url, { ...options, colorScheme: scheme });
       if (size === "wide" && scheme === "dark") {
-        // On its way.
+        // During a run.
         await until("it can be run", () => page.locator("#paths-go").isEnabled());
         await page.locator("#paths-go").click();
         await until("it is on the circle", async () => (await head(page)).time > 6.2);

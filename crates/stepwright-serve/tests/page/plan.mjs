@@ -1,10 +1,10 @@
-// The Plan view in a browser: its numbers against those of the command, its refusals against
-// those of the board, what is copied against the command again; and the page without a server.
+// The Plan view in a browser: its numbers against those of the command, its refusals against those of
+// the board, the copied texts against the command again; and the page without a server.
 //
 //   node plan.mjs STEPWRIGHT CHROMIUM STATIC COPIED [FOLDER]
 //
-// STATIC is the folder of the page for any host, COPIED one that Rust is written to, FOLDER one
-// for pictures. Ends with 0 if all is as it should be.
+// STATIC is the folder of the page for any host, COPIED one that Rust is written to, FOLDER one for
+// pictures. Ends with 0 if all tests pass.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -28,7 +28,7 @@ async function open(url, options = {}) {
 const NAMES = ["trapezoid", "s-curve", "austin", "austin-fixed", "linear-factor", "power", "piecewise"];
 const field = (page, name) => page.locator(`.slider[data-name=${name}] :is(input[type=number], select)`);
 
-/** Fills a travel's numbers in, as a person does. */
+/** Fills in a travel's numbers, as a person does. */
 async function fill(page, numbers) {
   for (const [name, value] of Object.entries(numbers)) {
     const one = field(page, name);
@@ -37,7 +37,7 @@ async function fill(page, numbers) {
   }
 }
 
-/** The figures of a law that the view has. */
+/** The view's figures of a law. */
 const figures = (page, law) => page.evaluate((law) => document.getElementById("plan").view.plans[law].figures, law);
 const choose = (page, law) => page.locator("#laws tbody button").nth(law).click();
 
@@ -65,7 +65,7 @@ const tests = {
       assert.equal(mine.ticks, theirs.duration_ticks, name);
       assert.equal(mine.brakingSteps, theirs.braking_steps, name);
       assert.ok(Math.abs(mine.peak / theirs.peak_speed - 1) < 1e-3, `${name}: ${mine.peak} ${theirs.peak_speed}`);
-      // The command holds Austin's laws against their formulas, which are no whole numbers at all.
+      // The command compares Austin's laws with their formulas, which have no whole numbers.
       if (law < 2) assert.ok(Math.abs(mine.error - theirs.largest_error_ticks) < 0.05, `${name}: ${mine.error} ${theirs.largest_error_ticks}`);
       const row = await page.locator("#laws tbody tr").nth(law).innerText();
       assert.ok(row.includes(`${mine.brakingSteps} in `), row);
@@ -113,7 +113,7 @@ const tests = {
       }, law);
       const name = law === "all" ? "one of all seven laws" : NAMES[law];
       if (law === "all") {
-        // The others follow, by the numbers of now.
+        // The others follow, with the present numbers.
         await page.waitForFunction(() => !document.getElementById("plan").view.waiting.length);
         const [top, peaks] = await page.evaluate(() => {
           const { view } = document.getElementById("plan");
@@ -126,9 +126,9 @@ const tests = {
         `  ${name}: ${took[0].toFixed(1)} ms at best, ${took[12].toFixed(1)} in the middle, ` +
           `${took[24].toFixed(1)} at worst; ${parts.toFixed(2)} of ${roots.toFixed(1)} ms`,
       );
-      // The best of 25: the machine may be busy. And by what a million roots and divisions take,
-      // in turns with it: machines differ. These take 5 ms where most laws take 14. The power term
-      // takes products and a division of 128 bits a step.
+      // The best of 25, as the computer may be busy; relative to a million roots and divisions, measured in
+      // turns, as computers differ. These take 5 ms where most laws take 14. The power term needs products
+      // and a division of 128 bits per step.
       assert.ok(parts < (name === "power" ? 8 : 5), `${name}: ${parts} times a million roots`);
     }
     assert.deepEqual(faults, []);
@@ -158,7 +158,7 @@ const tests = {
     }
     await choose(page, 2);
     await page.locator("#reasons").getByText("laws").first().waitFor();
-    // What the board itself can: it minds the speed that a travel comes to, not the one it names.
+    // The board itself checks the peak speed of a travel, not its top speed.
     await choose(page, 0);
     const { max_speed } = await (await fetch(`${url}api/board`)).json();
     const fast = { ...order, by: 1_000_000, top_speed: max_speed + 1, accel: 5e5, decel: 5e5 };
@@ -198,7 +198,7 @@ const tests = {
     await fill(page, { steps: 1234, accel: 2500 });
     for (const [law, name] of NAMES.entries()) {
       await choose(page, law);
-      // A board has to compute these on the way, and is too slow for them at more.
+      // A board that computes these laws while it moves is too slow for more.
       await fill(page, { top: { power: 99.5, piecewise: 495.5 }[name] ?? 950.5 });
       if (["austin", "power"].includes(name)) await field(page, "c0").selectOption(name === "power" ? "2" : "1");
       if (name === "austin") await field(page, "divisor").selectOption("1");
@@ -218,7 +218,7 @@ const tests = {
           `assert_eq!(all, ${ticks}, "${name}");\nOk(())\n}\n}\n`,
       );
     }
-    // Of the axis that it was judged for.
+    // For the axis for which it was checked.
     await page.locator("#plan-axis select").selectOption("2");
     await choose(page, 0);
     await page.getByRole("button", { name: "Copy as command" }).click();
@@ -243,7 +243,7 @@ const tests = {
     await until("it is drawn", async () => (await scale())[1] > 1);
     const [low, high] = await scale();
     assert.ok(low < 995 && high > 1005, `${low} ${high}`);
-    // A travel of a day, looked at closely.
+    // A travel of a day, in a narrow window.
     await fill(page, { steps: 1_000_000, top: 10, start: 0 });
     await page.evaluate(() => document.getElementById("plan").view.zoomTo(80_000.01, 80_000.12));
     await until("it is drawn", async () => (await chart(0, "({ scales: { x } }) => x.min")) > 80_000);
@@ -278,7 +278,7 @@ async function alone() {
     assert.ok((await figures(page, law)).seconds > 4);
   }
   assert.deepEqual(asked, []);
-  // The question whether there is a server.
+  // Except the question whether there is a server.
   assert.deepEqual(faults.filter((fault) => !fault.includes("404")), []);
   await context.close();
 }

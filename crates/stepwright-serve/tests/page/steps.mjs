@@ -1,8 +1,8 @@
-// What a person does with the card of an axis, whatever way leads to the board: over a WebSocket
-// to `stepwright serve`, over a serial port of the browser, or to the board in the page.
+// What a person does with the card of an axis, for every link to the board: over a WebSocket to
+// `stepwright serve`, over a serial port of the browser, or to the board in the page.
 //
-// `at()` says from elsewhere where the axis is that the page shows at rest: from the pins, from the
-// API. It counts on when the page is told that 0 is here, or does not: only differences count then.
+// `at()` tells, from the pins or the API, the position of the axis that the page shows at rest. It may
+// or may not change when the page sets 0: only differences count then.
 
 import assert from "node:assert/strict";
 
@@ -15,10 +15,10 @@ const shownSpeed = async (card) => parseFloat(await card.locator(".speed").textC
 export const word = async (card) => (await card.locator(".state").textContent()).trim();
 export const moves = (card) => until("it moves", async () => (await word(card)) === "moving");
 
-/** Where it has come to rest. */
+/** The position at rest. */
 export const rests = (card) => until("it rests", async () => (await word(card)) === "at rest" && shown(card));
 
-/** That it comes to rest there. */
+/** Waits until it rests at this position. */
 export const arrives = (card, place) => until(`${place} is shown`, async () => (await word(card)) === "at rest" && (await shown(card)) === String(place));
 
 /** A page, and the card of its first axis. */
@@ -29,7 +29,7 @@ export async function open(url, options = {}, before) {
   return { context, page, card, faults };
 }
 
-/** A travel there, one by a distance, another speed and another target on the way. `speed()` is in
+/** A travel to a position, one by a distance, and another speed and target on the way. `speed()` is in
  *  steps/s. */
 export async function travels({ page, card, at, speed = () => shownSpeed(card) }) {
   await fill(card, "speed", 2000);
@@ -45,9 +45,9 @@ export async function travels({ page, card, at, speed = () => shownSpeed(card) }
   await fill(card, "target", -200);
   await click(card, "by");
   await there(500);
-  // The order was told line by line, each with its meaning.
+  // The order was shown line by line, each with its meaning.
   const lines = await page.locator("#lines").innerText();
-  // What no axis can go is refused by the field itself.
+  // The field itself refuses what no axis can travel.
   const told = await page.locator("#notices p").count();
   for (const wrong of ["1e20", "-2147483649", ""]) {
     await fill(card, "target", wrong);
@@ -87,7 +87,7 @@ export async function stops({ page, card, at }) {
   }
 }
 
-/** A kill is held, and loses the position; then 0 is here. */
+/** A kill is held, and loses the position; then 0 is set. */
 export async function kills({ page, card, at }) {
   await click(card, "run-ahead");
   await moves(card);
@@ -110,10 +110,10 @@ export async function kills({ page, card, at }) {
   await click(card, "to");
   await arrives(card, 40);
   assert.equal((await at()) - stood, 40);
-  // On a key it needs no holding.
+  // By the key it need not be held.
   await click(card, "run-back");
   await moves(card);
-  // With Ctrl it is the browser's.
+  // With Ctrl the key is the browser's.
   await page.keyboard.press("Control+Shift+K");
   await new Promise((later) => setTimeout(later, 200));
   assert.equal(await word(card), "moving");
@@ -150,7 +150,7 @@ export async function jogs({ page, card, at }) {
   assert.equal((await at()) - from, place + 25);
 }
 
-/** What the settings' view writes, and what is refused there. */
+/** Settings that the view writes, and that are refused there. */
 export async function sets({ page }) {
   await page.click('nav a[href="#settings"]');
   const pulse = page.locator("tr[data-name=pulse-us]");
@@ -183,7 +183,7 @@ export async function lines({ page, card }) {
   assert.equal(await shown(third), stays);
   // The speed is that of the axis that goes further.
   assert.match(await page.locator("#lines").innerText(), /^T150\*/m);
-  // Axes that stand where they are to go are no line.
+  // Axes that are at their targets are no line.
   await form.getByRole("button").click();
   await page.locator("#notices").getByText("no axis moves").waitFor();
   await page.getByRole("button", { name: "Dismiss" }).click();
@@ -192,9 +192,9 @@ export async function lines({ page, card }) {
   assert.equal(await form.locator("input:invalid").count(), 1);
 }
 
-/** Homing, which takes that the board knows of its switch; 0 is 50 steps from where it closes. */
+/** Homing, which needs the board's switch setting; 0 is 50 steps from where the switch closes. */
 export async function homes({ page, card, at }) {
-  // Only who has built the machine knows how far the switch may be.
+  // Only the user knows how far the switch may be.
   await click(card, "home");
   assert.equal(await card.locator("[name=within]:invalid").count(), 1);
   assert.ok(await card.locator("[name=within]").isVisible());

@@ -10,7 +10,7 @@ import { homes } from "./steps.mjs";
 
 const { McapIndexedReader } = createRequire(import.meta.url)("@mcap/core");
 
-/** What a reader that is not ours finds in an MCAP file: for each topic [ns, level] … */
+/** The contents of an MCAP file by another reader: for each topic [ns, level] … */
 async function recorded(file) {
   const readable = { size: async () => BigInt(file.length), read: async (at, count) => file.subarray(Number(at), Number(at + count)) };
   const reader = await McapIndexedReader.Initialize({ readable });
@@ -21,7 +21,7 @@ async function recorded(file) {
   return topics;
 }
 
-/** The tests, by the helpers of drive.mjs. Their machine has a switch of axis 1 at -300. */
+/** The tests, with the helpers of drive.mjs. Their machine has a switch of axis 1 at -300. */
 export function tests({ start, end, driver, open, controls, until, rests, moves, axis, click, fill }) {
   const view = async (page, name) => {
     await page.click(`nav a[href="#${name}"]`);
@@ -97,7 +97,7 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       assert.match(await page.locator("#lines").innerText(), new RegExp(`a${accel}\\*`));
       await page.keyboard.press("Space");
       await rests(url);
-      // A number that is typed moves its slider.
+      // A typed number moves its slider.
       await fill(card, "speed", 10);
       await card.locator("[name=speed]").press("Tab");
       assert.equal(await card.locator("[name=speed-slide]").inputValue(), "0");
@@ -122,7 +122,7 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
         await pulse.getByText("Allowed: 1 to 20 µs").waitFor();
       }
       assert.equal(await held(url, "pulse-us"), 7);
-      // Also while a motor moves: that the board refuses, and says so there.
+      // While a motor moves the board refuses, which is shown there.
       await view(page, "control");
       await page.locator(".axis").first().locator("[name=run-ahead]").click();
       await moves(url);
@@ -130,12 +130,12 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       await pulse.locator("input").fill("3");
       await pulse.locator("input").press("Enter");
       await pulse.getByText("settings change while every axis rests").waitFor();
-      // No key but the space bar moves or stops anything here.
+      // Here only the space bar affects a motor.
       await page.locator("h1").click();
       await page.keyboard.press("ArrowLeft");
       await page.keyboard.press("Space");
       await rests(url);
-      // Another page shows it too; what is being typed here stays.
+      // Another page shows it too; text being typed here stays.
       const other = await open(url);
       await view(other.page, "settings");
       assert.equal(await setting(other.page, "pulse-us").locator("input").inputValue(), "7");
@@ -209,7 +209,7 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
         const { mm, steps } = document.getElementById("charts").plots.plots[0].scales;
         return mm.max > 0.2 && mm.max < 0.3 && mm.min > -0.1 && steps.max > 1000 && steps.max < 1200;
       }));
-      // However long a number is, its axis has room, and no two are called the same.
+      // A long number has room at its axis, and no two labels are the same.
       const [room, needed, names] = await page.evaluate(async () => {
         const { chartAxis } = await import("./colours.js");
         const pen = document.createElement("canvas").getContext("2d");
@@ -315,7 +315,7 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       assert.ok(between >= 400 && Math.abs(between - rising) <= 1, `${between}: ${said}`);
       const level = times.slice(-200, -100).map((time, n, all) => (n ? time - all[n - 1] : 1000));
       assert.ok(level.every((one) => Math.abs(one - 1000) < 1), `${level}`);
-      // What the server gives is the same.
+      // The server gives the same.
       const ours = await (await fetch(`${url}api/scope.csv?seconds=10`)).text();
       assert.ok(ours.startsWith(rows[0].join()));
       const theirs = await recorded(Buffer.from(await (await fetch(`${url}api/scope.mcap?seconds=10`)).arrayBuffer()));
@@ -323,7 +323,7 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       assert.deepEqual(pins, Object.keys(topics));
       assert.ok("/axis1" in theirs, Object.keys(theirs).join());
       assert.ok(theirs["/step1"].filter(([, level]) => level).length >= 400);
-      // The keys look around there, and move nothing.
+      // These keys look around in the view, and move nothing.
       await lanes.focus();
       for (const key of ["+", "ArrowRight", "ArrowLeft", "-", "0"]) await page.keyboard.press(key);
       assert.equal((await axis(url)).moving, false);
@@ -381,7 +381,7 @@ home-slow = "1mm/s"
 home-within = "250mm"
 `;
 
-/** Pictures of these views, light and dark, wide and narrow, by the helpers of drive.mjs. */
+/** Pictures of these views, light and dark, wide and narrow, with the helpers of drive.mjs. */
 export async function pictures({ start, end, open, controls, until, rests, axis, click, fill, folder }) {
   const place = mkdtempSync(join(tmpdir(), "stepwright-views-"));
   const file = join(place, "mill.toml");
@@ -438,7 +438,7 @@ export async function pictures({ start, end, open, controls, until, rests, axis,
       await page.locator("#scope-span").selectOption("10");
       await new Promise((later) => setTimeout(later, 900));
       await page.locator("#scope-hold").click();
-      // Around the turn of axis 1, until single pulses are seen.
+      // Around the turn of axis 1, until single pulses are visible.
       const lanes = page.locator("#scope-lanes");
       const { width } = await lanes.boundingBox();
       const [dumped] = await Promise.all([page.waitForEvent("download"), page.locator("#scope-vcd").click()]);

@@ -1,8 +1,8 @@
-// What tests of the Paths view share: what is drawn, and what is said of it.
+// Shared by tests of the Paths view: what is drawn, and what is shown about it.
 
 import { until, watched } from "./common.mjs";
 
-/** The Paths view, with something drawn. */
+/** The Paths view, with a drawing. */
 export async function open(url, options = {}) {
   const size = { viewport: { width: 1440, height: 1000 }, ...options };
   const { context, page, faults } = await watched(`${url}#paths`, size);
@@ -12,14 +12,14 @@ export async function open(url, options = {}) {
 
 /** The parts of the file. */
 export const rows = (page) => page.locator("#paths-legs tbody tr").allInnerTexts();
-/** Puts the playhead to a time. */
+/** Sets the playhead to a time. */
 export const seek = (page, time) => page.locator("#paths-time").fill(String(time));
 
 /** The colours at these places of the two motors, in the file's shown unit: of the way itself, and
  *  beside it. */
 export const colours = (page, places) =>
   page.evaluate(async (places) => {
-    // What was told is drawn with the next frame.
+    // Changes are drawn with the next frame.
     await new Promise((on) => requestAnimationFrame(() => requestAnimationFrame(on)));
     const { canvas } = document.getElementById("paths").view;
     const frame = canvas.framed;
@@ -38,7 +38,7 @@ export const near = (one, other) => one.every((value, i) => Math.abs(value - oth
 
 /** The playhead. */
 export const head = (page) => page.evaluate(() => document.getElementById("paths").view.canvas.head);
-/** How a run goes on, by the server. */
+/** The progress of a run, by the server. */
 export const report = async (url) => (await fetch(`${url}api/path`)).json();
-/** Waits until a run has ended so. */
+/** Waits until a run has ended in this state. */
 export const ends = (page, state) => until(state, async () => (await page.locator(`#paths-state.${state}`).count()) === 1);

@@ -32,7 +32,7 @@ function standIn() {
       await window.serialClose();
     }
 
-    /** The device is gone, as the browser tells it: the streams have ended, the port is still open. */
+    /** The device is gone, as in the browser: the streams have ended, the port is still open. */
     lose() {
       const { to } = this;
       this.readable = this.writable = null;
@@ -46,9 +46,9 @@ function standIn() {
   Object.defineProperty(Navigator.prototype, "serial", { get: () => serial, configurable: true });
 }
 
-/** A board on a pseudo-terminal, and the page's way to it. */
+/** A board on a pseudo-terminal, and the page's link to it. */
 class Bridge {
-  /** `begin()` starts a board, and says its process and the path of its terminal. */
+  /** `begin()` starts a board, and returns its process and the path of its terminal. */
   constructor(begin) {
     this.begin = begin;
   }
@@ -59,7 +59,7 @@ class Bridge {
     [this.board, this.path] = [child, said];
   }
 
-  /** Pulls it out. */
+  /** Unplugs it. */
   async pull(page) {
     await end(this.board);
     this.path = null;
@@ -90,7 +90,7 @@ class Bridge {
     await page.exposeFunction("serialClose", () => this.close());
   }
 
-  /** What the board says to a program. The page must have left it. */
+  /** The board's answer to a program. The page must have left the board. */
   status() {
     const said = execFileSync(stepwright, ["status", "--port", this.path, "--format", "json"], {
       encoding: "utf8", env: { ...process.env, STEPWRIGHT_MACHINE: "none" },
@@ -112,12 +112,12 @@ export async function wired(url, begin) {
   await opened.page.locator("#ways").selectOption("serial");
   await until("the board is met", () => opened.page.locator("body.wired").count());
   await until("it is the serial port", async () => (await opened.page.title()).includes("2341:0043"));
-  // The question whether there is a server.
+  // Except the question whether there is a server.
   const faults = () => opened.faults.filter((fault) => !fault.includes("404"));
   return { bridge, ...opened, faults };
 }
 
-/** Leaves the board, and asks it where it is. */
+/** Leaves the board, and asks for its status. */
 export async function left({ page, bridge }) {
   await page.locator("#ways").selectOption("virtual");
   await until("the virtual board is met", async () => (await page.title()).includes("virtual"));
@@ -139,13 +139,13 @@ export async function vanishes({ page, card, bridge }) {
   await arrives(card, 60);
 }
 
-/** The virtual board on a pseudo-terminal; where it is, only the page sees. */
+/** The virtual board on a pseudo-terminal; only the page knows its position. */
 async function board(url) {
   const driven = await wired(url, () => start("pty ", "board", "--pty"));
   return { ...driven, at: async () => Number(await shown(driven.card)) || 0 };
 }
 
-/** Ends a test; what the board says then of axis 1. */
+/** Ends a test, and returns the board's answer about axis 1. */
 async function ended(driven) {
   const { axes } = await left(driven);
   await driven.context.close();

@@ -4,14 +4,14 @@
 //! | module | what |
 //! | --- | --- |
 //! | [`machine`] | the virtual board with its limit switch, and the edges of its pins |
-//! | [`tape`] | the last edges, and where the shafts are |
+//! | [`tape`] | the last edges, and the positions of the shafts |
 //! | [`door`] | the functions that a page calls |
 //!
-//! Whoever talks to it is a host: the page's is `stepwright-wasm-host`. That is another module,
-//! because it has text, JSON and allocation, which the linker can't prove free of panics.
+//! The board's peer is a host: for the page it is `stepwright-wasm-host`. That is another module, because its
+//! text, JSON and allocation can't be proven free of panics by the linker.
 //!
-//! As WebAssembly it imports nothing. Its panic handler is a function that would have to be
-//! imported, so a build without imports holds no code that panics: `cargo xtask wasm` checks it.
+//! As WebAssembly it imports nothing. Its panic handler is a function that would have to be imported, so a
+//! build without imports has no code that panics: `cargo xtask wasm` checks that.
 
 pub mod door;
 pub mod machine;

@@ -1,27 +1,27 @@
-//! The virtual board with a machine around it: a carriage that closes a limit switch.
+//! The virtual board in a machine, whose carriage closes a limit switch.
 
 use stepwright_protocol::AxisId;
 use stepwright_sim::{Answers, Description, Edge, Pin, Queues, Switch, VirtualBoard};
 
 use crate::tape::Tape;
 
-/// Between two looks at the switch, in µs.
+/// The time between two samples of the switch, in µs.
 const LOOK: u32 = 100;
 
-/// The board that `stepwright board` plays: an Uno with three axes.
+/// The board of `stepwright board`: an Uno with three axes.
 pub struct VirtualMachine<'q> {
     board: VirtualBoard<'q, u16, &'q mut Tape>,
     description: Description,
-    /// Ticks between two looks at the switch.
+    /// Ticks between two samples of the switch.
     look: u64,
     switch: Switch,
 }
 
 impl<'q> VirtualMachine<'q> {
-    /// Where the machine's switch is: that of axis 1, as `stepwright serve` has it.
+    /// The limit switch of axis 1, as in `stepwright serve`.
     pub const SWITCH: Switch = Switch { axis: AxisId::FIRST, at: -1000 };
 
-    /// Switches a new board on, whose edges go to `tape`.
+    /// Switches a new board on; its edges go to `tape`.
     pub fn new(queues: &'q mut Queues, tape: &'q mut Tape) -> VirtualMachine<'q> {
         let description = Description::uno();
         let look = u64::from(description.board.rate.micros(LOOK));
@@ -29,22 +29,22 @@ impl<'q> VirtualMachine<'q> {
         VirtualMachine { board, description, look, switch: VirtualMachine::SWITCH }
     }
 
-    /// Ticks of its timer in a second.
+    /// Ticks per second of its timer.
     pub fn hz(&self) -> u32 {
         self.description.board.rate.hz()
     }
 
-    /// How many axes it has.
+    /// The number of its axes.
     pub fn axes(&self) -> u8 {
         self.description.axes
     }
 
-    /// Ticks that a byte takes on its line.
+    /// Ticks that a byte takes on the line.
     pub fn byte_time(&self) -> u64 {
         self.description.byte_time()
     }
 
-    /// Ticks since it was switched on.
+    /// Ticks since the board was switched on.
     pub fn now(&self) -> u64 {
         self.board.now()
     }
@@ -59,7 +59,7 @@ impl<'q> VirtualMachine<'q> {
         self.board.is_busy()
     }
 
-    /// A byte arrives on its line, now; what the board answers.
+    /// Receives a byte on the line, now, and returns the answers.
     pub fn receive(&mut self, byte: u8) -> Answers {
         self.board.receive(byte);
         self.note_enable();
@@ -80,7 +80,7 @@ impl<'q> VirtualMachine<'q> {
     fn turn_switch(&mut self) {
         let axis = self.switch.axis.index();
         let shaft = self.board.recorder().shaft(axis).unwrap_or(0);
-        // To ground, and the pin is pulled up.
+        // A closed switch is low: it connects to ground, and the pin is pulled up.
         self.board.set_switch(axis as u8, !self.switch.is_closed(shaft));
     }
 

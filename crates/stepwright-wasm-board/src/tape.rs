@@ -2,16 +2,16 @@
 
 use stepwright_sim::{AXES, Edge, Pin, Recorder};
 
-/// Edges that are kept: 10 s of one axis at 3,000 steps/s.
+/// The number of edges that are kept: 10 s of one axis at 3,000 steps/s.
 pub const KEPT: usize = 1 << 16;
 
-/// Edges, the oldest of which are written over.
+/// A ring of edges, which overwrites the oldest.
 pub struct Tape {
     times: [f64; KEPT],
     pins: [u8; KEPT],
-    /// All edges so far.
+    /// The number of edges so far.
     count: u32,
-    /// Levels of DIR. A `Shaft` of the virtual board's is not all zeros.
+    /// The levels of DIR. The `Shaft` of the virtual board would not be all zeros.
     forward: [bool; AXES],
     shafts: [i64; AXES],
 }
@@ -23,7 +23,7 @@ impl Default for Tape {
 }
 
 impl Tape {
-    /// An empty one: all zeros, which a module need not carry.
+    /// An empty tape: all zeros, which take no space in a module.
     pub const fn new() -> Tape {
         Tape {
             times: [0.0; KEPT],
@@ -39,28 +39,28 @@ impl Tape {
         (self.count, self.forward, self.shafts) = (0, [false; AXES], [0; AXES]);
     }
 
-    /// When each edge was, in ticks; number `n` of all edges stands at `n % KEPT`.
+    /// The times of the edges, in ticks; edge number `n` is at `n % KEPT`.
     pub fn times(&self) -> &[f64; KEPT] {
         &self.times
     }
 
-    /// Which pin each edge was of: the axis from 0, times 8; 0 STEP, 2 DIR, 4 enable; and 1 for
-    /// a rising edge.
+    /// The pins of the edges: the axis from 0, times 8; plus 0 for STEP, 2 for DIR, 4 for enable; plus 1 for a
+    /// rising edge.
     pub fn pins(&self) -> &[u8; KEPT] {
         &self.pins
     }
 
-    /// How many edges there have been, the low 32 bits.
+    /// The number of edges so far, modulo 2³².
     pub fn count(&self) -> u32 {
         self.count
     }
 
-    /// Steps that an axis has made forward, less those backward: counted at its pins.
+    /// The steps of an axis, forward minus backward, counted at its pins.
     pub fn shaft(&self, axis: usize) -> Option<i64> {
         self.shafts.get(axis).copied()
     }
 
-    /// Writes an edge down.
+    /// Adds an edge.
     pub fn add(&mut self, edge: Edge) {
         let axis = usize::from(edge.axis);
         let pin = match edge.pin {
@@ -109,7 +109,7 @@ mod tests {
         }
         assert_eq!(tape.shaft(1), Some(KEPT as i64 / 2));
         assert_eq!((tape.shaft(0), tape.shaft(9)), (Some(0), None));
-        // The first of all is gone, the second is still there.
+        // The very first edge is gone, the second is still there.
         assert_eq!(tape.count() as usize, KEPT + 1);
         assert_eq!((tape.times()[1], tape.pins()[1]), (10.0, 8 | 1));
         assert_eq!(tape.pins()[0], 8);

@@ -1,9 +1,9 @@
-// The virtual board of the page, run by Node, against the one of the command: the same bytes at
-// the same times have the same answers, and move the same pins in the same ticks.
+// The virtual board of the page, run by Node, against the board of the command: the same bytes at the
+// same times get the same answers, and move the same pins in the same ticks.
 //
 //   node equal.mjs board.wasm STEPWRIGHT
 //
-// Ends with 0 if all is the same, and if no byte and no number can stop it.
+// Ends with 0 if all is equal, and if no byte and no number can stop it.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -25,7 +25,7 @@ const random = (below) => {
   seed = (seed * 6364136223846793005n + 1442695040888963407n) & 0xffff_ffff_ffff_ffffn;
   return Number((seed >> 33n) % BigInt(below));
 };
-/** A line feed is no byte of the protocol, and takes its time. */
+/** A line feed is ignored by the protocol, and takes its time. */
 const wait = (ms) => "\n".repeat(Math.round(ms * 11.52));
 
 /** An order, as a host gives it. */
@@ -42,7 +42,7 @@ const conversations = [
   order(1, 3000) + order(2, -2000) + order(3, 500) + wait(300) + "V1\rV2\rV3\rA0\rF\rZ\r",
   order(1, 1, { endless: 1 }) + wait(400) + "t700\ra9000\r" + wait(300) + "@+100\r" + wait(100) + "V1\rA1\rZ\r" + wait(500) + "?\r",
   order(2, -1, { endless: 1 }) + wait(300) + "K\rV2\r?\rI2\rV2\r!\r?\r",
-  // Its switch is known, and closed: it is no switch of the command's board.
+  // The switch of the page's board stays unset: the command's board has none.
   "$idle-ms=200\r$pulse-us=7\r$reverse=2\r$\r" + order(2, 300) + wait(900),
 ];
 for (let n = 0; n < 40; n++) {
@@ -62,7 +62,7 @@ for (let n = 0; n < 40; n++) {
 
 const folder = mkdtempSync(join(tmpdir(), "stepwright-board-"));
 
-/** What the command's board answers, and its edges: [ticks, axis from 0, pin, level]. */
+/** The answers of the command's board, and its edges: [ticks, axis from 0, pin, level]. */
 function commanded(conversation) {
   const vcd = join(folder, "edges.vcd");
   const ran = spawnSync(stepwright, ["board", "--stdio", "--fast", "--vcd", vcd], { input: conversation, encoding: "latin1" });
@@ -72,7 +72,7 @@ function commanded(conversation) {
   const changes = readFileSync(vcd, "utf8").split("$dumpvars")[1].split("$end\n").at(-1);
   for (const line of changes.trim().split("\n")) {
     if (line[0] === "#") {
-      // In 100 ps, of which a tick has 625.
+      // In 100 ps; a tick has 625 of them.
       time = Number(line.slice(1)) / 625;
     } else {
       const pin = line.charCodeAt(1) - 97;
@@ -98,7 +98,7 @@ for (const conversation of conversations) {
   const last = edges.at(-1)?.[0] ?? 0;
   assert.deepEqual(mine.filter(([time]) => time <= last), edges.filter(([time]) => time <= last), first);
   assert.equal(mine.length, edges.length, first);
-  // Where the shafts are is what the edges have come to.
+  // The shafts are where the edges have led them.
   const shaft = [0, 0, 0];
   const forward = [false, false, false];
   for (const [, axis, pin, level] of mine) {
@@ -114,7 +114,7 @@ rmSync(folder, { recursive: true });
 // Some of the steepest orders are refused.
 assert.ok(steps > 30_000, `${steps}`);
 
-// Any bytes: each is answered or refused.
+// Any bytes: each line is answered or refused.
 const board = await VirtualBoard.open(bytes);
 for (let n = 0; n < 200_000; n++) {
   const byte = random(3) ? "PSTRGEFVZKA@tadjgILs?!$+-0123456789\r".charCodeAt(random(36)) : random(256);

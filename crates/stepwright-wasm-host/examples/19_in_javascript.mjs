@@ -1,4 +1,4 @@
-// Moves a motor of a virtual board to 25 mm, by the host library as WebAssembly.
+// Moves a motor of a virtual board to 25 mm, with the host library as WebAssembly.
 
 import { readFileSync } from "node:fs";
 import { Host } from "../../stepwright-serve/src/page/alone/host.js";

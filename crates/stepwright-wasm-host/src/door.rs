@@ -2,24 +2,24 @@
 //!
 //! | function | what |
 //! | --- | --- |
-//! | `stepwright_room` | makes room for a text or bytes of this length: where |
-//! | `stepwright_turn` | goes on at a time in ms, by what has happened: in how many ms to go on |
+//! | `stepwright_room` | makes room for a text or bytes of this length, and returns its address |
+//! | `stepwright_turn` | handles an event at a time in ms; returns in how many ms to call again |
 //! | `stepwright_file` | makes a file of a record: the ending of its name, a line feed, the record |
-//! | `stepwright_out`, `_out_len` | what came of it: 0 bytes for the board, 1 messages, 2 the file |
+//! | `stepwright_out`, `_out_len` | the results: 0 bytes for the board, 1 messages, 2 the file |
 //!
-//! | event | in the room |
+//! | event | contents of the room |
 //! | --- | --- |
 //! | 0 time has passed | |
 //! | 1 bytes have come | the bytes |
 //! | 2 a request | `NUMBER NAME`, a line feed, the body |
 //! | 3 a wire is open | the board's name |
-//! | 4 none could be opened | the board's name, a line feed, the reason |
+//! | 4 no wire could be opened | the board's name, a line feed, the reason |
 //! | 5 the wire is gone | the reason |
 //! | 6 the page wants another board | |
-//! | 7, 8 questions are to be told, or not | |
+//! | 7, 8 questions are to be reported, or not | |
 //!
-//! Messages are lines of JSON: those of `/api/live`, and `board`, `answer` and `closed`. Addresses
-//! hold until the next call.
+//! Messages are lines of JSON: those of `/api/live`, and `board`, `answer` and `closed`. Addresses stay valid
+//! until the next call.
 
 use std::cell::RefCell;
 
@@ -39,7 +39,7 @@ thread_local! {
     static DOOR: RefCell<Door> = RefCell::default();
 }
 
-/// Makes room for `len` bytes; where it is.
+/// Makes room for `len` bytes, and returns its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_room(len: u32) -> *mut u8 {
     DOOR.with_borrow_mut(|door| {
@@ -49,8 +49,8 @@ pub extern "C" fn stepwright_room(len: u32) -> *mut u8 {
     })
 }
 
-/// It is `now`, in ms, and this has happened: in how many ms to go on though nothing happens;
-/// infinity: not before something does.
+/// Handles an event at time `now`, in ms. Returns in how many ms to call again if nothing happens; infinity if
+/// there is no such time.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_turn(now: f64, event: u32) -> f64 {
     DOOR.with_borrow_mut(|door| {
@@ -73,7 +73,7 @@ pub extern "C" fn stepwright_turn(now: f64, event: u32) -> f64 {
     })
 }
 
-/// Makes a file of a record; whether it could: 1, or 0.
+/// Makes a file of a record. Returns 1, or 0 if it can't.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_file() -> u32 {
     DOOR.with_borrow_mut(|door| {
@@ -88,13 +88,13 @@ pub extern "C" fn stepwright_file() -> u32 {
     })
 }
 
-/// Where what came of the last call is: 0 bytes for the board, 1 messages, 2 the file.
+/// The address of a result of the last call: 0 bytes for the board, 1 messages, 2 the file.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_out(which: u32) -> *const u8 {
     DOOR.with_borrow(|door| door.out.get(which as usize).map_or(std::ptr::null(), Vec::as_ptr))
 }
 
-/// How long that is.
+/// The length of that result.
 #[unsafe(no_mangle)]
 pub extern "C" fn stepwright_out_len(which: u32) -> u32 {
     DOOR.with_borrow(|door| door.out.get(which as usize).map_or(0, Vec::len)) as u32

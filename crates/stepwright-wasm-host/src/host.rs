@@ -1,4 +1,4 @@
-//! What is known between two calls of the page, and the future that they carry on.
+//! The state between two calls of the page, and the future that the calls run.
 
 use std::io;
 use std::pin::Pin;
@@ -13,11 +13,11 @@ use stepwright_protocol::LeaseMillis;
 
 use crate::page_desk::{PageDesk, Wake, WireEvent};
 
-/// A board that hears nothing for this time brakes a run without end by itself. A page in the
-/// background is woken once a second.
+/// A board that hears nothing for this time brakes an endless run by itself. A page in the background is woken
+/// once a second.
 const LEASE: LeaseMillis = LeaseMillis::clamped(2500);
 
-/// What has happened.
+/// An event.
 #[derive(Clone, Copy, Debug)]
 pub enum Event<'a> {
     /// Time has passed.
@@ -28,17 +28,17 @@ pub enum Event<'a> {
     Ask(&'a str),
     /// A wire is open to the board of this name.
     Open(&'a str),
-    /// No wire could be opened: the board's name, a line feed, and the reason.
+    /// No wire could be opened: the board's name, a line feed, the reason.
     Failed(&'a str),
     /// The wire is gone, for this reason.
     Gone(&'a str),
     /// The page wants another board.
     Leave,
-    /// Whether the page wants to hear the questions to the board as well.
+    /// Whether the page wants the questions to the board too.
     Questions(bool),
 }
 
-/// A host whose bytes and time are a page's.
+/// A host whose bytes and time come from a page.
 pub struct WasmHost {
     desk: Arc<PageDesk>,
     kept: Pin<Box<dyn Future<Output = ()>>>,
@@ -53,10 +53,10 @@ impl Default for WasmHost {
 }
 
 impl WasmHost {
-    /// Goes on: it is `now`, in s since the page began, and this has happened. The bytes for the
-    /// board, and in how many s to go on though nothing happens.
+    /// Handles an event at `now`, in s since the page began. Returns the bytes for the board, and in how many s
+    /// to call again if nothing happens.
     pub fn turn(&mut self, now: f64, event: Event) -> (Vec<u8>, Option<f64>) {
-        // Whole microseconds are shorter to write.
+        // Whole microseconds make shorter text.
         let now = (now * 1e6).round() / 1e6;
         self.desk.pass(now);
         match event {
@@ -76,7 +76,7 @@ impl WasmHost {
             Event::Questions(wanted) => self.desk.questions(wanted),
         }
         let mut context = Context::from_waker(Waker::noop());
-        // It never ends.
+        // The future never ends.
         let _ = self.kept.as_mut().poll(&mut context);
         let pipe = self.desk.pipe();
         let bytes = pipe.take_output();
@@ -86,13 +86,13 @@ impl WasmHost {
         (bytes, due.map(|due| (due - now).max(0.0)))
     }
 
-    /// The messages since the last call, each a line of JSON.
+    /// The messages since the last call, each one a line of JSON.
     pub fn take_messages(&mut self) -> String {
         self.desk.take_messages()
     }
 }
 
-/// Keeps whatever board the page has a wire to.
+/// Keeps the boards to which the page opens wires.
 async fn keep(desk: Arc<PageDesk>) {
     let board = KeptBoard {
         name: String::new(),
@@ -144,7 +144,7 @@ async fn attend(desk: &Arc<PageDesk>, keeper: &mut Keeper<PageDesk>) -> Result<(
         match desk.next(pause.as_secs_f64()).await {
             Wake::Turn(job) => pause = keeper.turn(&mut talk, job).await?,
             Wake::Leave => {
-                // A board that is gone meanwhile is left all the same.
+                // A board that is gone meanwhile counts as left, too.
                 keeper.let_go(&mut talk).await.ok();
                 return Ok(());
             }
@@ -161,7 +161,7 @@ mod tests {
 
     use super::{Event, WasmHost};
 
-    /// A host and the virtual board at the end of its wire, as a page would have them.
+    /// A host with the virtual board at the end of its wire, as in a page.
     struct Bench {
         host: WasmHost,
         link: VirtualLink<VirtualUno>,
@@ -188,12 +188,12 @@ mod tests {
             due
         }
 
-        /// Goes on until this is told, for 100 s of the board at most.
+        /// Goes on until the messages have this text, for at most 100 s of the board.
         fn until(&mut self, told: &str) {
             self.while_not(|bench| bench.said.contains(told));
         }
 
-        /// Goes on until it holds, likewise.
+        /// Goes on until `holds` is true, for at most 100 s of the board.
         fn while_not(&mut self, holds: impl Fn(&Bench) -> bool) {
             let end = self.link.now() + Duration::from_secs(100);
             let mut due = self.turn(Event::Time);
@@ -231,7 +231,7 @@ mod tests {
             bench.until(r#""moving":true"#);
             bench.turn(Event::Leave);
             if gone {
-                // As it is told to brake.
+                // While the host tells it to brake.
                 bench.while_not(|bench| bench.bytes.starts_with(b"Z"));
                 bench.turn(Event::Gone("pulled"));
             }
@@ -257,7 +257,7 @@ mod tests {
         bench.until(r#"{"type":"closed","lost":true}"#);
         bench.turn(Event::Open("the virtual board"));
         bench.until("the virtual board is back");
-        // Nobody has held meanwhile what ran.
+        // Nobody has controlled the run meanwhile: it is braked.
         bench.until(r#""moving":false,"state":"ready","stop":{"name":"stop""#);
         bench.turn(Event::Leave);
         bench.until(r#"{"type":"closed","lost":false}"#);

@@ -1,6 +1,5 @@
-//! The host library for a web page, or for Node: [`Keeper`](stepwright_keeper::Keeper) and the
-//! conversation below it as WebAssembly. An order's life, homing, staying in step and the lease are
-//! those of every other host.
+//! The host library for a web page, or for Node: [`Keeper`](stepwright_keeper::Keeper) and the conversation
+//! below it as WebAssembly. Orders, homing, staying in step and the lease are those of all other hosts.
 //!
 //! ```text
 //!   page ─► wire ◄─ bytes ─► door ─► Host: pipe, jobs, clock
@@ -11,12 +10,12 @@
 //! | module | what |
 //! | --- | --- |
 //! | [`door`] | the functions that a page calls |
-//! | [`host`] | what is known between two calls, and the future that they carry on |
-//! | [`page_desk`] | between the page and the keeper |
+//! | [`host`] | the state between two calls, and the future that the calls run |
+//! | [`page_desk`] | the link between the page and the keeper |
 //!
-//! The virtual board is another module (`stepwright-wasm-board`): it is proven free of panics by the
-//! linker, which text, JSON and allocation are not. A panic here ends the module with a trap; the
-//! board in its worker, or behind its port, brakes when its lease ends.
+//! The virtual board is another module (`stepwright-wasm-board`): the linker proves it free of panics, which it
+//! can't for text, JSON and allocation. A panic here ends the module with a trap; the board in its worker, or
+//! at its port, then brakes when its lease ends.
 
 #![warn(missing_docs)]
 

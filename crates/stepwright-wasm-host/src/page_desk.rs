@@ -1,4 +1,4 @@
-//! Between the page and the keeper: jobs and time in, messages out.
+//! The link between the page and the keeper: jobs and time in, messages out.
 
 use std::future::poll_fn;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -12,14 +12,14 @@ use stepwright_keeper::report::{
 };
 use stepwright_keeper::{Declined, Hand, Job, JobQueue, KeeperDesk, asked, explain};
 
-/// The one who asks: a page without a server has its board for itself.
+/// The only client: a page without a server has its board for itself.
 const HAND: Hand = Hand(1);
 
-/// What is told beside the messages of `/api/live`.
+/// Messages in addition to those of `/api/live`.
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 enum PageMessage {
-    /// What the board is.
+    /// The board's description.
     Board(BoardSheet),
     /// The answer to a request: its number, its HTTP status and its body.
     Answer {
@@ -30,43 +30,43 @@ enum PageMessage {
         #[serde(skip_serializing_if = "Option::is_none")]
         declined: Option<Declined>,
     },
-    /// The wire is to be closed; opened again later, if the board is only lost.
+    /// Close the wire; open it again later, if the board is only lost.
     Closed { lost: bool },
 }
 
-/// What the page has to do about its wire.
+/// An event of the page's wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum WireEvent {
-    /// It is open, to the board of this name.
+    /// The wire is open, to the board of this name.
     Open(String),
-    /// It can't be opened: the name of its board, and the reason.
+    /// The wire can't be opened: the name of its board, and the reason.
     Failed(String, String),
     /// The page wants another board.
     Leave,
 }
 
-/// What wakes the keeper.
+/// Wakes the keeper.
 pub enum Wake {
-    /// A job, or that it is time for the next turn.
+    /// A job, or the time of the next turn.
     Turn(Option<Job>),
     /// The page wants another board.
     Leave,
 }
 
-/// Between the page and the keeper.
+/// The link between the page and the keeper.
 pub struct PageDesk(Mutex<Desk>);
 
 struct Desk {
     now: f64,
     jobs: JobQueue,
     wire: Option<WireEvent>,
-    /// The line of the conversation that goes on.
+    /// The line of the present conversation.
     pipe: Pipe,
-    /// When to go on though nothing has happened.
+    /// When to call again if nothing happens.
     until: Option<f64>,
-    /// What is to be told, as JSON, a message a line.
+    /// The messages as JSON, one a line.
     messages: String,
-    /// Whether the questions to the board are told as well.
+    /// Whether the questions to the board are reported too.
     questions: bool,
 }
 
@@ -89,7 +89,7 @@ impl Default for PageDesk {
 
 impl Desk {
     fn tell(&mut self, message: &impl Serialize) {
-        // Nothing here has a key that is no text, or fails otherwise.
+        // No message has a key that is no text, or can fail otherwise.
         self.messages.push_str(&serde_json::to_string(message).unwrap_or_default());
         self.messages.push('\n');
     }
@@ -97,23 +97,23 @@ impl Desk {
 
 impl PageDesk {
     fn desk(&self) -> MutexGuard<'_, Desk> {
-        // Nothing here is changed by halves.
+        // No change can panic half-way.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// It is this time now, in s.
+    /// Sets the present time, in s.
     pub fn pass(&self, now: f64) {
         let mut desk = self.desk();
         desk.now = now;
         desk.pipe.pass(Duration::try_from_secs_f64(now).unwrap_or_default());
     }
 
-    /// The line of the conversation that goes on.
+    /// The line of the present conversation.
     pub fn pipe(&self) -> Pipe {
         self.desk().pipe.clone()
     }
 
-    /// A line for another conversation.
+    /// A line for a new conversation.
     pub fn new_pipe(&self) -> Pipe {
         let now = self.desk().now;
         self.desk().pipe = Pipe::new();
@@ -121,17 +121,17 @@ impl PageDesk {
         self.pipe()
     }
 
-    /// Something has become of the wire.
+    /// Notes an event of the wire.
     pub fn wire(&self, event: WireEvent) {
         self.desk().wire = Some(event);
     }
 
-    /// Whether the questions to the board are told as well.
+    /// Sets whether the questions to the board are reported too.
     pub fn questions(&self, wanted: bool) {
         self.desk().questions = wanted;
     }
 
-    /// A request: `NUMBER NAME`, a line feed, and its body.
+    /// Takes a request: `NUMBER NAME`, a line feed, and its body.
     pub fn ask(self: &std::sync::Arc<PageDesk>, request: &str) {
         let (head, body) = request.split_once('\n').unwrap_or((request, "{}"));
         let (id, name) = head.split_once(' ').unwrap_or((head, ""));
@@ -140,7 +140,7 @@ impl PageDesk {
             Ok((wish, waits)) => {
                 let desk = self.clone();
                 let job = Job::new(wish, waits, move |answer| desk.answer(id, answer));
-                // An answer at once takes the desk again.
+                // An immediate answer locks the desk again.
                 let mut jobs = std::mem::take(&mut self.desk().jobs);
                 jobs.put(job);
                 self.desk().jobs = jobs;
@@ -157,25 +157,25 @@ impl PageDesk {
         self.desk().tell(&PageMessage::Answer { id, status, done, declined });
     }
 
-    /// Takes no jobs until [`open`](PageDesk::open), for this reason.
+    /// Accepts no jobs until [`open`](PageDesk::open), for this reason.
     pub fn close(&self, why: Declined) {
-        // The answers take the desk again.
+        // The answers lock the desk again.
         let mut jobs = std::mem::take(&mut self.desk().jobs);
         jobs.close(why);
         self.desk().jobs = jobs;
     }
 
-    /// Takes jobs again.
+    /// Accepts jobs again.
     pub fn open(&self) {
         self.desk().jobs.open();
     }
 
-    /// The wire is to be closed.
+    /// Asks the page to close the wire.
     pub fn closed(&self, lost: bool) {
         self.desk().tell(&PageMessage::Closed { lost });
     }
 
-    /// What was said to the board, and what it answered.
+    /// Reports a line to the board, and its answer.
     pub fn heard(&self, line: &str, answer: Option<&str>) {
         let mut desk = self.desk();
         let exchange = explain::explain(desk.now, line, answer);
@@ -184,17 +184,17 @@ impl PageDesk {
         }
     }
 
-    /// The messages since the last call, each a line.
+    /// The messages since the last call, one a line.
     pub fn take_messages(&self) -> String {
         std::mem::take(&mut self.desk().messages)
     }
 
-    /// When to go on though nothing has happened, in s.
+    /// When to call again if nothing happens, in s.
     pub fn until(&self) -> Option<f64> {
         self.desk().until
     }
 
-    /// Waits for something to become of the wire.
+    /// Waits for an event of the wire.
     pub async fn wire_event(&self) -> WireEvent {
         poll_fn(|_| match self.desk().wire.take() {
             Some(event) => Poll::Ready(event),
@@ -203,7 +203,7 @@ impl PageDesk {
         .await
     }
 
-    /// Waits for a job, for this many seconds at most.
+    /// Waits for a job, at most this many seconds.
     pub async fn next(&self, limit: f64) -> Wake {
         let end = self.desk().now + limit;
         poll_fn(|_| {

@@ -1,5 +1,5 @@
-// The host library as WebAssembly, run by Node: it homes, says why an order is refused, brakes what a
-// page leaves, writes files that other readers understand, and no byte and no request stops it.
+// The host library as WebAssembly, run by Node: it homes, tells why an order is refused, brakes motors
+// when a page leaves, writes files for other readers, and no byte and no request stops it.
 //
 //   node stands.mjs
 
@@ -17,7 +17,7 @@ const random = (below) => {
   return Number((seed >> 33n) % BigInt(below));
 };
 
-/** A host that has met the virtual board, and what it has told. */
+/** A host that has met the virtual board, and its messages. */
 async function met() {
   const [host, board, told] = [await Host.open(module("host")), new PacedBoard(module("board")), []];
   host.told = (message) => told.push(message);
@@ -35,7 +35,7 @@ async function met() {
   await assert.rejects(host.ask("move", { axis: 1, by: 1, top_speed: 5e6 }), /Allowed: 0.001 to 1000000 steps/);
   await assert.rejects(host.ask("move", { axis: 1, by: 400_000, top_speed: 9e5, accel: 9e6 }), /faster than the board can step/);
   await assert.rejects(host.ask("move", { axis: 4, by: 1 }), /Allowed: 1 to 3/);
-  // A run that is left is braked: the board rests soon, before its lease of 2.5 s has ended.
+  // A run is braked when the page leaves: the board rests soon, before its lease of 2.5 s has ended.
   await host.ask("run", { axis: 2, speed: 800 });
   assert.ok(told.some((message) => message.type === "plan" && message.axis === 2));
   await host.leave();
@@ -43,7 +43,7 @@ async function met() {
   assert.ok(!board.board.busy());
 }
 
-// A file of what was seen: three edges of a pin.
+// Files of a record: three edges of a pin.
 {
   const { host } = await met();
   const record = {
@@ -61,7 +61,7 @@ async function met() {
   await host.leave();
 }
 
-// Noise instead of a board, and requests that make no sense: each is answered.
+// Noise instead of a board, and senseless requests: each is answered.
 {
   const host = await Host.open(module("host"));
   const wire = { name: "noise", open: async () => {}, write: () => {}, close: async () => {} };

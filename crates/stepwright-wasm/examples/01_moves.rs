@@ -1,8 +1,8 @@
-//! Random travels by every law, with a hash of their delays, one a line as JSON.
+//! Random travels by every law, with a hash of their delays, one per line as JSON.
 //!
 //!   cargo run -p stepwright-wasm --example 01_moves -- 10000 | node tests/equal.mjs
 //!
-//! The hash is of what the core's own iterators say; the module has to say the same.
+//! The hash is of the delays of the core's own iterators; the module must have the same.
 
 use std::io::{self, BufWriter, Write};
 
@@ -15,7 +15,7 @@ use stepwright_wasm::{PlanLaw, PlanOrder};
 struct Random(u64);
 
 impl Random {
-    /// 0 to 1.
+    /// A number from 0 to 1.
     fn part(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -23,7 +23,7 @@ impl Random {
         (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Of every order of magnitude alike, to a thousandth.
+    /// A number of any order of magnitude with equal probability, to a thousandth.
     fn size(&mut self, low: f64, high: f64) -> f64 {
         let value = low * (high / low).powf(self.part());
         (value * 1e3).round() / 1e3
@@ -33,7 +33,7 @@ impl Random {
         (self.part() * f64::from(end)).floor()
     }
 
-    /// The numbers of a travel, in their order.
+    /// The numbers of a travel, in order.
     fn travel(&mut self) -> [f64; 14] {
         let rate = self.size(1e5, 2e8).round();
         let steps = self.size(1.0, 5e3).round() - 1.0;
@@ -56,7 +56,7 @@ fn hash(delays: impl Iterator<Item = u32>) -> u64 {
     })
 }
 
-/// What the core says of a travel.
+/// The hash of a travel's delays by the core.
 fn delays(law: PlanLaw, order: &PlanOrder) -> Result<u64, Unfit> {
     let PlanOrder { rate, steps, start, top, accel, decel, jerk, c0, .. } = *order;
     Ok(match law {
@@ -98,7 +98,7 @@ fn main() -> io::Result<()> {
         for _ in 0..moves {
             let mut numbers = random.travel();
             if law == PlanLaw::AustinFixed {
-                // It brakes as it speeds up.
+                // This law brakes as it speeds up.
                 numbers[5] = numbers[4];
             }
             let order = PlanOrder::check(&numbers).expect("a travel within the ranges");

@@ -1,5 +1,5 @@
-//! What a travel should be, in steps and seconds: formulas in `f64` that share nothing with the
-//! core's integers.
+//! The ideal course of a travel, in steps and seconds: formulas in `f64` that share nothing with the core's
+//! integers.
 
 use stepwright::{Accel, Jerk, Speed};
 use stepwright_oracle::{IdealSCurve, IdealTrapezoid, JerkLimits};
@@ -14,7 +14,7 @@ fn steps_per_second2(accel: Accel) -> f64 {
     accel.millisteps() as f64 / 1e3
 }
 
-/// Constant acceleration, top speed, constant deceleration: `pulses` pulses.
+/// Constant acceleration, top speed, constant deceleration, for `pulses` pulses.
 pub(crate) fn constant(
     start: Speed,
     top: Speed,
@@ -27,7 +27,7 @@ pub(crate) fn constant(
     IdealTrapezoid::new((start, start), steps_per_second(top), slopes, length)
 }
 
-/// Limited jerk: `pulses` pulses from the start speed and back to it.
+/// Limited jerk, for `pulses` pulses from the start speed and back to it.
 pub(crate) fn s_curve(
     start: Speed,
     top: Speed,

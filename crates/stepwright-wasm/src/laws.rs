@@ -1,4 +1,4 @@
-//! The laws of the core, each walked over.
+//! Walks over the laws of the core.
 
 use stepwright::fixed::Q32;
 use stepwright::profile::{Cursor, Fit, Phase, SCurve, Tracer, Trapezoid, Unfit};
@@ -25,7 +25,7 @@ impl PlanLaw {
                 if accel != decel {
                     return Err(Unfit::Uneven.into());
                 }
-                // Eq 15 and Eq 2, to the nearest tick: as the command moves a motor by it.
+                // Eq 15 and Eq 2, to the nearest tick, as the command moves a motor by this law.
                 let law = Austin::new(rate, top, accel).with_c0(c0).constants(steps)?;
                 let ticks = |delay: Q32| (delay.saturating_add(1 << 31) >> 32) as Ticks;
                 listing(Fixed::new(steps, ticks(law.lead), ticks(law.shortest)), order, to);
@@ -78,7 +78,7 @@ fn s_curve(order: &PlanOrder, to: &mut Planner) -> Result<(), PlanRefusal> {
     let hz = order.hz();
     let mut walk = Walk::new(to, order, false);
     let level = steps.saturating_sub(curve.braking_steps());
-    // The formula takes a root by trial: of a long travel some thousand pulses are measured.
+    // The formula finds a root by trial: of a long travel only some thousand pulses are measured.
     let stride = steps / MOST_POINTS as u32 + 1;
     let due = |n: u32| ideal.time(n.into()) * hz;
     let mut n = 0;
@@ -93,13 +93,13 @@ fn s_curve(order: &PlanOrder, to: &mut Planner) -> Result<(), PlanRefusal> {
     Ok(())
 }
 
-/// More than a pulse a tick can't be made.
+/// No timer makes more than one pulse per tick.
 fn fits(peak: u32, order: &PlanOrder) -> Result<(), PlanRefusal> {
     let fast = u64::from(peak) > 1000 * u64::from(order.rate.hz());
     if fast { Err(PlanRefusal::TOO_FAST) } else { Ok(()) }
 }
 
-/// Plays runs as an engine does: each delay in whole ticks, and as the run has it.
+/// Plays runs as an engine does. `seen` gets each delay in whole ticks, and unrounded.
 fn played(runs: impl Iterator<Item = Run>, mut seen: impl FnMut(Ticks, f64)) {
     let mut part = 0u64;
     for run in runs {
@@ -113,16 +113,16 @@ fn played(runs: impl Iterator<Item = Run>, mut seen: impl FnMut(Ticks, f64)) {
     }
 }
 
-/// 2⁻³² ticks in ticks.
+/// Converts 2⁻³² ticks to ticks.
 fn ticks(delay: Q32) -> f64 {
     delay as f64 / 4_294_967_296.0
 }
 
-/// A law from delay to delay.
+/// A law that computes each delay from the one before.
 fn counted<L: Law>(mut pulses: Pulses<L>, lead: Q32, order: &PlanOrder, to: &mut Planner) {
     let mut walk = Walk::new(to, order, true);
     let mut due = 0.0;
-    // The first pulse, and the delay behind it, which is the law's own.
+    // The first pulse; the delay after it is the law's own `lead`.
     pulses.next();
     let mut first = Some(lead);
     while let Some(delay) = pulses.next() {
@@ -137,7 +137,7 @@ fn counted<L: Law>(mut pulses: Pulses<L>, lead: Q32, order: &PlanOrder, to: &mut
     walk.end(None, None);
 }
 
-/// The published listing, which rounds each delay by itself.
+/// The published listing, which rounds each delay separately.
 fn listing(mut pulses: Fixed, order: &PlanOrder, to: &mut Planner) {
     let mut walk = Walk::new(to, order, true);
     let mut due = 0.0;

@@ -1,5 +1,5 @@
 #![cfg_attr(target_family = "wasm", no_std)]
-//! The ramp laws for a web page: a travel is planned by the core itself, in the page.
+//! The ramp laws for a web page: the core itself plans a travel, in the page.
 //!
 //! ```text
 //!  numbers ─► PlanOrder ─► law of the core ─► Planner walks every pulse ─► curves, figures
@@ -9,13 +9,13 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | [`order`] | the numbers of a travel, and what is allowed |
+//! | [`order`] | the numbers of a travel, and their ranges |
 //! | [`planner`] | one law's pulses: curves and figures |
 //! | [`ideal`] | constant acceleration and limited jerk as formulas, in `f64` |
 //! | [`door`] | the functions that a page calls |
 //!
-//! As WebAssembly it imports nothing. Its panic handler is a function that would have to be
-//! imported, so a build without imports holds no code that panics: `cargo xtask wasm` checks it.
+//! As WebAssembly it imports nothing. Its panic handler is a function that would have to be imported, so a
+//! build without imports has no code that panics: `cargo xtask wasm` checks that.
 //!
 //! ```
 //! use stepwright_wasm::{PlanLaw, PlanOrder, Planner};

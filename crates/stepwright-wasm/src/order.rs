@@ -1,4 +1,4 @@
-//! The numbers of a travel, and what is allowed.
+//! The numbers of a travel, and their ranges.
 
 use stepwright::profile::Unfit;
 use stepwright::{Accel, Jerk, Rate, Speed};
@@ -13,18 +13,18 @@ pub enum PlanLaw {
     SCurve,
     /// Austin's general form.
     Austin,
-    /// His published listing.
+    /// Austin's published listing.
     AustinFixed,
-    /// His linear factor.
+    /// Austin's linear factor.
     LinearFactor,
-    /// His power term.
+    /// Austin's power term.
     Power,
-    /// His piecewise ramp.
+    /// Austin's piecewise ramp.
     Piecewise,
 }
 
 impl PlanLaw {
-    /// All of them.
+    /// All laws.
     pub const ALL: [PlanLaw; 7] = [
         PlanLaw::Trapezoid,
         PlanLaw::SCurve,
@@ -35,7 +35,7 @@ impl PlanLaw {
         PlanLaw::Piecewise,
     ];
 
-    /// As in the command.
+    /// The name, as in the command.
     pub const fn name(self) -> &'static str {
         match self {
             PlanLaw::Trapezoid => "trapezoid",
@@ -52,7 +52,7 @@ impl PlanLaw {
 /// Why there is no plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlanRefusal {
-    /// What is wrong.
+    /// The reason.
     pub what: &'static str,
     /// What is allowed, or what to do.
     pub remedy: &'static str,
@@ -62,7 +62,7 @@ impl PlanRefusal {
     /// There is no law of that number.
     pub const NO_LAW: PlanRefusal =
         PlanRefusal { what: "there is no law of that number", remedy: "give 0 to 6" };
-    /// No timer can make two pulses in one tick.
+    /// No timer makes two pulses in one tick.
     pub(crate) const TOO_FAST: PlanRefusal = PlanRefusal {
         what: "more than one step a tick of the timer",
         remedy: "lower the top speed, or take a faster timer",
@@ -83,14 +83,14 @@ impl From<Unfit> for PlanRefusal {
     }
 }
 
-/// A number of a travel: what is allowed, both ends included.
+/// The range of a number of a travel, with both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanField {
     /// The smallest number.
     pub low: f64,
     /// The largest number.
     pub high: f64,
-    /// What to say of any other.
+    /// The refusal of any other number.
     pub refusal: PlanRefusal,
 }
 
@@ -98,10 +98,10 @@ const fn field(low: f64, high: f64, what: &'static str, remedy: &'static str) ->
     PlanField { low, high, refusal: PlanRefusal { what, remedy } }
 }
 
-/// How many numbers a travel has.
+/// The number of fields of a travel.
 pub const FIELDS: usize = 14;
 
-/// The numbers, in their order.
+/// The fields, in order.
 #[rustfmt::skip]
 static ALLOWED: [PlanField; FIELDS] = [
     field(1e5, 2e8, "the timer's rate is out of its range", "give 100000 to 200000000 Hz"),
@@ -123,31 +123,31 @@ static ALLOWED: [PlanField; FIELDS] = [
 /// A travel, checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanOrder {
-    /// Of the step timer.
+    /// The rate of the step timer.
     pub rate: Rate,
-    /// Pulses.
+    /// The number of pulses.
     pub steps: u32,
-    /// Speed at both ends, of the laws in closed form; Austin's begin at rest.
+    /// The speed at both ends, for laws in closed form; Austin's laws begin at rest.
     pub start: Speed,
-    /// Speed between the ramps.
+    /// The speed between the ramps.
     pub top: Speed,
     /// Acceleration.
     pub accel: Accel,
     /// Deceleration.
     pub decel: Accel,
-    /// Of the S-curve.
+    /// The jerk of the S-curve.
     pub jerk: Jerk,
     /// How Austin's ramps begin.
     pub c0: C0,
-    /// Of Austin's general form.
+    /// The divisor of Austin's general form.
     pub divisor: Divisor,
-    /// Of the linear factor, in thousandths of the top speed.
+    /// The knee of the linear factor, in thousandths of the top speed.
     pub knee: u16,
-    /// Of the power term.
+    /// The power of the power term.
     pub power: u8,
-    /// Of the piecewise ramp.
+    /// The breaks of the piecewise ramp.
     pub breaks: u8,
-    /// What the curves show, from and to, in s.
+    /// The window of the curves, from and to, in s.
     pub window: (f64, f64),
 }
 
@@ -156,19 +156,18 @@ impl PlanOrder {
     pub const EXAMPLE: [f64; FIELDS] =
         [16e6, 4000.0, 0.0, 1000.0, 2000.0, 2000.0, 4e4, 1.0, 0.0, 0.0, 4.0, 7.0, 0.0, 1e12];
 
-    /// What is allowed of number `i`.
+    /// The range of number `i`.
     pub fn field(i: usize) -> Option<&'static PlanField> {
         ALLOWED.get(i)
     }
 
-    /// The travel that these numbers mean: timer rate in Hz, steps, start and top speed in
-    /// steps/s, acceleration and deceleration in steps/s², jerk in steps/s³, the kind of first
-    /// delay (0 exact, 1 for 0.676, 2 for c1), the divisor (0 for 4n+1, 1 for 2n), the knee as
-    /// a part of the top speed, the power, the breaks, and what the curves show, from and to,
-    /// in s.
+    /// The travel of these numbers: timer rate in Hz, steps, start and top speed in steps/s, acceleration and
+    /// deceleration in steps/s², jerk in steps/s³, the kind of first delay (0 exact, 1 for 0.676, 2 for c1),
+    /// the divisor (0 for 4n+1, 1 for 2n), the knee as a part of the top speed, the power, the breaks, and the
+    /// window of the curves, from and to, in s.
     ///
     /// # Errors
-    /// A number is out of its range, or is none.
+    /// A number is out of its range, or is NaN.
     pub fn check(numbers: &[f64; FIELDS]) -> Result<PlanOrder, PlanRefusal> {
         for (number, field) in numbers.iter().zip(&ALLOWED) {
             if !(field.low..=field.high).contains(number) {
@@ -222,7 +221,7 @@ impl PlanOrder {
     }
 }
 
-/// The nearest whole number of one that is not negative.
+/// The nearest whole number to a number that is not negative.
 fn whole(x: f64) -> u64 {
     (x + 0.5) as u64
 }

@@ -1,8 +1,8 @@
-//! One law's pulses: curves to draw, and figures.
+//! The pulses of one law: curves to draw, and figures.
 //!
-//! Every pulse is walked over. The curves keep few of them: a point is kept when it lies so far
-//! in time behind the one before that both can be told apart in a picture. Where that were too
-//! many, every second one is dropped, and the distance doubles.
+//! Every pulse is visited. The curves keep few of them: a point is kept if it is so far in time after the point
+//! before that both can be told apart in a picture. If there are too many points, every second one is dropped,
+//! and the distance is doubled.
 
 use stepwright::Ticks;
 
@@ -14,10 +14,10 @@ use crate::order::{PlanLaw, PlanOrder, PlanRefusal};
 /// The most points of a curve.
 pub const MOST_POINTS: usize = 2048;
 
-/// Points of a curve that is as long as constant acceleration would be.
+/// The points of a curve with the duration of constant acceleration.
 const POINTS: f64 = 1400.0;
 
-/// The curves, each a column.
+/// The curves, one column each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlanColumn {
     /// Seconds after the first pulse.
@@ -28,14 +28,14 @@ pub enum PlanColumn {
     Speed,
     /// Steps/s².
     Accel,
-    /// Between pulses, in µs; NaN at the first.
+    /// The interval between pulses, in µs; NaN at the first pulse.
     Interval,
-    /// How far delays are above those of constant acceleration, in per cent; NaN at the first.
+    /// How far delays are above those of constant acceleration, in percent; NaN at the first pulse.
     Deviation,
 }
 
 impl PlanColumn {
-    /// All of them, in the order of their numbers.
+    /// All columns, in the order of their numbers.
     pub const ALL: [PlanColumn; 6] = [
         PlanColumn::Time,
         PlanColumn::Position,
@@ -46,31 +46,31 @@ impl PlanColumn {
     ];
 }
 
-/// What comes of a plan. A page reads it as numbers in this order.
+/// The figures of a plan. A page reads them as numbers in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Figures {
-    /// Pulses.
+    /// The number of pulses.
     pub pulses: f64,
-    /// From the first pulse to the last, in ticks.
+    /// The time from the first pulse to the last, in ticks.
     pub ticks: f64,
     /// The same in seconds.
     pub seconds: f64,
     /// The highest speed, in steps/s.
     pub peak: f64,
-    /// Braking distance in steps.
+    /// The braking distance in steps.
     pub braking_steps: f64,
-    /// The time that it takes, in s.
+    /// The braking time, in s.
     pub braking_seconds: f64,
-    /// The pulse that is furthest from where its law has it: how far, in ticks.
+    /// The largest distance of a pulse from its time by the law, in ticks.
     pub error: f64,
-    /// Which it is, counted from 1; 0 if there is none.
+    /// The number of that pulse, counted from 1; 0 if there is none.
     pub error_step: f64,
-    /// The delay that differs most from that of constant acceleration, in per cent of it.
+    /// The largest difference of a delay from that of constant acceleration, in percent of the latter.
     pub deviation: f64,
-    /// The pulse behind it, counted from 1; 0 if there is none.
+    /// The number of the pulse after that delay, counted from 1; 0 if there is none.
     pub deviation_step: f64,
-    /// Root mean square of these differences, in per cent.
+    /// The root mean square of these differences, in percent.
     pub deviation_rms: f64,
     /// Seconds lost against constant acceleration.
     pub lost: f64,
@@ -78,25 +78,25 @@ pub struct Figures {
     pub first: f64,
     /// The shortest delay, in ticks.
     pub shortest: f64,
-    /// Points of the curves.
+    /// The number of points of the curves.
     pub points: f64,
 }
 
 impl Figures {
-    /// How many numbers they are.
+    /// The number of figures.
     pub const COUNT: usize = size_of::<Figures>() / size_of::<f64>();
 }
 
-/// A pulse that the curves show.
+/// A pulse that is shown in the curves.
 #[derive(Clone, Copy, Debug)]
 struct Shown {
     n: f64,
-    /// When its law has it, and when constant acceleration would, in seconds.
+    /// Its time by the law, and by constant acceleration, in seconds.
     time: f64,
     constant: f64,
 }
 
-/// Plans travels, one after the other, in the same memory.
+/// Plans travels one after the other, in the same memory.
 #[derive(Clone, Debug)]
 pub struct Planner {
     shown: [Shown; MOST_POINTS],
@@ -113,7 +113,7 @@ impl Default for Planner {
 }
 
 impl Planner {
-    /// Has planned nothing.
+    /// A planner that has planned nothing.
     pub const fn new() -> Planner {
         const FIGURES: Figures = Figures {
             pulses: 0.0,
@@ -144,7 +144,7 @@ impl Planner {
     /// Plans a travel by a law.
     ///
     /// # Errors
-    /// The law or the timer can't hold it. Nothing is planned then.
+    /// The law or the timer can't hold the travel. There is no plan then.
     pub fn plan(&mut self, law: PlanLaw, order: &PlanOrder) -> Result<(), PlanRefusal> {
         self.count = 0;
         self.figures = Figures::default();
@@ -152,7 +152,7 @@ impl Planner {
         law.walk(order, self)
     }
 
-    /// What has come of it.
+    /// The figures of the last plan.
     pub fn figures(&self) -> &Figures {
         &self.figures
     }
@@ -162,19 +162,19 @@ impl Planner {
         self.hash
     }
 
-    /// A curve's points.
+    /// The points of a curve.
     pub fn column(&self, column: PlanColumn) -> &[f64] {
         let all = self.columns.get(column as usize).map_or(&[][..], |all| all);
         all.get(..self.count).unwrap_or(&[])
     }
 
-    /// All curves as they lie in memory, [`MOST_POINTS`] numbers each.
+    /// All curves in memory, [`MOST_POINTS`] numbers each.
     pub(crate) fn columns(&self) -> *const f64 {
         self.columns.as_ptr().cast()
     }
 
-    /// Makes the curves of what was shown. `start` is the speed at both ends, `edge` the
-    /// acceleration there, if the law says it.
+    /// Makes the curves of the shown pulses. `start` is the speed at both ends, `edge` the acceleration there,
+    /// if the law gives it.
     fn draw(&mut self, pulses: u32, start: f64, edge: Option<f64>) {
         let shown = self.shown.get(..self.count).unwrap_or(&[]);
         let [times, places, speeds, accels, intervals, deviations] = &mut self.columns;
@@ -185,7 +185,7 @@ impl Planner {
             let behind = shown.get(i + 1);
             let (speed, accel) = match (before, behind) {
                 (Some(a), Some(b)) => {
-                    // Of the parabola through three points.
+                    // The slope and the curvature of the parabola through three points.
                     let (v1, v2) = (slope(a, here), slope(here, b));
                     let (t1, t2) = (here.time - a.time, b.time - here.time);
                     ((v1 * t2 + v2 * t1) / (t1 + t2), 2.0 * (v2 - v1) / (t1 + t2))
@@ -209,7 +209,7 @@ impl Planner {
                 }
             }
         }
-        // Otherwise it is that beside the end.
+        // Otherwise the acceleration of the point beside the end.
         if let ([first, second, .., before, end], [begin, .., stop]) =
             (accels.get_mut(..shown.len()).unwrap_or(&mut []), shown)
         {
@@ -226,13 +226,12 @@ pub(crate) struct Walk<'a> {
     planner: &'a mut Planner,
     order: PlanOrder,
     constant: IdealTrapezoid<f64>,
-    /// Whether that is the law itself.
+    /// Whether the law itself is constant acceleration.
     is_constant: bool,
-    /// What constant acceleration takes for the same pulses, in s.
+    /// The duration of the same pulses with constant acceleration, in s.
     least: f64,
     start: f64,
-    /// The last pulse, counted from 0, when it comes in ticks, and when constant acceleration
-    /// would have it.
+    /// The last pulse, counted from 0; its time in ticks; and its time with constant acceleration.
     n: u32,
     ticks: u64,
     before: f64,
@@ -240,16 +239,16 @@ pub(crate) struct Walk<'a> {
     gap: f64,
     /// The sum of the squares of all differences from constant acceleration.
     squares: f64,
-    /// The shortest delay as the law has it.
+    /// The shortest delay by the law.
     fastest: f64,
-    /// When the way down begins, in ticks.
+    /// When the deceleration begins, in ticks.
     down: Option<u64>,
     down_steps: u32,
 }
 
 impl<'a> Walk<'a> {
-    /// Has made the first pulse. `start` is the speed at both ends. A law that `holds` leaves
-    /// its last delay out, and is held against a travel that is a step longer.
+    /// A walk after the first pulse. `start` is the speed at both ends. A law that `holds` omits its last
+    /// delay, and is compared with a travel that is one step longer.
     pub fn new(planner: &'a mut Planner, order: &PlanOrder, holds: bool) -> Walk<'a> {
         let PlanOrder { steps, top, accel, decel, .. } = *order;
         let start = if holds { stepwright::Speed::ZERO } else { order.start };
@@ -284,8 +283,8 @@ impl<'a> Walk<'a> {
         Walk { is_constant: true, ..Walk::new(planner, order, false) }
     }
 
-    /// A delay and the pulse behind it: the delay in whole ticks and as its law has it, whether
-    /// it belongs to the way down, and when the law has pulse `n`, in ticks.
+    /// Adds a delay and the pulse after it: the delay in whole ticks and by the law, whether it belongs to the
+    /// deceleration, and the law's time of pulse `n`, in ticks.
     #[inline]
     pub fn pulse(&mut self, delay: Ticks, exact: f64, down: bool, due: impl Fn(u32) -> f64) {
         let hz = self.order.hz();
@@ -318,7 +317,7 @@ impl<'a> Walk<'a> {
         self.show(self.ticks as f64 / hz, || due(n) / hz);
     }
 
-    /// Measures the last pulse against when its law has it, in ticks.
+    /// Compares the last pulse with its time by the law, in ticks.
     #[inline]
     pub fn measure(&mut self, due: f64) {
         let off = (self.ticks as f64 - due).abs();
@@ -328,8 +327,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The last pulse has been made. `peak` is the highest speed, and `edge` the acceleration at
-    /// both ends, if the law says them.
+    /// Ends the walk after the last pulse. `peak` is the highest speed, and `edge` the acceleration at both
+    /// ends, if the law gives them.
     pub fn end(self, peak: Option<f64>, edge: Option<f64>) {
         let hz = self.order.hz();
         let planner = self.planner;
@@ -358,8 +357,8 @@ impl<'a> Walk<'a> {
         *hash = (*hash ^ u64::from(delay)).wrapping_mul(0x0100_0000_01b3);
     }
 
-    /// Keeps the last pulse for the curves, if it lies in the window and far enough behind the
-    /// one before; `exact` says when its law has it.
+    /// Keeps the last pulse for the curves, if it is in the window and far enough after the one before. `exact`
+    /// returns its time by the law.
     #[inline]
     fn show(&mut self, time: f64, exact: impl FnOnce() -> f64) {
         let planner = &mut *self.planner;
@@ -370,7 +369,7 @@ impl<'a> Walk<'a> {
             return self.keep(exact());
         };
         if time <= from && planner.count == 1 {
-            // The last one before the window begins it.
+            // The last pulse before the window begins the curves.
             planner.count = 0;
             return self.keep(if from > 0.0 { time } else { exact() });
         }

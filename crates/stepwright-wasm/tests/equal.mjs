@@ -28,7 +28,7 @@ for (const line of readFileSync(moves, "utf8").trim().split("\n")) {
 }
 assert.deepEqual(same, LAWS.map(() => Number(count)));
 
-// Any numbers, also none: each is planned or refused with a reason.
+// Any numbers, also invalid ones: each travel is planned or refused with a reason.
 let seed = 1n;
 const random = () => (seed = (seed * 6364136223846793005n + 1442695040888963407n) & 0xffff_ffff_ffff_ffffn);
 const odd = [NaN, Infinity, -Infinity, -0, 0, -1, 1e-300, 1e300, 2 ** 32, 0.5];
@@ -44,7 +44,7 @@ for (let i = 0; i < 20_000; i++) {
       Number((random() >> 40n) % 5n)
     ];
   }
-  // Not the longest travels: they are no other code.
+  // Not the longest travels, which run the same code.
   if (numbers[1] > 2_000) numbers[1] = 2_000;
   const plan = planner.plan(Number((random() >> 40n) % 8n), numbers);
   if (plan.refused) assert.ok(plan.refused.what && plan.refused.remedy);

@@ -1,4 +1,4 @@
-//! Plans against what the core's own iterators say, and against any numbers.
+//! Plans against the core's own iterators, and with any numbers.
 
 use proptest::prelude::*;
 use stepwright::profile::Trapezoid;
@@ -37,7 +37,7 @@ fn the_figures_are_those_of_the_delays() {
     assert_eq!(figures.braking_steps, 499.0);
     assert!((figures.braking_seconds - 0.95).abs() < 2e-2);
     assert!(figures.error > 0.0 && figures.error <= 1.0, "{}", figures.error);
-    // It is the constant acceleration that the others are held against.
+    // It is the constant acceleration with which the others are compared.
     assert!(figures.deviation_rms < 1e-6 && figures.lost.abs() < 1e-6);
 }
 
@@ -61,14 +61,14 @@ fn the_curves_are_those_of_the_law() {
                 if ramp > 0.5 { 0.0 } else { 2000.0 } * if time < left { 1.0 } else { -1.0 };
             assert!((accels[i] - accel).abs() < 1.0, "{} at {time}", accels[i]);
         }
-        // That of the steps before the point: on slow ramps the speed there is another.
+        // The interval is that of the steps before the point, where on slow ramps the speed differs.
         let whole = intervals[i] * speeds[i] / 1e6;
         assert!(ramp < 0.1 || (whole - 1.0).abs() < 0.05, "{} at {time}", intervals[i]);
         assert!(deviations[i].abs() < 1e-6);
     }
 }
 
-/// A window has as many points as the whole travel had.
+/// A window has as many points as the whole travel.
 #[test]
 fn a_window_is_looked_at_closely() {
     let all = planned(PlanLaw::Austin, &[(1, 100_000.0)]);
@@ -138,7 +138,7 @@ proptest! {
         if planner.plan(PlanLaw::ALL[law], &order).is_ok() {
             let figures = planner.figures();
             prop_assert_eq!(figures.pulses, f64::from(order.steps));
-            // The listing rounds each delay by itself; the others carry what they round.
+            // The listing rounds each delay separately; the others carry the rounding on.
             let most = match PlanLaw::ALL[law] {
                 PlanLaw::AustinFixed => figures.pulses / 2.0,
                 _ => 1.0 + figures.ticks * 1e-12,

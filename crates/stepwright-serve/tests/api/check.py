@@ -1,9 +1,9 @@
-"""Asks the API of `stepwright serve` all that its description allows, and what it does not.
+"""Asks the API of `stepwright serve` everything that its description allows, and more.
 
     python check.py STEPWRIGHT
 
-Without control nothing moves, whatever is asked; with it there is no answer that the
-description does not have. Ends with 0 if that is so. Needs requirements.txt.
+Without control nothing may move; with control every answer must be as described. Ends with 0
+if that is so. Needs requirements.txt.
 """
 
 import http.client
@@ -21,7 +21,7 @@ SCHEMATHESIS = pathlib.Path(sys.executable).with_name("schemathesis")
 
 
 def serve(bind):
-    """A server of a virtual board; its process, and the address of its page."""
+    """Starts a server of a virtual board. Returns its process, and the address of its page."""
     words = [STEPWRIGHT, "serve", "--machine", "none", "--virtual", "--bind", bind]
     server = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     page = server.stdout.readline().strip()
@@ -30,7 +30,7 @@ def serve(bind):
 
 
 def ask(address, method, path, body=None, **headers):
-    """Status and body of an answer."""
+    """Returns the status and the body of an answer."""
     connection = http.client.HTTPConnection(address, timeout=30)
     headers = {name.replace("_", "-"): value for name, value in headers.items()}
     connection.request(method, path, body, {"Content-Type": "application/json", **headers})
@@ -41,7 +41,7 @@ def ask(address, method, path, body=None, **headers):
 
 
 def fuzz(address, *more):
-    """Schemathesis; whether it found nothing."""
+    """Runs Schemathesis. Returns whether it found nothing."""
     words = [SCHEMATHESIS, "--config-file", FOLDER / "schemathesis.toml", "run"]
     words += [f"http://{address}/api/openapi.json", "--checks", "all"]
     # A valid order may still be refused.
@@ -52,7 +52,7 @@ def fuzz(address, *more):
 
 
 class Watch(threading.Thread):
-    """Looks at the axes again and again, and keeps all that is not rest at 0."""
+    """Looks at the axes again and again, and keeps every state that is not rest at 0."""
 
     def __init__(self, address):
         super().__init__(daemon=True)
@@ -69,7 +69,7 @@ class Watch(threading.Thread):
             time.sleep(0.02)
 
     def nothing_moved(self):
-        """After a last look."""
+        """Returns whether nothing has moved, after two more looks."""
         looks = self.looks
         while self.is_alive() and self.looks < looks + 2:
             time.sleep(0.02)
@@ -77,7 +77,7 @@ class Watch(threading.Thread):
 
 
 class Stops(threading.Thread):
-    """Stops the axes again and again: some of the orders that are waited for would take hours."""
+    """Stops the axes again and again: some of the orders with `wait` would take hours."""
 
     def __init__(self, address):
         super().__init__(daemon=True)
@@ -94,7 +94,7 @@ class Stops(threading.Thread):
 
 
 def waits(address, key):
-    """An answer that waits says how the order has ended."""
+    """Checks that an answer that waits tells how the order has ended."""
     headers = {"Stepwright_Control": key}
     for path, order, at in [
         ("/api/move", {"axis": 2, "to": 40}, [40]),
@@ -119,7 +119,7 @@ ORDERS = {
 
 
 def attacks(address):
-    """What is no request of a page or a program that has control."""
+    """Sends requests that come neither from the page nor from a program with control."""
     host, _, port = address.partition(":")
     for path, order in ORDERS.items():
         body = json.dumps(order)

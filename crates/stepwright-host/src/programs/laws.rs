@@ -61,7 +61,7 @@ impl LawSession {
         Ok(value(&about, "late").and_then(|late| late.parse().ok()))
     }
 
-    /// Sets the law of the following travels, and its changes: after so many steps, this acceleration.
+    /// Sets the law of the following travels, and its changes: after this many steps, this acceleration.
     ///
     /// # Errors
     /// [`RowProblem::Refused`] if the board does not have this law, or the law is too fast; and the others.

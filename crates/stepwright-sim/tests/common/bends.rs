@@ -365,7 +365,7 @@ impl<'a> Follower<'a> {
             && pieces.all(|(a, b)| near(a.time, b.time))
     }
 
-    /// From pulse s on the acceleration goes to 0, and the rest is planned anew.
+    /// From pulse s on the acceleration goes to 0, and the rest is planned again.
     fn turn_over(mut self, s: f64, ways: &mut Vec<Self>) {
         let stop = self.braking;
         let (passed, state) = self.leg.at(s);

@@ -97,10 +97,10 @@ impl Sender {
 /// What a board that is fed can't do is refused. Motion is tried in simulated time:
 /// `stepwright-feeder/tests/grbl.rs`.
 #[test]
-fn homing_laser_and_probe_are_refused() {
+fn homing_and_probe_are_refused() {
     let board = PtyBoard::new(&["--program", "stream"]);
     let mut sender = Sender::new(&board);
-    for (line, answer) in [("$22=1", "error:3"), ("$32=1", "error:3"), ("$H", "error:5")] {
+    for (line, answer) in [("$22=1", "error:3"), ("$H", "error:5")] {
         sender.say(&format!("{line}\n"));
         assert_eq!(sender.hear("error"), answer, "{line}");
     }

@@ -1,9 +1,10 @@
-//! `gcode FILE --laser --port` on `board --pty --program stream`: the power beside the edges, by its dump alone.
+//! `gcode FILE --laser --port` and `grbl --port` on `board --pty --program stream`: the power beside the edges, by
+//! its dump alone.
 #![cfg(unix)]
 
 use rustix::process::Signal;
 
-use crate::common::{PtyBoard, Running, Scratch, stepwright};
+use crate::common::{PtyBoard, Running, Scratch, stepwright, stepwright_with};
 
 /// Steps of X in a mm.
 const STEPS_MM: f64 = 80.0;
@@ -124,4 +125,31 @@ fn a_brake_ends_dark() {
     assert!((first.power - 0.5).abs() < 0.003 && off.power == 0.0, "{on:?}");
     let (last, end) = *steps.last().unwrap();
     assert!(end < 99.0 && (off.seconds - last).abs() < 0.02, "{off:?} {last} {end}");
+}
+
+/// A sender's job with `$32=1` by `grbl --port`.
+#[test]
+fn a_senders_laser_follows_its_moves() {
+    let dump = Scratch::new("laser.vcd");
+    let board = PtyBoard::new(&["--program", "stream", "--vcd", dump.path()]);
+    let settings = "$32=1\n$100=80\n$110=6000\n$120=500\n";
+    let job = "M3 S500\nG1 X10 F3000\nG0 X20\nG1 X30 S1000\n";
+    let ended = stepwright_with(
+        &["grbl", "--stdio", "--port", &board.1],
+        format!("{settings}{job}").as_bytes(),
+    );
+    assert_eq!(ended.code(), Some(0), "{ended:#?}");
+    assert!(!ended.stdout.contains("error"), "{ended:#?}");
+    board.0.signal(Signal::INT);
+    assert_eq!(board.0.end().code(), Some(0));
+    let (changes, steps) = read(&std::fs::read_to_string(dump.path()).unwrap());
+    assert_eq!(steps.len(), 30 * 80);
+    let wanted = [(0.0, 0.5), (10.0, 0.0), (20.0, 1.0), (30.0, 0.0)];
+    let changes: Vec<_> = changes.iter().skip_while(|change| change.power == 0.0).collect();
+    assert_eq!(changes.len(), wanted.len(), "{changes:?}");
+    for (change, (x, power)) in changes.iter().zip(wanted) {
+        assert!((change.power - power).abs() < 0.003, "{change:?}");
+        // 100 mm/s on the rapid; and a step, at which it changes.
+        assert!((change.x - x).abs() <= 100.0 * WITHIN / 1e3 + 2.0 / STEPS_MM, "{change:?}");
+    }
 }

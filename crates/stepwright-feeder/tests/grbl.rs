@@ -4,12 +4,14 @@
 use crate::common::*;
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_grbl::{FedRun, Grbl, VirtualMill};
-use stepwright_sim::{Queues, StreamBoard};
+use stepwright_sim::{Description, Queues, StreamBoard};
+
+use crate::laser::Watch;
 
 /// The machine, and what the command does for it.
 struct Mill<'q> {
     grbl: Grbl<VirtualMill>,
-    board: StreamBoard<'q, Vec<stepwright_sim::Edge>>,
+    board: StreamBoard<'q, Watch>,
     /// And when it began, in cycles.
     run: Option<(FedRun, u64)>,
     now: f64,
@@ -19,8 +21,8 @@ struct Mill<'q> {
 
 impl<'q> Mill<'q> {
     fn new(queues: &'q mut Queues) -> Mill<'q> {
-        let grbl = Grbl::new(VirtualMill::default()).fed();
-        let board = board(queues);
+        let grbl = Grbl::new(VirtualMill::default()).fed(true);
+        let board = StreamBoard::new(queues, Description::uno(), Watch::default());
         let (said, states) = (String::new(), vec![]);
         let mut mill = Mill { grbl, board, run: None, now: 0.0, said, states };
         mill.say(
@@ -40,7 +42,7 @@ impl<'q> Mill<'q> {
         let time = self.board.now();
         match &mut self.run {
             None if self.grbl.has_run() => {
-                let terms = FeedTerms { ahead: 500_000, ..terms([40_000.0; 3]) };
+                let terms = FeedTerms { ahead: 500_000, laser: true, ..terms([40_000.0; 3]) };
                 let run = FedRun::begin(&self.grbl, self.now, StreamFeeder::new(terms, 0));
                 self.run = run.map(|run| (run, time));
             }
@@ -104,15 +106,15 @@ fn a_job_with_a_hold_and_an_override_ends_exactly() {
     mill.pass(150);
     let held = mill.report();
     assert!(held.starts_with("<Hold:0|"), "{held}");
-    let edges = mill.board.recorder().len();
+    let edges = mill.board.recorder().edges.len();
     mill.pass(400);
     assert_eq!(
-        (mill.report()[..18].to_owned(), mill.board.recorder().len()),
+        (mill.report()[..18].to_owned(), mill.board.recorder().edges.len()),
         (held[..18].to_owned(), edges)
     );
     mill.say(b"\x91~");
     mill.pass(70);
-    assert!(mill.board.recorder().len() > edges + 20, "it goes on");
+    assert!(mill.board.recorder().edges.len() > edges + 20, "it goes on");
     mill.rest();
     assert_eq!(mill.agree(), [0; 3]);
     // A dwell, and a run that begins where the last one has ended facing backward.
@@ -208,8 +210,76 @@ fn chords_within_a_tolerance_end_exactly() {
             mill.rest();
             assert_eq!(mill.agree(), [0; 3], "{few} lines each {pause} ms, held at {held} ms");
             // Four times 800 steps of each axis, up and down.
-            let edges = mill.board.recorder().len();
+            let edges = mill.board.recorder().edges.len();
             assert!((12_600..14_500).contains(&edges), "{edges}");
         }
+    }
+}
+
+/// By the board's steps and its laser alone: M3 constant along its lines, M4 by the speed, nothing on a rapid
+/// and at rest, wherever the job is held, with another speed behind it.
+#[test]
+fn the_laser_follows_the_steps() {
+    for held in [0, 220, 450, 700, 1_100, 1_400] {
+        let mut queues = Queues::default();
+        let mut mill = Mill::new(&mut queues);
+        mill.say(b"$32=1\n$30=1000\n");
+        mill.say(b"M3 S500\nG1 X20 F3000\nG0 X40\nM4 S800\nG1 X60\nS400 X40\n");
+        // From the opened door on, within some ms, until the resume.
+        let (mut soon, mut dark) = (0..0, 0..0);
+        if held > 0 {
+            mill.pass(held);
+            let door = held < 500;
+            mill.say(if door { b"\x84" } else { b"!" });
+            let asked = mill.board.now();
+            mill.pass(60);
+            let begin = mill.board.now();
+            soon = asked..if door { begin } else { asked };
+            mill.pass(440);
+            dark = begin..if door { mill.board.now() } else { begin };
+            mill.say(b"\x92\x92~");
+        }
+        mill.rest();
+        assert_eq!(mill.agree(), [3_200, 0, 0]);
+        let Watch { edges, powers } = std::mem::take(mill.board.recorder());
+        let steps = steps_of(&edges, 0);
+        let power = |time: u64| {
+            let n = powers.partition_point(|change| change.0 <= time);
+            n.checked_sub(1).map_or(0, |n| powers[n].1)
+        };
+        let (mut x, mut seen, mut doors) = (0, [0; 4], 0);
+        for (n, pair) in steps.windows(2).enumerate() {
+            x += if pair[0].1 { 1 } else { -1 };
+            let apart = (pair[1].0 - pair[0].0) as f64 / HZ;
+            let here = power((pair[0].0 + pair[1].0) / 2);
+            if apart > 0.05 || dark.contains(&pair[0].0) {
+                doors += usize::from(apart < 0.05);
+                assert_eq!(here, 0, "dark at {x}, held after {held} ms");
+                continue;
+            }
+            let speed = 1.0 / apart / 80.0;
+            let back = n > 80 * 58 && !pair[0].1;
+            // Not where lines meet, or where the speed changes within a step or two.
+            let (part, wanted) = match x {
+                _ if soon.contains(&pair[0].0) => continue,
+                4..1_596 => (0, 127.5),
+                1_604..3_196 if !back => (1, 0.0),
+                3_204..4_790 if !back => (2, 255.0 * 0.8 * speed / 50.0),
+                3_204..4_790 => (3, 255.0 * 0.4 * speed / 50.0),
+                _ => continue,
+            };
+            seen[part] += 1;
+            // The speed jumps by `$140`, 100 mm/min, and changes by 500 mm/s² besides; a record comes half a ms
+            // late.
+            let near = 255.0 * 0.8 / 50.0 * (100.0 / 60.0 + 500.0 * (apart + 0.6e-3)) + 1.0;
+            let near = if part < 2 { 1.0 } else { near };
+            assert!(
+                (f64::from(here) - wanted).abs() <= near,
+                "{here}, not {wanted} at {x}, {speed} mm/s, held after {held} ms"
+            );
+        }
+        assert_eq!(doors > 50, (1..500).contains(&held), "{doors}");
+        assert!(seen.iter().all(|seen| *seen > 1_200), "{seen:?}");
+        assert_eq!(powers.last().unwrap().1, 0);
     }
 }

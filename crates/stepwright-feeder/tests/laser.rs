@@ -7,9 +7,9 @@ use crate::common::{HZ, Job, Line, MILLIS, run, s_curve, steps_of, terms};
 
 /// Edges, and the laser's powers with their times.
 #[derive(Default)]
-struct Watch {
-    edges: Vec<Edge>,
-    powers: Vec<(u64, u8)>,
+pub struct Watch {
+    pub edges: Vec<Edge>,
+    pub powers: Vec<(u64, u8)>,
 }
 
 impl Recorder for Watch {

@@ -25,10 +25,12 @@ const LATE: f64 = 0.45;
 const REST: f64 = 0.25;
 
 impl<M: GrblMachine> Grbl<M> {
-    /// Makes this the session of a board that is fed, without switches, probe and laser. `$22=1`
-    /// and `$32=1` are refused with error 3, a probing move with error 20.
-    pub fn fed(mut self) -> Grbl<M> {
+    /// Makes this the session of a board that is fed, without switches and probe. `$22=1` is refused
+    /// with error 3, a probing move with error 20; so is `$32=1` with error 3, unless the board has an
+    /// output for a laser.
+    pub fn fed(mut self, laser: bool) -> Grbl<M> {
         self.motion.fed = true;
+        self.lasers = laser;
         self
     }
 
@@ -63,7 +65,7 @@ impl<M: GrblMachine> Grbl<M> {
 /// use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 /// use stepwright_grbl::{FedRun, Grbl, VirtualMill};
 /// use stepwright_stream::brake::BrakeLaw;
-/// let mut grbl = Grbl::new(VirtualMill::default()).fed();
+/// let mut grbl = Grbl::new(VirtualMill::default()).fed(false);
 /// let brakes = BrakeLaw::of(10_000_000, 16_000_000).unwrap(); // 10,000 steps/s², at 16 MHz
 /// let feeder = || StreamFeeder::new(FeedTerms::avr([brakes; 3]), 0);
 /// assert!(FedRun::begin(&grbl, 0.0, feeder()).is_none());
@@ -86,6 +88,8 @@ pub struct FedRun {
     now: f64,
     /// The run's seconds that are planned.
     planned: f64,
+    /// The laser's power from there on; `None` if it is to be told in any case.
+    power: Option<u8>,
     /// Whether sent steps are being taken back.
     changes: bool,
 }
@@ -95,7 +99,7 @@ impl FedRun {
     /// waits](Grbl::has_run). The feeder must be new: it has seen no step.
     pub fn begin<M: GrblMachine>(grbl: &Grbl<M>, now: f64, feeder: StreamFeeder) -> Option<FedRun> {
         let number = grbl.run()?;
-        Some(FedRun { number, feeder, base: now, now, planned: 0.0, changes: false })
+        Some(FedRun { number, feeder, base: now, now, planned: 0.0, power: None, changes: false })
     }
 
     /// Takes the bytes from the board, `micros` after the start of the run. Returns the bytes to
@@ -109,7 +113,7 @@ impl FedRun {
         self.feeder.hear(heard, micros);
         let late = self.feeder.was_late();
         if self.changes && (late || !self.feeder.is_cutting()) {
-            self.changes = false;
+            (self.changes, self.power) = (false, None);
             grbl.motion.changed(!late);
         }
         let here = self.feeder.now(micros).max(0.0);
@@ -122,7 +126,7 @@ impl FedRun {
             && let Some(brakes) = grbl.motion.wants_change()
             && let Some(cut) = self.feeder.cut(micros, brakes)
         {
-            (self.changes, self.planned) = (true, cut.time);
+            (self.changes, self.planned, self.power) = (true, cut.time, None);
             grbl.motion.change_from(cut.time, cut.steps);
         }
         while self.feeder.wants() {
@@ -132,9 +136,11 @@ impl FedRun {
             match if mine { grbl.motion.plan(late, here + REST) } else { None } {
                 Some(Coming::Step(step)) => {
                     self.planned = step.time;
+                    self.light(grbl.planned_power(step.time));
                     self.feeder.step(step.axis, step.time, step.forward);
                 }
                 Some(Coming::Rest(until)) => {
+                    self.light(0);
                     self.planned = until;
                     self.feeder.know(until);
                     // The path is shorter than the amount that is sent ahead.
@@ -147,6 +153,13 @@ impl FedRun {
             }
         }
         self.feeder.bytes(micros)
+    }
+
+    /// Sets the laser's power from the last planned step on.
+    fn light(&mut self, power: u8) {
+        if self.power.replace(power) != Some(power) {
+            self.feeder.power(self.planned, power);
+        }
     }
 
     /// The session's time in seconds, which is that of the board.

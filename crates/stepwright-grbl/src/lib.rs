@@ -54,6 +54,7 @@ mod line;
 mod machine;
 mod motion;
 mod orders;
+mod outputs;
 mod overrides;
 mod report;
 mod session;

@@ -187,6 +187,14 @@ impl Motion {
         Some(self.here()?.blocks.front()?.laser)
     }
 
+    /// The laser data of the move to which a fed route is planned, and the speed along the path there,
+    /// at `time` of the path, in mm/s.
+    pub fn planned_laser(&self, time: f64) -> Option<(LaserMove, f64)> {
+        let Some(Track::Fed(fed)) = &self.track else { return None };
+        let live = fed.lead.ahead();
+        Some((live.blocks.front()?.laser, live.route.along(time).1))
+    }
+
     /// Adds a move. [`room`](Motion::room) must not be 0.
     ///
     /// # Errors

@@ -148,8 +148,9 @@ impl<M: GrblMachine> Grbl<M> {
         let plain = |byte: u8| byte.is_ascii_digit() || b"+-.".contains(&byte);
         let value = value.parse::<f64>().ok().filter(|_| value.bytes().all(plain));
         let Some(value) = value else { return self.error(2) };
-        // A fed board has no switches for homing, and no laser.
-        if self.motion.fed && matches!(number, 22 | 32) && value != 0.0 {
+        // A fed board has no switches for homing.
+        let lacks = self.motion.fed && (number == 22 || number == 32 && !self.lasers);
+        if lacks && value != 0.0 {
             return self.error(3);
         }
         match self.settings.set(number, value) {

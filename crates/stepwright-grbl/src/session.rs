@@ -13,7 +13,6 @@ use crate::report::Seldom;
 use crate::settings::GrblSettings;
 use crate::state::{After, State};
 use crate::work::{Probing, Work};
-use stepwright_path::decimal;
 
 /// The size of the receive buffer in reports. Further bytes are stored too, up to [`KEPT`].
 pub const RX: usize = 128;
@@ -49,6 +48,8 @@ pub struct Grbl<M> {
     pub(crate) lock: Lock,
     /// Whether the spindle is stopped during a hold, by an override.
     pub(crate) spindle_rests: bool,
+    /// Whether a fed board has an output for a laser.
+    pub(crate) lasers: bool,
     /// The limit switches that were closed at the last check.
     closed: [bool; 3],
     /// The number of waiting bytes whose jogs are cancelled.
@@ -84,6 +85,7 @@ impl<M: GrblMachine> Grbl<M> {
             build: String::new(),
             lock: Lock::default(),
             spindle_rests: false,
+            lasers: false,
             closed: [false; 3],
             cancelled: 0,
             faults: 0,
@@ -528,33 +530,6 @@ impl<M: GrblMachine> Grbl<M> {
         if self.settings.is_on(32) {
             self.switch();
         }
-    }
-
-    /// Sets the outputs for the spindle or the laser.
-    pub(crate) fn switch(&mut self) {
-        let rests = self.spindle_rests || matches!(self.state, State::Door | State::Sleep);
-        let (mode, s) = match self.settings.is_on(32) {
-            true => self.laser(),
-            false => (self.spindle.mode, decimal(self.spindle.speed)),
-        };
-        let mut next = Outputs { spindle: mode, ..self.outputs };
-        let (least, most) = (self.settings.get(31), self.settings.get(30));
-        let scaled = s * f64::from(self.overrides.spindle) / 100.0;
-        next.power = if scaled > 0.0 { scaled.clamp(least, most.max(least)) } else { 0.0 };
-        if rests || mode == SpindleMode::Off {
-            (next.spindle, next.power) = (SpindleMode::Off, 0.0);
-        }
-        if next != self.outputs {
-            self.outputs = next;
-            self.machine.switch(self.now, next);
-        }
-    }
-
-    /// The laser's present rule and S: off in rapids and at rest.
-    fn laser(&self) -> (SpindleMode, f64) {
-        let Some(laser) = self.motion.laser() else { return (SpindleMode::Off, 0.0) };
-        let speed = self.motion.speed(self.now);
-        (laser.mode(), if speed > 0.0 { laser.s(speed) } else { 0.0 })
     }
 
     /// A new reader with the kept offsets.

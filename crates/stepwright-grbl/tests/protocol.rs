@@ -136,9 +136,10 @@ fn what_was_before_is_not_kept() {
 
 /// A start-up line is no way round what is refused.
 #[test]
-fn a_board_that_is_fed_has_no_probe() {
-    let mut sender = Sender { grbl: Grbl::new(VirtualMill::default()).fed(), now: 0.0 };
+fn a_board_that_is_fed_has_no_probe_and_no_laser() {
+    let mut sender = Sender { grbl: Grbl::new(VirtualMill::default()).fed(false), now: 0.0 };
     sender.read();
+    sender.says("$32=1", "error:3");
     let probe = "G38.2Z-1F600";
     sender.says(probe, "error:20");
     sender.says("$X", "ok");

@@ -24,6 +24,8 @@ pub struct Fed {
     hz: u32,
     stagger: u32,
     baud: u32,
+    /// Whether the board has an output for a laser.
+    pub laser: bool,
     /// The board's positions at the machine's zero.
     zero: [i64; 3],
     /// The current run, and the link's time at its start.
@@ -38,7 +40,7 @@ pub struct Fed {
 impl Fed {
     /// Opens the port. The board's present position becomes the machine's zero.
     pub fn open(port: &PortArgs) -> Result<Fed, Failure> {
-        let Met { session, name, hz, stagger, places, .. } = Met::at(port, "grbl")?;
+        let Met { session, name, hz, stagger, laser, places } = Met::at(port, "grbl")?;
         let [Some(x), Some(y), Some(z)] = places else {
             return Err(Failure::new(format!("{name} does not know where its axes are"))
                 .hint("`I` at a terminal makes the present place 0"));
@@ -49,9 +51,8 @@ impl Fed {
         let seen = session.now();
         let zero = [x, y, z];
         let baud = port.baud;
-        let fed =
-            Fed { session, name, hz, stagger, baud, zero, run: None, now: 0.0, seen, dead: false };
-        Ok(fed)
+        let (run, now, dead) = (None, 0.0, false);
+        Ok(Fed { session, name, hz, stagger, baud, laser, zero, run, now, seen, dead })
     }
 
     /// Seconds of the session.
@@ -113,6 +114,7 @@ impl Fed {
         let brakes = brakes(decels, self.hz)?;
         let terms = FeedTerms {
             inputs: if settings.is_on(21) { 0b111 } else { 0 },
+            laser: self.laser,
             ..terms(brakes, self.hz, self.stagger, self.baud)
         };
         Some(StreamFeeder::new(terms, 0))

@@ -39,8 +39,9 @@ const KEPT: usize = 64 * 1024;
           the input the machine runs to rest, and its position is said.
 --port    The motors of an Uno, a Nano, a Mega, a Pico or a micro:bit with the program `stream`
           (`stepwright flash uno --program stream`), or of
-          `stepwright board --pty --program stream`. Without homing, probe and laser;
-          $21=1 watches the board's switches.
+          `stepwright board --pty --program stream`. Without homing and probe;
+          $21=1 watches the board's switches, $32=1 needs a board with an output
+          for a laser: a Mega or a Pico.
 Ctrl-C brakes and ends it.
 
 Settings are grbl's ($$ lists them); $140 to $142 are ours: the start speed of the
@@ -123,8 +124,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut grbl = Grbl::new(machine(&args));
     let mut fed = None;
     if args.port.port.is_some() {
-        grbl = grbl.fed();
-        fed = Some(Fed::open(&args.port)?);
+        let board = Fed::open(&args.port)?;
+        grbl = grbl.fed(board.laser);
+        fed = Some(board);
     }
     if args.after_error == AfterError::GoOn {
         grbl = grbl.with_errors_passed();
@@ -136,10 +138,14 @@ pub fn run(args: Args) -> Result<(), Failure> {
                 .hint("mend the line, or remove the file to begin with the defaults")
         };
         grbl.restore(&kept).map_err(wrong)?;
-        let beyond = [22, 32].into_iter().find(|number| grbl.settings().is_on(*number));
-        if let Some(number) = beyond.filter(|_| fed.is_some()) {
-            let failure = Failure::new(format!("{} has ${number}=1", path.display()));
-            return Err(failure.hint("with --port there is neither homing nor a laser"));
+        let on = |number| grbl.settings().is_on(number);
+        let beyond = match &fed {
+            Some(_) if on(22) => Some((22, "with --port there is no homing")),
+            Some(fed) if on(32) && !fed.laser => Some((32, "this board has no output for a laser")),
+            _ => None,
+        };
+        if let Some((number, why)) = beyond {
+            return Err(Failure::new(format!("{} has ${number}=1", path.display())).hint(why));
         }
     }
     if let Some(path) = args.keep.as_deref() {

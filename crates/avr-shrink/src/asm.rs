@@ -1,4 +1,4 @@
-//! Assembly as LLVM writes it: functions among other text.
+//! Assembly as LLVM writes it: functions and the text between them.
 
 use std::fmt;
 
@@ -7,18 +7,18 @@ use std::fmt;
 pub(crate) enum Line {
     /// `name:`
     Label(String),
-    /// An instruction of the compiler's.
+    /// An instruction of the compiler.
     Code(Code),
-    /// Anything else: directives, and assembly that a person wrote.
+    /// Anything else: directives, and hand-written assembly.
     Other(String),
 }
 
 /// An instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Code {
-    /// As `ldd`.
+    /// The mnemonic, such as `ldd`.
     pub name: String,
-    /// As `r24, Y+3`.
+    /// The operands, such as `r24, Y+3`.
     pub operands: String,
 }
 
@@ -26,12 +26,12 @@ impl Code {
     /// Reads `ldd r24, Y+3`.
     pub fn parse(text: &str) -> Code {
         let (name, operands) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-        // The linker makes a call short where it reaches.
+        // The linker shortens a call whose target is near.
         let name = if name == "rcall" { "call" } else { name };
         Code { name: name.into(), operands: operands.trim().into() }
     }
 
-    /// Whether it is this one.
+    /// Whether it is the instruction in `text`.
     pub fn is(&self, text: &str) -> bool {
         *self == Code::parse(text)
     }
@@ -41,7 +41,7 @@ impl Code {
         matches!(&*self.name, "sbrs" | "sbrc" | "sbis" | "sbic" | "cpse")
     }
 
-    /// Its size in words, at most: the linker shortens most calls and jumps.
+    /// The largest size in words: the linker shortens most calls and jumps.
     pub fn words(&self) -> i32 {
         match &*self.name {
             "call" | "jmp" | "lds" | "sts" => 2,
@@ -49,7 +49,7 @@ impl Code {
         }
     }
 
-    /// Whether it goes to a place that is told by its distance, as `rjmp .-4` does.
+    /// Whether its target is given by a distance, as in `rjmp .-4`.
     fn is_relative(&self) -> bool {
         self.operands.starts_with('.') && !self.operands.starts_with(".L")
     }
@@ -62,7 +62,7 @@ impl fmt::Display for Code {
 }
 
 impl Line {
-    /// The instruction of the compiler's.
+    /// The instruction, if the compiler wrote the line.
     pub fn code(&self) -> Option<&Code> {
         match self {
             Line::Code(code) => Some(code),
@@ -81,37 +81,37 @@ impl fmt::Display for Line {
     }
 }
 
-/// A function, or the text between two.
+/// A function, or the text between two functions.
 #[derive(Clone, Debug)]
 pub(crate) enum Part {
-    /// As it came.
+    /// Unchanged text.
     Text(Vec<String>),
-    /// From its label on, up to its end.
+    /// From its label to its end.
     Function(Function),
 }
 
-/// A function of the compiler's.
+/// A function of the compiler.
 #[derive(Clone, Debug)]
 pub(crate) struct Function {
     /// Its symbol.
     pub name: String,
-    /// Its own label is the first.
+    /// The first line is the function's label.
     pub lines: Vec<Line>,
 }
 
 impl Function {
-    /// Its instructions, each with its line.
+    /// The instructions, each with its line number.
     pub fn code(&self) -> impl Iterator<Item = (usize, &Code)> {
         self.lines.iter().enumerate().filter_map(|(at, line)| Some((at, line.code()?)))
     }
 
-    /// Whether the line may be skipped by the instruction before it.
+    /// Whether the instruction before the line may skip it.
     pub fn is_skipped(&self, line: usize) -> bool {
         line > 0 && self.lines[line - 1].code().is_some_and(Code::skips)
     }
 
-    /// Whether a person wrote all of it: it ends an interrupt, jumps by distances, or has labels
-    /// that are none of the compiler's.
+    /// Whether all of it is hand-written: it ends an interrupt, jumps by distances, or has labels
+    /// that the compiler does not make.
     fn is_by_hand(&self) -> bool {
         self.lines.iter().skip(1).any(|line| match line {
             Line::Label(name) => {
@@ -127,7 +127,7 @@ impl Function {
 /// A program's assembly.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
-    /// In their order.
+    /// The parts, in order.
     pub parts: Vec<Part>,
 }
 
@@ -137,10 +137,10 @@ impl Program {
         let mut parts = Vec::new();
         let mut between = Vec::new();
         let mut lines = text.lines();
-        // The function whose `.type` has been read, and whose label is to come.
+        // The function whose `.type` has been read, and whose label is expected.
         let mut named: Option<&str> = None;
         while let Some(line) = lines.next() {
-            // The GNU assembler has no sections of one name.
+            // The GNU assembler does not support several sections of one name.
             let line = line.split(",unique,").next().unwrap_or(line);
             between.push(line.to_string());
             named = typed(line).or(named);
@@ -153,7 +153,7 @@ impl Program {
             let mut function = Function { lines: vec![Line::Label(name.clone())], name };
             let mut foreign = false;
             for line in lines.by_ref() {
-                // One by hand may have no end: the next begins.
+                // A hand-written function may have no end: the next one begins.
                 named = typed(line);
                 if named.is_some() || line.starts_with(".Lfunc_end") {
                     between.push(line.to_string());
@@ -170,7 +170,7 @@ impl Program {
         Program { parts }
     }
 
-    /// All functions, to be changed.
+    /// All functions, for changing.
     pub fn functions_mut(&mut self) -> impl Iterator<Item = &mut Function> {
         self.parts.iter_mut().filter_map(|part| match part {
             Part::Function(function) => Some(function),
@@ -189,7 +189,7 @@ fn typed(line: &str) -> Option<&str> {
     line.trim().strip_prefix(".type")?.trim().strip_suffix(",@function")
 }
 
-/// The instruction of a line of text; none for a label, a directive or a comment.
+/// The instruction on a line of text; `None` for a label, a directive or a comment.
 pub(crate) fn instruction(line: &str) -> Option<Code> {
     let plain = line.split(';').next().unwrap_or("").trim();
     let other = plain.is_empty() || plain.starts_with('.') || plain.ends_with(':');
@@ -202,7 +202,8 @@ pub(crate) fn label(line: &str) -> Option<&str> {
 }
 
 /// A symbol without the parts that differ between build folders: the hashes of its crates, and
-/// references into it. It puts functions of one program into one order, wherever it is built.
+/// back-references. Sorted by it, the functions of a program have the same order wherever it is
+/// built.
 pub(crate) fn key(symbol: &str) -> String {
     let mut key = String::new();
     let mut rest = symbol;
@@ -218,7 +219,7 @@ pub(crate) fn key(symbol: &str) -> String {
     key
 }
 
-/// Reads a line of a function; `foreign` while a person wrote it.
+/// Reads a line of a function; `foreign` is true inside hand-written assembly.
 fn line(text: &str, foreign: &mut bool) -> Option<Line> {
     let trimmed = text.trim();
     *foreign |= trimmed == ";APP";

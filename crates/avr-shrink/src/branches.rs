@@ -1,4 +1,4 @@
-//! A branch over a jump becomes a branch.
+//! Turns a branch over a jump into a branch.
 //!
 //! ```text
 //!   breq .L7                 brne .L9
@@ -6,20 +6,20 @@
 //! .L7:
 //! ```
 //!
-//! A branch reaches 63 words, and LLVM does without where it is not sure. Distances are those of
-//! the code as it stands, with calls of two words; it only becomes shorter.
+//! A branch reaches 63 words, and LLVM avoids it if the distance is not certain. The distances here
+//! are those of the present code, with calls of two words; the code can only become shorter.
 //!
-//! And a call before a return becomes a jump, in a function that saves nothing, which restores
-//! nothing then.
+//! A call before a return becomes a jump, in a function that saves no registers and so has none to
+//! restore.
 //!
-//! **Gain**: 2 bytes each, and a cycle; of a return 4 cycles, and its place on the stack. No register
-//! and no flag is touched.
+//! **Gain**: 2 bytes each, and a cycle; for a return 4 cycles, and its place on the stack. No
+//! register and no flag is changed.
 
 use std::collections::HashMap;
 
 use super::asm::{Code, Function, Line, Program};
 
-/// Words that a branch reaches forward; backward it is one more.
+/// The words that a branch reaches forward; backward one more.
 const REACH: i32 = 63;
 
 /// Turns the branches of all functions.
@@ -30,7 +30,7 @@ pub(crate) fn turn(program: &mut Program) {
     }
 }
 
-/// Has a function go where it would call and return.
+/// Replaces a call before a return by a jump.
 fn end_in_calls(function: &mut Function) {
     if function.code().any(|(_, code)| code.name == "push") {
         return;
@@ -44,7 +44,7 @@ fn end_in_calls(function: &mut Function) {
     }
 }
 
-/// Turns the first branch of a function that can be turned. Whether there was one.
+/// Turns the first branch of a function that can be turned. Returns whether there was one.
 fn turn_first(function: &mut Function) -> bool {
     let lines = &function.lines;
     let (at, labels) = places(lines);
@@ -66,7 +66,7 @@ fn turn_first(function: &mut Function) -> bool {
     false
 }
 
-/// Where each line is, in words, and each label.
+/// The position of each line, in words, and of each label.
 fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
     let (mut all, mut labels, mut here) = (Vec::new(), HashMap::new(), 0);
     for line in lines {
@@ -76,7 +76,7 @@ fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
                 labels.insert(&**label, here);
             }
             Line::Code(code) => here += code.words(),
-            // A comment, or an instruction of a person's; what repeats itself may be long.
+            // A comment, or a hand-written instruction; repetition may make it long.
             Line::Other(text) => {
                 here += match text.trim().chars().next() {
                     None | Some(';') => 0,
@@ -89,7 +89,7 @@ fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
     (all, labels)
 }
 
-/// The branch that goes where this one does not.
+/// The branch with the opposite condition.
 pub(crate) fn opposite(name: &str) -> Option<&'static str> {
     const PAIRS: [(&str, &str); 6] = [
         ("breq", "brne"),
@@ -110,7 +110,7 @@ pub(crate) fn opposite(name: &str) -> Option<&'static str> {
 mod tests {
     use super::*;
 
-    /// What becomes of a function of these lines.
+    /// A function of these lines, after the pass.
     fn turned(body: &str) -> Vec<String> {
         let text = format!("\t.type\tf,@function\nf:\n{body}\n.Lfunc_end0:\n");
         let mut program = Program::parse(&text);

@@ -1,20 +1,21 @@
-//! What calls hand over: the registers that a function reads of its caller's, and those of its
+//! The registers that calls pass: those that a function reads of its caller's, and those of its
 //! result that a caller reads.
 //!
-//! By the convention a call reads r8 to r25 and a return r18 to r25. Most functions take and give
-//! two or four of them, and a value in the others is of no use to anybody.
+//! By the convention a call reads r8 to r25 and a return r18 to r25. Most functions use two or four
+//! of them, and the values in the others are not needed.
 //!
-//! Both are found from nothing upward, until no function reads more. The stages change no function
-//! so that it reads a register that it did not: what was found stays on the safe side.
+//! Both sets are computed as a fixed point from below: they grow until no function reads more. No
+//! stage makes a function read a register that it did not read before, so the sets stay on the safe
+//! side.
 //!
-//! A function by hand takes all of them, but where a comment says which:
+//! A hand-written function reads all of them, unless a comment says which:
 //!
 //! ```text
 //! ; half takes r24 r25
 //! ```
 //!
-//! Of a function that others may call, nobody knows what they read: one whose name stands anywhere
-//! but at a call by the compiler's code, or at none.
+//! The reads after a return are unknown for a function that others may call: its name occurs
+//! somewhere other than in a call by the compiler's code, or it is never called.
 
 use std::collections::{HashMap, HashSet};
 
@@ -22,7 +23,7 @@ use super::asm::{Function, Line, Part, Program};
 use super::effects::{GIVEN, Set, TAKEN, register};
 use super::flow::Flow;
 
-/// What the functions of a program take and give, as far as it is known.
+/// The registers that the functions of a program read and return, as far as known.
 #[derive(Debug, Default)]
 pub(crate) struct Calls {
     said: HashMap<String, Set>,
@@ -31,12 +32,12 @@ pub(crate) struct Calls {
 }
 
 impl Calls {
-    /// Of a program.
+    /// The sets of a program.
     pub fn of(program: &mut Program) -> Calls {
         let open = open(program);
         let mut calls = Calls { said: said(&program.to_string()), ..Calls::default() };
         for function in program.functions_mut() {
-            // One whose ways are not known takes everything.
+            // A function whose flow is not known reads everything.
             if Flow::of(function, &calls).is_some() {
                 calls.taken.insert(function.name.clone(), 0);
             }
@@ -48,7 +49,7 @@ impl Calls {
         calls
     }
 
-    /// Looks at a function once. Whether it reads more than was known.
+    /// Examines a function once. Returns whether it reads more than was known.
     fn look(&mut self, function: &Function) -> bool {
         let Some(flow) = Flow::of(function, self) else { return false };
         let live = flow.live();
@@ -59,7 +60,7 @@ impl Calls {
                 *set |= read & GIVEN;
             }
         };
-        // Its first line is its label.
+        // The first line is the label.
         add(&mut self.taken, &function.name, live[0]);
         for (n, code) in function.code().filter(|(_, code)| code.name == "call") {
             add(&mut self.given, &code.operands, live[n]);
@@ -69,18 +70,18 @@ impl Calls {
 
     /// The registers that a call of this function reads.
     pub fn taken(&self, name: &str) -> Set {
-        // Those below are also kept, so that a return seems to read them.
+        // Those below `GIVEN` are also preserved, so a return appears to read them.
         let found = self.taken.get(name).map(|taken| taken | TAKEN & !GIVEN);
         self.said.get(name).copied().or(found).unwrap_or(TAKEN)
     }
 
-    /// The registers that are read behind a return of this function.
+    /// The registers that are read after a return of this function.
     pub fn given(&self, name: &str) -> Set {
         self.given.get(name).copied().unwrap_or(GIVEN)
     }
 }
 
-/// What comments say of functions by hand.
+/// The registers in comments of hand-written functions.
 fn said(text: &str) -> HashMap<String, Set> {
     let said = text.lines().filter_map(|line| {
         let mut words = line.split_once(';')?.1.split_whitespace();
@@ -92,7 +93,7 @@ fn said(text: &str) -> HashMap<String, Set> {
     said.collect()
 }
 
-/// The functions that others than the compiler's code may call.
+/// The functions that code other than the compiler's may call.
 fn open(program: &mut Program) -> HashSet<String> {
     let (mut open, mut called) = (HashSet::new(), HashSet::new());
     for part in &program.parts {
@@ -117,7 +118,7 @@ fn open(program: &mut Program) -> HashSet<String> {
     names.filter(|name| open.contains(name) || !called.contains(name)).collect()
 }
 
-/// Collects the names in a text, but for directives that say no more than that they are there.
+/// Collects the names in a text, except in directives that only declare them.
 fn mentions(text: &str, names: &mut HashSet<String>) {
     let directive = text.split_whitespace().next();
     if matches!(directive, Some(".type" | ".size" | ".section")) {
@@ -155,12 +156,12 @@ mod tests {
             "",
         );
         let calls = Calls::of(&mut program);
-        // And what may be kept.
+        // And registers that may be preserved.
         let low = span(8, 17);
         assert_eq!(calls.taken("b"), low | 1 << 20 | 1 << 22);
         assert_eq!(calls.taken("c"), low | 1 << 20);
         assert_eq!((calls.given("b"), calls.given("c")), (1 << 24, 0));
-        // Nobody calls a.
+        // Nothing calls a.
         assert_eq!(calls.given("a"), GIVEN);
         assert_eq!((calls.taken("d"), calls.given("d")), (TAKEN, GIVEN));
     }

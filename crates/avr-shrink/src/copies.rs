@@ -1,4 +1,5 @@
-//! What a register holds already is not put there again, and what nobody reads is not computed.
+//! Removes copies of values that a register already holds, and computations whose results are not
+//! read.
 //!
 //! ```text
 //!   movw r18, r6                            movw r30, r6
@@ -6,15 +7,15 @@
 //!   ldd  r24, Z+1
 //! ```
 //!
-//! Each register has a value at each line: a constant, or the result of an instruction, or what
-//! meets where ways meet. A copy has the value of what it copies. Then
+//! Each register has a value at each line: a constant, the result of an instruction, or a merge of
+//! values where paths join. A copy has the value of its source. Then
 //!
-//! 1. a copy or a constant goes where the register has that value already;
-//! 2. an instruction reads the register where the value was first, if it is still there, so
-//!    that nobody reads the copy;
-//! 3. an instruction goes if nobody reads what it writes.
+//! 1. a copy or a constant is removed if the register has that value already;
+//! 2. an instruction reads the register that first held the value, if that still holds it, so that
+//!    the copy is not read;
+//! 3. an instruction is removed if its results are not read.
 //!
-//! No instruction that touches memory, a port or the stack is moved or left out.
+//! No instruction that accesses memory, a port or the stack is moved or removed.
 
 use std::collections::HashMap;
 
@@ -23,7 +24,7 @@ use super::calls::Calls;
 use super::effects::{Effect, FLAGS, Kind, operands, register};
 use super::flow::Flow;
 
-/// Goes through all functions.
+/// Processes all functions.
 pub(crate) fn leave_out(program: &mut Program) {
     let calls = Calls::of(program);
     for function in program.functions_mut() {
@@ -31,7 +32,7 @@ pub(crate) fn leave_out(program: &mut Program) {
     }
 }
 
-/// Goes through a function once. Whether it has changed.
+/// Processes a function once. Returns whether it has changed.
 fn pass(function: &mut Function, calls: &Calls) -> bool {
     let Some(flow) = Flow::of(function, calls) else { return false };
     let states = meet(function, &flow).unwrap_or_default();
@@ -61,7 +62,7 @@ fn pass(function: &mut Function, calls: &Calls) -> bool {
     remove(function, &gone) | unread(function, calls) | changed
 }
 
-/// Takes lines out.
+/// Removes lines.
 fn remove(function: &mut Function, gone: &[bool]) -> bool {
     let mut n = 0;
     function.lines.retain(|_| {
@@ -71,7 +72,7 @@ fn remove(function: &mut Function, gone: &[bool]) -> bool {
     gone.contains(&true)
 }
 
-/// Takes out what computes what nobody reads.
+/// Removes instructions whose results are not read.
 fn unread(function: &mut Function, calls: &Calls) -> bool {
     let mut any = false;
     loop {
@@ -91,9 +92,9 @@ fn unread(function: &mut Function, calls: &Calls) -> bool {
     }
 }
 
-/// The value of a register: below 256 it is a constant.
+/// The value of a register. Values below 256 are constants.
 type Value = u64;
-/// In a value that is none: it is 0 or 1.
+/// Set in a value that is not a constant but known to be 0 or 1.
 const BIT: Value = 1 << 62;
 
 /// Whether a value is 0 or 1.
@@ -101,20 +102,20 @@ fn is_bit(value: Value) -> bool {
     value < 2 || value & BIT != 0
 }
 
-/// The values of all registers, and that of the flags.
+/// The values of all registers, and of the flags.
 type State = [Value; 33];
 
-/// What a line leaves in a register: another value for each.
+/// The value that a line leaves in a register: different for each.
 fn result(n: usize, register: usize) -> Value {
     256 + 128 * (n as Value + 1) + register as Value
 }
 
-/// What meets in a register at the beginning of a line.
+/// The merged value of a register at the beginning of a line.
 fn met(n: usize, register: usize) -> Value {
     result(n, register) + 64
 }
 
-/// At the beginning of a function.
+/// The state at the beginning of a function.
 fn begin() -> State {
     let mut state = [0; 33];
     for (register, value) in state.iter_mut().enumerate() {
@@ -124,7 +125,7 @@ fn begin() -> State {
     state
 }
 
-/// The values at the beginning of each block; none where nobody comes.
+/// The values at the beginning of each block; `None` for an unreachable block.
 fn meet(function: &Function, flow: &Flow) -> Option<Vec<Option<State>>> {
     let count = flow.blocks.len();
     let mut ins: Vec<Option<State>> = vec![None; count];
@@ -168,7 +169,7 @@ fn meet(function: &Function, flow: &Flow) -> Option<Vec<Option<State>>> {
     None
 }
 
-/// Goes beyond a line.
+/// Updates the state for a line.
 fn step(state: &mut State, function: &Function, flow: &Flow, n: usize) {
     let Some(effect) = flow.effects[n] else { return };
     let before = *state;
@@ -194,7 +195,7 @@ fn step(state: &mut State, function: &Function, flow: &Flow, n: usize) {
             }
         }
         ("clr", Some(a), _) => state[usize::from(a)] = 0,
-        // What is compared says the same again.
+        // Repeating a comparison gives the same flags.
         ("cpi", Some(a), _) => {
             let number = constant(b).unwrap_or(256);
             state[32] = compared(before[usize::from(a)], number);
@@ -205,10 +206,10 @@ fn step(state: &mut State, function: &Function, flow: &Flow, n: usize) {
     }
 }
 
-/// In the place of a number: `tst` leaves the carry as it was.
+/// In place of a number: `tst` leaves the carry unchanged.
 const SIGN_ALONE: Value = 257;
 
-/// The value of the flags behind a comparison.
+/// The value of the flags after a comparison.
 fn compared(value: Value, number: Value) -> Value {
     1 << 63 | value << 9 | number
 }
@@ -222,7 +223,7 @@ fn constant(text: &str) -> Option<Value> {
     (-128..256).contains(&number).then_some((number & 255) as Value)
 }
 
-/// Whether a register has the value that is put there.
+/// Whether the register already has the value that the instruction would put there.
 fn is_there(code: &Code, state: &State) -> bool {
     let (a, b) = operands(code);
     let Some(to) = register(a).map(usize::from) else { return false };
@@ -237,7 +238,7 @@ fn is_there(code: &Code, state: &State) -> bool {
     }
 }
 
-/// Whether a register keeps the value that it has: nothing is computed but flags.
+/// Whether the register keeps its value, so that only flags are computed.
 fn keeps(code: &Code, state: &State) -> bool {
     let (a, b) = operands(code);
     let value = |text: &str| register(text).map(|register| state[usize::from(register)]);
@@ -248,7 +249,7 @@ fn keeps(code: &Code, state: &State) -> bool {
     }
 }
 
-/// What is left of a value under a mask, if that is known.
+/// A value under a mask, if it is known.
 fn masked(value: Value, mask: Option<Value>) -> Option<Value> {
     match (value, mask?) {
         (_, 0) => Some(0),
@@ -259,13 +260,13 @@ fn masked(value: Value, mask: Option<Value>) -> Option<Value> {
     }
 }
 
-/// An instruction that reads the registers where its operands were first.
+/// The same instruction reading the registers that first held its operands.
 fn first(code: &Code, state: &State) -> Option<Code> {
     let (a, b) = operands(code);
     let root = |text: &str, least: u8| {
         let value = state[usize::from(register(text)?)];
         let home = match value {
-            // r1 is as good as any other.
+            // r1 will do.
             0 => 1,
             1..256 => return None,
             value => (value % 64) as u8,
@@ -333,10 +334,10 @@ mod tests {
             let left = left(&format!("in r24, 10; {nothing}; out 10, r24"));
             assert!(!left.contains("r24, r") && !left.contains("andi"), "{left}");
         }
-        // A bit is one where ways meet.
+        // A bit stays a bit where paths join.
         let bit = "ldi r24, 1; cp r18, r20; brlo .L1; mov r24, r1\n.L1:";
         assert!(!left(&format!("{bit}; andi r24, 1; out 10, r24")).contains("andi"));
-        // One that is no bit on one way; and flags that are read.
+        // A value that is not a bit on one path; and flags that are read.
         for needed in [
             format!("{}; andi r24, 1; out 10, r24", bit.replace("r24, 1", "r24, 3")),
             format!("{bit}; andi r24, 1; out 10, r24; breq .L7"),

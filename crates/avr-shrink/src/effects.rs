@@ -1,10 +1,11 @@
 //! The registers and flags that an instruction reads and writes.
 //!
-//! The sets are on the safe side. Of reads: all that may be. Of writes: `sure` has those that are
-//! certain, `writes` all that may be.
+//! The sets are on the safe side. `reads` has all registers that may be read. `writes` has all that
+//! may be written, `sure` those that certainly are.
 //!
-//! A function of LLVM's gets its arguments in r8 to r25 and gives its result in r18 to r25. It
-//! keeps r2 to r17 and Y; r1 is 0 at its beginning and end. libgcc's helpers take X and Z besides.
+//! A function compiled by LLVM gets its arguments in r8 to r25 and returns its result in r18 to
+//! r25. It preserves r2 to r17 and Y; r1 is 0 at its beginning and end. libgcc's helpers also read
+//! X and Z.
 
 use super::asm::Code;
 
@@ -15,9 +16,9 @@ pub(crate) type Set = u64;
 pub(crate) const CARRY: Set = 1 << 32;
 /// The zero flag.
 pub(crate) const ZERO: Set = 1 << 33;
-/// The flags of the sign.
+/// The flags N, V and S.
 pub(crate) const SIGN: Set = 1 << 34;
-/// The flag of a bit that is copied.
+/// The flag T.
 const BIT: Set = 1 << 35;
 /// The flags that arithmetic sets.
 pub(crate) const ARITHMETIC: Set = CARRY | ZERO | SIGN;
@@ -33,11 +34,11 @@ const fn span(from: u8, to: u8) -> Set {
     ((1 << (to - from + 1)) - 1) << from
 }
 
-/// The registers in which a function may get arguments.
+/// The registers that may hold arguments.
 pub(crate) const TAKEN: Set = span(8, 25);
-/// The registers in which it may give a result.
+/// The registers that may hold a result.
 pub(crate) const GIVEN: Set = span(18, 25);
-/// The registers that a caller finds as they were.
+/// The registers that a function preserves.
 const KEPT: Set = span(2, 17) | span(28, 29);
 /// The registers and flags that a called function may overwrite.
 const LOST: Set = EVERYTHING & !KEPT & !(1 << 1);
@@ -45,13 +46,13 @@ const LOST: Set = EVERYTHING & !KEPT & !(1 << 1);
 /// A kind of instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// It computes: if nobody reads its result, it can go.
+    /// It computes: it can be removed if its result is not read.
     Plain,
-    /// It touches memory, a port or the stack, or calls.
+    /// It accesses memory, a port or the stack, or calls.
     Outward,
-    /// It goes on at a label, or behind it.
+    /// It continues at a label, or after it.
     Branch,
-    /// It goes on at a label.
+    /// It continues at a label.
     Jump,
     /// It may skip the next instruction.
     Skip,
@@ -65,7 +66,7 @@ pub(crate) struct Effect {
     pub kind: Kind,
     pub reads: Set,
     pub writes: Set,
-    /// The certain ones of `writes`.
+    /// Those of `writes` that are certain.
     pub sure: Set,
 }
 
@@ -86,7 +87,7 @@ const fn pair(low: u8) -> Set {
     3 << low
 }
 
-/// The pointer of `X`, `-Z`, `Y+` or `Z+3`, and those of its registers that change.
+/// The registers of the pointer in `X`, `-Z`, `Y+` or `Z+3`, and those of them that change.
 fn pointer(text: &str) -> Option<(Set, Set)> {
     let low = match text.trim_start_matches('-').chars().next()? {
         'X' => 26,
@@ -98,11 +99,11 @@ fn pointer(text: &str) -> Option<(Set, Set)> {
     Some((pair(low), if changes { pair(low) } else { 0 }))
 }
 
-/// The effect of assembly that a person wrote, which leaves r1 0.
+/// The effect of hand-written assembly, which leaves r1 0.
 pub(crate) const UNKNOWN: Effect =
     Effect { kind: Kind::Outward, reads: EVERYTHING, writes: EVERYTHING & !2, sure: 0 };
 
-/// The effect of an instruction; none if it is not known.
+/// The effect of an instruction; `None` if it is not known.
 pub(crate) fn effect(code: &Code) -> Option<Effect> {
     use Kind::{Branch, Jump, Leave, Outward, Plain, Skip};
     let (a, b) = operands(code);
@@ -166,7 +167,7 @@ pub(crate) fn effect(code: &Code) -> Option<Effect> {
             };
             Effect { kind: Outward, reads, writes: LOST, sure: 0 }
         }
-        // The result that comes back is the function's.
+        // The result registers count as written by the call.
         "call" => of(Outward, TAKEN | span(28, 29) | 2, LOST),
         "ret" => of(Leave, KEPT | GIVEN | 2, 0),
         _ => return None,

@@ -1,4 +1,4 @@
-//! The ways through a function: its blocks, and the registers and flags that are read later.
+//! The control flow of a function: its blocks, and the registers and flags that are read later.
 
 use std::collections::HashMap;
 
@@ -6,13 +6,13 @@ use super::asm::{Function, Line, instruction};
 use super::calls::Calls;
 use super::effects::{Effect, GIVEN, Kind, Set, TAKEN, UNKNOWN, effect};
 
-/// Lines that follow each other, with one way in and the ways out at their end.
+/// Consecutive lines with one entry, and all exits at the end.
 #[derive(Debug)]
 pub(crate) struct Block {
     pub lines: std::ops::Range<usize>,
-    /// Blocks that follow.
+    /// The blocks that follow.
     pub next: Vec<usize>,
-    /// Blocks before it.
+    /// The blocks before it.
     pub before: Vec<usize>,
 }
 
@@ -20,14 +20,14 @@ pub(crate) struct Block {
 #[derive(Debug)]
 pub(crate) struct Flow {
     pub blocks: Vec<Block>,
-    /// The effect of each line; none for labels.
+    /// The effect of each line; `None` for labels.
     pub effects: Vec<Option<Effect>>,
-    /// Lines behind one that may skip them: they stay as they are.
+    /// The lines after an instruction that may skip them: they are not changed.
     pub pinned: Vec<bool>,
 }
 
 impl Flow {
-    /// The ways through a function; none if it has an instruction that is not known.
+    /// The control flow of a function; `None` if it has an unknown instruction.
     pub fn of(function: &Function, calls: &Calls) -> Option<Flow> {
         let lines = &function.lines;
         let mut labels = HashMap::new();
@@ -58,7 +58,7 @@ impl Flow {
                 Line::Other(text) => by_hand(text),
             });
         }
-        // What a function saves is of no use to it: its caller gets it back.
+        // Saving a register does not use it: the caller gets it back.
         for (effect, line) in effects.iter_mut().zip(lines).skip(1) {
             match (effect, line) {
                 (Some(effect), Line::Code(code)) if code.name == "push" => effect.reads = 0,
@@ -106,7 +106,7 @@ impl Flow {
                 Some(Kind::Skip) => next.extend([index + 1, index + 2]),
                 _ => next.push(index + 1),
             }
-            // A function that never ends may end in a call.
+            // A function that never returns may end in a call.
             next.retain(|&block| block < blocks.len());
             for &block in &next {
                 blocks[block].before.push(index);
@@ -116,7 +116,7 @@ impl Flow {
         Some(Flow { blocks, effects, pinned })
     }
 
-    /// The registers and flags that are read later, behind each line.
+    /// The registers and flags that are read after each line.
     pub fn live(&self) -> Vec<Set> {
         let mut begin = vec![0; self.blocks.len()];
         let mut behind = vec![0; self.effects.len()];
@@ -138,8 +138,8 @@ impl Flow {
         behind
     }
 
-    /// Whether r1 is certainly 0 at a line: a product is in it until it is cleared. Assembly that
-    /// a person wrote leaves it 0.
+    /// Whether r1 is certainly 0 at a line: a product changes it until it is cleared. Hand-written
+    /// assembly leaves it 0.
     pub fn has_zero(&self, function: &Function, line: usize) -> bool {
         let zero = |lines: std::ops::Range<usize>| {
             function.lines[lines.clone()].iter().zip(lines).fold(true, |zero, (text, n)| {
@@ -156,8 +156,8 @@ impl Flow {
     }
 }
 
-/// The effect of a line that a person wrote: none of a comment. What others than the instruction
-/// change is not known.
+/// The effect of a hand-written line: none for a comment. It may write everything; its reads are
+/// known if the instruction is.
 fn by_hand(text: &str) -> Option<Effect> {
     let text = text.trim();
     if text.starts_with(';') {
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use crate::asm::Program;
 
-    /// The function of these lines.
+    /// A function of these lines.
     fn function(body: &str) -> Function {
         let text = format!("\t.type\tf,@function\nf:\n{body}\n.Lfunc_end0:\n");
         Program::parse(&text).functions_mut().next().expect("a function").clone()
@@ -189,7 +189,7 @@ mod tests {
         let body = "ldi r18, 9\n.L1:\ndec r18\nbrne .L1\nrjmp .L3\n.L2:\nnop\n.L3:\nret";
         let flow = Flow::of(&function(body), &Calls::default()).unwrap();
         let next: Vec<_> = flow.blocks.iter().map(|block| block.next.clone()).collect();
-        // f, the loop, its end, what nobody comes to, and the return.
+        // f, the loop, its end, an unreachable block, and the return.
         assert_eq!(next, [vec![1], vec![1, 2], vec![4], vec![4], vec![]]);
         assert_eq!(flow.blocks[1].before, [0, 1]);
         assert_eq!(flow.blocks[4].before, [2, 3]);
@@ -199,9 +199,9 @@ mod tests {
     fn what_a_loop_reads_is_read_later() {
         let body = "ldi r26, 9\nldi r27, 9\n.L1:\nout 10, r26\nldi r27, 1\nbrne .L1\nret";
         let live = Flow::of(&function(body), &Calls::default()).unwrap().live();
-        // Behind the second line: r26 by the loop, r27 is overwritten there.
+        // After the second line: the loop reads r26, and overwrites r27.
         assert!(reads(live[2], 26) && !reads(live[2], 27));
-        // Behind the branch's line the loop may begin again.
+        // After the branch the loop may begin again.
         assert!(reads(live[6], 26) && !reads(live[6], 27));
     }
 
@@ -220,7 +220,7 @@ mod tests {
             reads(Flow::of(&function, &Calls::default()).unwrap().live()[1], 26)
         };
         assert!(!body("wdr") && !body("in r24, 63\ncli") && body("mov r0, r26"));
-        // Nor is it certain that it overwrites a register: it may be skipped.
+        // It does not certainly overwrite a register either: it may be skipped.
         assert!(body("ldi r26, 2\nmov r0, r26"));
         for unknown in ["call g", "2: dec r20", "brne 2b", "des 3", "sbrc r20, 0", "push r20"] {
             assert!(body(unknown), "{unknown}");

@@ -1,6 +1,6 @@
-//! One routine that saves registers, and one that restores them.
+//! One routine that saves registers, and one that restores them, for all functions.
 //!
-//! A function of LLVM's begins and ends like this, with up to 18 registers:
+//! A function compiled by LLVM begins and ends like this, with up to 18 registers:
 //!
 //! ```text
 //!   push r8 … push r17                     pop r29, pop r28
@@ -11,25 +11,26 @@
 //!   out SREG, r0; out SPL, r28             out SREG, r0; out SPL, r28
 //! ```
 //!
-//! It becomes
+//! The pass replaces this by
 //!
 //! ```text
 //!   ldi r26, FRAME                         adiw r28, FRAME
 //!   call avr_shrink_save_8                 jmp avr_shrink_restore_8
 //! ```
 //!
-//! X and Z are free at both ends: arguments and results are in r8 to r25. The stack is the same
-//! from the return address on, so arguments on it are found. A function without a frame gets one
-//! of 0 bytes, for which Y and the registers between are saved too: up to 18 bytes of stack more.
+//! X and Z are free at both ends, because arguments and results are in r8 to r25. The stack is
+//! unchanged from the return address on, so arguments on it are found. A function without a frame
+//! gets one of 0 bytes, for which Y and the registers between are saved too: up to 18 bytes of
+//! stack more.
 //!
-//! The routine that saves returns by `ijmp` and leaves its caller's frame on the stack: the call
-//! must stay in its function. So this stage comes last of those that change functions.
+//! The saving routine returns by `ijmp` and leaves its caller's frame on the stack, so the call
+//! must stay in its function. Therefore this stage is the last of those that change functions.
 //!
-//! A function that never returns restores nothing. Without a frame it saves nothing either; with
-//! one it stays as it is, for its arguments may lie above the saved registers.
+//! A function that never returns restores nothing. Without a frame it need not save anything
+//! either; with a frame it is not changed, because its arguments may lie above the saved registers.
 //!
-//! **Cost** of saving and restoring, beyond a function's own: 22 cycles with a frame; 38 without,
-//! and 4 for each register that the function itself would not have saved.
+//! **Cost** of saving and restoring, in addition to a function's own: 22 cycles with a frame; 38
+//! without, and 4 for each register that the function itself would not have saved.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -37,14 +38,14 @@ use std::fmt::Write;
 use super::Spared;
 use super::asm::{Code, Function, Line, Program};
 
-/// Bytes that a function must gain.
+/// The bytes that a function must gain.
 const LEAST: usize = 4;
-/// Bytes that a function must gain if it is called often.
+/// The bytes that a function must gain if it is called often.
 const BUSY: usize = 12;
 
 /// Shares the prologues and epilogues of a program's functions.
 pub(crate) fn share(program: &mut Program, spared: &Spared) {
-    // The lowest registers, and whether functions without a frame have them.
+    // The lowest registers, each with whether a function without a frame uses it.
     let mut used: BTreeMap<u8, bool> = BTreeMap::new();
     for function in program.functions_mut() {
         let Some(frame) = Frame::of(function) else { continue };
@@ -66,13 +67,13 @@ pub(crate) fn share(program: &mut Program, spared: &Spared) {
 /// The registers and the frame that a function saves.
 #[derive(Debug, PartialEq, Eq)]
 struct Frame {
-    /// Its lowest register; all above are saved with it. 18 stands for Y alone.
+    /// The lowest register; all above are saved with it. 18 stands for Y alone.
     lowest: u8,
-    /// Bytes of its frame; none if it has no frame pointer.
+    /// The bytes of the frame; `None` without a frame pointer.
     size: Option<u8>,
     /// The lines of its beginning.
     begin: std::ops::Range<usize>,
-    /// The lines of its ends, behind the taking down of the frame.
+    /// The lines of its ends, after the frame is removed.
     ends: Vec<std::ops::Range<usize>>,
 }
 
@@ -80,7 +81,7 @@ struct Frame {
 const MOVE: [&str; 5] = ["in r0, 63", "cli", "out 62, r29", "out 63, r0", "out 61, r28"];
 
 impl Frame {
-    /// Of a function that saves registers, if it is of a form that is known.
+    /// The frame of a function that saves registers, if its form is known.
     fn of(function: &Function) -> Option<Frame> {
         let lines = &function.lines;
         let (first, _) = function.code().next()?;
@@ -98,7 +99,7 @@ impl Frame {
         let every: Vec<u8> = (lowest..=17).chain([28, 29]).collect();
         let mut size = None;
         if is(lines, at, "in r28, 61") {
-            // Registers in between would move arguments on the stack.
+            // Additional saved registers would move arguments on the stack.
             if !is(lines, at + 1, "in r29, 62") || saved != every {
                 return None;
             }
@@ -117,7 +118,7 @@ impl Frame {
         for (end, code) in function.code() {
             match &*code.name {
                 "ret" => {}
-                // Not a function of C's convention, or one that ends in another.
+                // Not a function of C's convention, or a function that ends in another.
                 "reti" | "ijmp" | "jmp" => return None,
                 "rjmp" if !code.operands.starts_with(".L") => return None,
                 _ => continue,
@@ -136,7 +137,7 @@ impl Frame {
         Some(Frame { lowest, size, begin: first..at, ends })
     }
 
-    /// Bytes that replacing it saves.
+    /// The bytes that the replacement saves.
     fn gain(&self) -> usize {
         let all: usize =
             self.begin.len() + self.ends.iter().map(std::ops::Range::len).sum::<usize>();
@@ -144,7 +145,7 @@ impl Frame {
         2 * all.saturating_sub(new)
     }
 
-    /// Has the function call the routines.
+    /// Replaces the function's prologue and epilogues by calls of the routines.
     fn replace(&self, function: &mut Function) {
         let what = if self.size.is_some() { "" } else { "bare_" };
         let code = |text: String| Line::Code(Code::parse(&text));
@@ -158,23 +159,23 @@ impl Frame {
     }
 }
 
-/// The register of this instruction on this line.
+/// The register operand of this instruction on this line.
 fn operand(lines: &[Line], at: usize, name: &str) -> Option<u8> {
     let code = lines.get(at)?.code().filter(|code| code.name == name)?;
     code.operands.strip_prefix('r')?.parse().ok()
 }
 
-/// Whether this line is that instruction.
+/// Whether the line is this instruction.
 fn is(lines: &[Line], at: usize, text: &str) -> bool {
     lines.get(at).and_then(Line::code).is_some_and(|code| code.is(text))
 }
 
-/// Whether the stack pointer is moved to Y from this line on.
+/// Whether the lines from here on move the stack pointer to Y.
 fn moves(lines: &[Line], at: usize) -> bool {
     MOVE.iter().enumerate().all(|(n, text)| is(lines, at + n, text))
 }
 
-/// The number that is subtracted from Y, and how many lines that takes.
+/// The number subtracted from Y, and the count of lines.
 fn subtracted(lines: &[Line], at: usize) -> Option<(u8, usize)> {
     let code = lines.get(at)?.code()?;
     let taken = match &*code.name {
@@ -185,7 +186,7 @@ fn subtracted(lines: &[Line], at: usize) -> Option<(u8, usize)> {
     Some((code.operands.strip_prefix("r28, ")?.parse().ok()?, taken))
 }
 
-/// The routines themselves, for these lowest registers.
+/// The routines for these lowest registers.
 fn routines(used: &BTreeMap<u8, bool>) -> String {
     let mut text = String::from("\t.section\t.text.avr_shrink_saves,\"ax\",@progbits\n");
     for (lowest, bare) in used {
@@ -247,7 +248,8 @@ fn routines(used: &BTreeMap<u8, bool>) -> String {
 mod tests {
     use super::*;
 
-    /// A function of these lines, with the pass done: its lines, and whether it has routines.
+    /// Runs the pass on a function of these lines. Returns its lines, and whether there are
+    /// routines.
     fn shared(body: &str) -> (Vec<String>, bool) {
         let text = format!("\t.type\tf,@function\nf:\n{body}\n.Lfunc_end0:\n");
         let mut program = Program::parse(&text);
@@ -264,7 +266,7 @@ mod tests {
     const BEGIN: &str = "\tin\tr28, 61\n\tin\tr29, 62\n\tsbiw\tr28, 6\n";
     const SET: &str = "\tin\tr0, 63\n\tcli\n\tout\t62, r29\n\tout\t63, r0\n\tout\t61, r28\n";
 
-    /// Registers from `lowest` on, and a frame of 6 bytes.
+    /// A function that saves the registers from `lowest` on, with a frame of 6 bytes.
     fn framed(lowest: u8) -> String {
         let saved: Vec<u8> = (lowest..=17).chain([28, 29]).collect();
         let push = lines("push", saved.iter().copied());
@@ -293,7 +295,7 @@ mod tests {
         let pop = lines("pop", saved.into_iter().rev());
         let body = format!("{push}\tmovw\tr8, r24\n{pop}\tret");
         let (lines, _) = shared(&body);
-        // r10 to r13 are saved as well: nothing is on its stack that could move.
+        // r10 to r13 are saved as well: there are no stack arguments that could move.
         assert_eq!(
             lines,
             ["call avr_shrink_save_bare_8", "movw r8, r24", "jmp avr_shrink_restore_bare_8"]
@@ -332,7 +334,7 @@ mod tests {
         let pushed: Vec<&str> =
             text.lines().filter_map(|line| line.trim().strip_prefix("push\t")).collect();
         assert_eq!(pushed.len(), 18);
-        // The last that is pushed is at Y+1.
+        // The register that is pushed last is at Y+1.
         for (at, register) in pushed.iter().rev().enumerate() {
             let to = match *register {
                 "r28" => "r26",

@@ -1,25 +1,26 @@
 //! Makes Rust programs for 8-bit AVR chips smaller: a pass over the compiler's assembly.
 //!
-//! LLVM writes every function for an AVR as if it stood alone: it saves registers and moves the
-//! stack pointer by instructions of its own, copies registers to and fro, makes a condition a byte
-//! and asks it again, and calls by two words. These stages take that out, one a file:
+//! LLVM writes every function for an AVR separately: it saves registers and moves the stack pointer
+//! with its own instructions, copies registers back and forth, turns a condition into a byte and
+//! tests it again, and calls with two words. These stages remove that, one stage per file:
 //!
 //! | file | stage |
 //! | --- | --- |
-//! | `copies` | a value that a register holds is not put there again, one that nobody reads is not computed |
-//! | `truths` | a condition that is made a byte and asked again is a branch, a pair is compared with 0 by one instruction |
-//! | `branches` | a branch over a jump becomes a branch, a call before a return a jump |
-//! | `frames` | one routine saves the registers of all functions, one restores them |
-//! | `order` | functions stand near those that call them, so that calls take one word |
+//! | `copies` | removes copies of values that a register already holds, and unused computations |
+//! | `truths` | turns a condition that is made a byte into a branch, compares a pair with 0 at once |
+//! | `branches` | turns a branch over a jump into a branch, a call before a return into a jump |
+//! | `frames` | shares one routine that saves the registers of all functions, and one that restores them |
+//! | `order` | places functions near those that call them, so that calls take one word |
 //!
-//! The text of a program is in `asm`, the effect of an instruction in `effects`, the ways through a
-//! function in `flow`, what calls hand over in `calls`; [`link`] is the linker that rustc calls.
+//! `asm` has the text of a program, `effects` the effect of an instruction, `flow` the control flow
+//! of a function, `calls` the registers that calls pass; [`link`] is the linker that rustc calls.
 //!
-//! **What is never touched**: assembly that a person wrote, which the compiler encloses in `;APP`
-//! and `;NO_APP`, or puts before the first function, or is a whole function. So an interrupt that
-//! is timed by the cycle stays as it is. No access to memory or to a port is left out or moved.
+//! **Never changed**: hand-written assembly, which the compiler encloses in `;APP` and `;NO_APP`,
+//! or puts before the first function, or which is a whole function. So an interrupt that is timed
+//! by the cycle stays as it is. No access to memory or to a port is removed or moved.
 //!
-//! Return addresses must have 2 bytes: not for an ATmega2560, which has 3, and room.
+//! Return addresses must have 2 bytes: the pass does not work for an ATmega2560, which has 3, and
+//! enough flash.
 //!
 //! ```
 //! use avr_shrink::{Spared, shrink};
@@ -43,16 +44,16 @@ mod truths;
 
 use std::fmt;
 
-/// Functions that the stages spare, or know more of, each by a part of its symbol.
+/// Functions that the stages treat specially, each identified by a part of its symbol.
 ///
 /// A part of a mangled symbol is a path with lengths: `9main_loop4plan` is `main_loop::plan`.
 #[derive(Clone, Debug, Default)]
 pub struct Spared {
-    /// Functions that are called often: they save and restore registers by a routine only where
-    /// that saves 12 bytes.
+    /// Functions that are called often: they use the routines for registers only where that saves
+    /// 12 bytes.
     pub busy: Vec<String>,
-    /// Functions that save and restore registers by themselves: by a routine that costs 22 cycles
-    /// and more.
+    /// Functions that save and restore registers themselves, because the routines cost 22 cycles or
+    /// more.
     pub whole: Vec<String>,
 }
 
@@ -65,7 +66,7 @@ impl Spared {
         self.whole.iter().any(|part| symbol.contains(part))
     }
 
-    /// Looks for each part in the labels of a program.
+    /// Checks that each part occurs in a label of the program.
     fn check(&self, text: &str) -> Result<(), UnknownFunction> {
         let labels: Vec<&str> = text.lines().filter_map(asm::label).collect();
         let mut parts = self.busy.iter().chain(&self.whole);
@@ -74,7 +75,7 @@ impl Spared {
     }
 }
 
-/// A part of [`Spared`] that no function's symbol has.
+/// A part in [`Spared`] that occurs in no function's symbol.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownFunction(String);
 
@@ -91,14 +92,14 @@ impl fmt::Display for UnknownFunction {
 
 impl std::error::Error for UnknownFunction {}
 
-/// The assembly of a program, made smaller.
+/// Makes the assembly of a program smaller.
 ///
 /// # Errors
-/// A part of `spared` is in no symbol of the program.
+/// A part in `spared` occurs in no symbol of the program.
 pub fn shrink(text: &str, spared: &Spared) -> Result<String, UnknownFunction> {
     spared.check(text)?;
     let mut program = asm::Program::parse(text);
-    // Each makes room for the other.
+    // Each stage makes room for the other.
     for _ in 0..3 {
         copies::leave_out(&mut program);
         truths::branch(&mut program);
@@ -113,8 +114,7 @@ pub fn shrink(text: &str, spared: &Spared) -> Result<String, UnknownFunction> {
 mod tests {
     use super::*;
 
-    /// The instructions that a stage leaves of these, without labels; `.L7` is a return behind
-    /// them.
+    /// The instructions that a stage leaves of these, without labels; `.L7` is a return after them.
     pub(crate) fn left(body: &str, stage: impl Fn(&mut asm::Program)) -> String {
         let body = body.replace("; ", "\n\t");
         let text = format!("\t.type\tf,@function\nf:\n\t{body}\n.L7:\n\tret\n.Lfunc_end0:\n");
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn assembly_by_hand_stays_as_it_is() {
         const REPEATED: &str = "\tldi\tr16, 1\n\tldi\tr16, 1\n";
-        // The compiler's own lines here all become less.
+        // The pass shortens all of the compiler's own lines here.
         let with = |mark: &str| {
             let twice = format!("\tpush\tr16\n{REPEATED}");
             let branch = "\tbreq\t.L1\n\trjmp\t.L2\n.L1:\n";
@@ -156,7 +156,7 @@ mod tests {
             let small = made_smaller(&with(mark));
             assert!(small.contains(&with(mark)), "{small}");
         }
-        // In a function of the compiler's only the lines between these are a person's.
+        // In a function of the compiler only the lines between these are hand-written.
         let mark = format!("\t;APP\n{REPEATED}\t;NO_APP\n");
         let small = made_smaller(&with(&mark));
         assert!(small.contains(&mark) && !small.contains("rjmp"), "{small}");

@@ -1,4 +1,5 @@
-//! The linker that rustc calls: makes a program's assembly smaller, and has avr-gcc link it.
+//! The linker that rustc calls: it makes a program's assembly smaller, and calls avr-gcc to link
+//! it.
 
 use std::fs;
 use std::io;
@@ -7,18 +8,18 @@ use std::process::Command;
 
 use crate::{Spared, shrink};
 
-/// Links as these arguments say, which are rustc's for `avr-gcc`. Beside them come:
+/// Links with rustc's arguments for `avr-gcc`. It accepts these in addition:
 ///
-/// | argument | what |
+/// | argument | meaning |
 /// | --- | --- |
 /// | `--busy=PART`, `--whole=PART` | functions of [`Spared`] |
-/// | `--shrunk-by=…` | anything; another value has cargo link again |
+/// | `--shrunk-by=…` | ignored; another value makes cargo link again |
 ///
-/// The assembly stands beside the program, where rustc puts it with `--emit=asm`. The result is
-/// left there too: `NAME.small.s`.
+/// The assembly is beside the program, where rustc puts it with `--emit=asm`. The result is written
+/// there too: `NAME.small.s`.
 ///
 /// # Errors
-/// A text for a person: an argument or a file is missing, a function is unknown, or a tool fails.
+/// A text for the user: an argument or a file is missing, a function is unknown, or a tool fails.
 pub fn link(args: impl IntoIterator<Item = String>) -> Result<(), String> {
     let (mut rest, mut spared) = (Vec::new(), Spared::default());
     for arg in args {
@@ -42,7 +43,7 @@ pub fn link(args: impl IntoIterator<Item = String>) -> Result<(), String> {
     run(Command::new("avr-gcc").args(rest))
 }
 
-/// Makes the assembly beside a program smaller, and assembles it: the object.
+/// Makes the assembly beside a program smaller, and assembles it. Returns the object.
 fn assemble(elf: &Path, chip: &str, spared: &Spared) -> Result<String, String> {
     let from = elf.with_extension("s");
     let failed = |what: &str, path: &Path, error: io::Error| {
@@ -60,7 +61,7 @@ fn assemble(elf: &Path, chip: &str, spared: &Spared) -> Result<String, String> {
     Ok(object.to_string_lossy().into())
 }
 
-/// Runs a tool to its end.
+/// Runs a tool and waits for its end.
 fn run(command: &mut Command) -> Result<(), String> {
     let name = command.get_program().to_string_lossy().into_owned();
     match command.status() {

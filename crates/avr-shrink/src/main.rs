@@ -1,4 +1,4 @@
-//! The linker itself: `-C linker=avr-shrink`. See the crate's README.
+//! The linker as a program: `-C linker=avr-shrink`. See the crate's README.
 
 use std::process::ExitCode;
 

@@ -1,55 +1,55 @@
-//! Functions stand near those that call them.
+//! Places functions near those that call them.
 //!
 //! A short call reaches 4 KB either way, an eighth of an ATmega328P, and takes 2 bytes less than a
-//! long one. Which order has the most short calls is looked for by moving functions at random: a
-//! move that is worse is taken at first and hardly ever at the end. The generator starts with the
-//! same seed each time, and the functions start in the order of their names, so that a program is
-//! the same wherever it is built.
+//! long one. Simulated annealing searches for the order with the most short calls: it moves
+//! functions at random, and accepts a worse order often at first and hardly ever at the end. The
+//! generator always starts with the same seed, and the functions start in the order of their names,
+//! so that the result is the same wherever the program is built.
 //!
-//! The linker keeps the sections of an object in their order, and makes the calls short that reach
+//! The linker keeps the order of an object's sections, and shortens the calls that reach
 //! (`--relax`).
 
 use std::collections::HashMap;
 
 use super::asm::{instruction, key, label};
 
-/// How far a short call goes, in bytes.
+/// The reach of a short call, in bytes.
 const REACH: i32 = 4_090;
-/// Moves that are tried, for each section.
+/// The moves tried, for each section.
 const MOVES: u32 = 8_000;
 
 /// Code that stays together: a section.
 #[derive(Debug, Default)]
 struct Unit<'a> {
     name: &'a str,
-    /// Its lines, but for the directives that open it.
+    /// The lines, without the directives that open the section.
     lines: Vec<&'a str>,
     bytes: i32,
-    /// Its calls and jumps: where, to which label, and whether it must reach.
+    /// The calls and jumps: the position, the label, and whether it must be in reach.
     calls: Vec<(i32, String, bool)>,
 }
 
-/// A call of another unit: from a place in one to a place in another.
+/// A call of another unit, from a position in one to a position in the other.
 struct Call {
     from: usize,
     at: i32,
     to: usize,
     there: i32,
-    /// It was written as a short one.
+    /// The source has a short call.
     must: bool,
 }
 
 /// Orders the code of a program.
 pub(crate) fn order(text: &str) -> String {
     let (rest, units, labels) = units(text);
-    // libgcc's functions are behind all else.
+    // libgcc's functions come after everything else.
     let last = units.len();
     let mut calls = Vec::new();
     for (from, unit) in units.iter().enumerate() {
         for (at, label, must) in &unit.calls {
             let known = labels.get(&**label).copied();
             let (to, there) = known.unwrap_or((last, 0));
-            // Distances in a unit, as in `.-4`, are its own.
+            // Distances within a unit, as in `.-4`, do not change.
             if to != from && (known.is_some() || !must) {
                 calls.push(Call { from, at: *at, to, there, must: *must });
             }
@@ -61,21 +61,21 @@ pub(crate) fn order(text: &str) -> String {
     search(&mut order, &sizes, &calls);
     let mut ordered: String = rest.iter().map(|line| format!("{line}\n")).collect();
     for (place, &unit) in order.iter().enumerate() {
-        // A linker's script that sorts by other names leaves these in their order.
+        // A linker script that sorts by other names keeps the order of these.
         ordered += &format!("\t.section\t.text.ordered.{place:04},\"ax\",@progbits\n");
         units[unit].lines.iter().for_each(|line| ordered += &format!("{line}\n"));
     }
     ordered
 }
 
-/// Where labels are: in which unit, and where there.
+/// The unit of each label, and its position there.
 type Labels<'a> = HashMap<&'a str, (usize, i32)>;
 
-/// The lines of a text outside code, its units, and its labels.
+/// The lines of a text outside code, the units, and the labels.
 fn units(text: &str) -> (Vec<&str>, Vec<Unit<'_>>, Labels<'_>) {
     let (mut rest, mut units, mut labels) = (Vec::new(), Vec::new(), HashMap::new());
     let mut names: HashMap<&str, usize> = HashMap::new();
-    // The unit of the section that is open.
+    // The unit of the present section.
     let mut open: Option<usize> = None;
     for line in text.lines() {
         let words = line.split(|c: char| c.is_whitespace() || c == ',');
@@ -114,7 +114,7 @@ fn units(text: &str) -> (Vec<&str>, Vec<Unit<'_>>, Labels<'_>) {
     (rest, units, labels)
 }
 
-/// Looks for a better order.
+/// Searches for a better order.
 fn search(order: &mut Vec<usize>, sizes: &[i32], calls: &[Call]) {
     let count = order.len();
     if count < 2 {
@@ -137,7 +137,7 @@ fn search(order: &mut Vec<usize>, sizes: &[i32], calls: &[Call]) {
         let to = random(order.len() + 1);
         order.splice(to..to, moved);
         let then = cost(order, sizes, calls);
-        // Worse by as much, now and then.
+        // Accepts a worse order with a probability that falls with time.
         let heat = 2_000.0 * (1.0 - f64::from(step) / f64::from(moves)).powi(3);
         let chance = (-((then - now) as f64) / heat.max(1e-9)).exp();
         if then <= now || (random(1 << 20) as f64) < chance * f64::from(1 << 20) {
@@ -153,7 +153,7 @@ fn search(order: &mut Vec<usize>, sizes: &[i32], calls: &[Call]) {
     *order = best.1;
 }
 
-/// The cost of an order: calls that do not reach count, and by how far they miss a little.
+/// The cost of an order: each call out of reach counts, plus a little for its distance.
 fn cost(order: &[usize], sizes: &[i32], calls: &[Call]) -> i64 {
     let (mut at, mut here) = (vec![0; sizes.len() + 1], 0);
     for &unit in order {
@@ -175,7 +175,7 @@ fn cost(order: &[usize], sizes: &[i32], calls: &[Call]) -> i64 {
 mod tests {
     use super::*;
 
-    /// A function of these calls, and of this many instructions more.
+    /// A function with these calls, and `more` other instructions.
     fn function(name: &str, calls: &[&str], more: usize) -> String {
         let calls: String = calls.iter().map(|label| format!("\tcall\t{label}\n")).collect();
         let more = "\tnop\n".repeat(more);

@@ -1,4 +1,4 @@
-//! A condition that is made a byte, and asked again, is a branch.
+//! Turns a condition that is made a byte and tested again into a branch.
 //!
 //! ```text
 //!   ldi  r24, 1              cp   r18, r20
@@ -12,8 +12,9 @@
 //!   brne .L5
 //! ```
 //!
-//! and a comparison of a byte with 0 goes where the flags say already what it would. One of a pair of
-//! registers is one instruction: `sbiw r24, 0`, or `or r18, r19` where one of them is not read later.
+//! It also removes a comparison of a byte with 0 if the flags already have its result. A comparison
+//! of a pair of registers with 0 becomes one instruction: `sbiw r24, 0`, or `or r18, r19` if one of
+//! them is not read later.
 
 use super::asm::{Code, Function, Line, Program};
 use super::branches::opposite;
@@ -21,7 +22,7 @@ use super::calls::Calls;
 use super::effects::{ARITHMETIC, CARRY, FLAGS, Kind, SIGN, Set, ZERO, operands, register};
 use super::flow::Flow;
 
-/// Goes through all functions.
+/// Processes all functions.
 pub(crate) fn branch(program: &mut Program) {
     let calls = Calls::of(program);
     for function in program.functions_mut() {
@@ -29,7 +30,7 @@ pub(crate) fn branch(program: &mut Program) {
     }
 }
 
-/// Takes out one byte of a condition. Whether there was one.
+/// Removes one byte of a condition. Returns whether there was one.
 fn asked(function: &mut Function, calls: &Calls) -> bool {
     let Some(flow) = Flow::of(function, calls) else { return false };
     let live = flow.live();
@@ -42,18 +43,18 @@ fn asked(function: &mut Function, calls: &Calls) -> bool {
     false
 }
 
-/// A byte of a condition, whose branches have been found.
+/// A byte of a condition, with the branches that replace it.
 struct Asked {
-    /// The line of the label, behind the other number.
+    /// The line of the label after the other constant.
     label: usize,
-    /// Lines that ask for it.
+    /// The lines that test the byte.
     tests: Vec<usize>,
-    /// The branches by the condition itself, each with its line.
+    /// The branches on the condition itself, each with its line.
     new: Vec<(usize, Code)>,
 }
 
 impl Asked {
-    /// At a line with the first branch.
+    /// Finds one at a line with its first branch.
     fn at(function: &Function, flow: &Flow, live: &[Set], n: usize) -> Option<Asked> {
         let lines = &function.lines;
         let first = lines[n].code()?;
@@ -65,7 +66,7 @@ impl Asked {
         if *label != first.operands || flow.pinned[n] || !flow.has_zero(function, n + 1) {
             return None;
         }
-        // Nobody else comes there.
+        // Nothing else jumps to the label.
         let comes = |line: &Line| line.code().is_some_and(|code| code.operands == *label);
         if lines.iter().filter(|line| comes(line)).count() != 1 {
             return None;
@@ -127,7 +128,7 @@ impl Asked {
         Some(Asked { label: n + 2, tests, new })
     }
 
-    /// Makes it a branch.
+    /// Replaces the byte by a branch.
     fn replace(self, function: &mut Function, n: usize) {
         for (at, code) in self.new {
             function.lines[at] = Line::Code(code);
@@ -141,8 +142,8 @@ impl Asked {
     }
 }
 
-/// The lines that read the flags as they are at a branch, from it on; none if those of other
-/// instructions come there too, or if something else than a branch reads them.
+/// The lines from a branch on that read the same flags. `None` if flags of other instructions may
+/// reach them, or if something other than a branch reads them.
 fn users(flow: &Flow, live: &[Set], branch: usize) -> Option<Vec<usize>> {
     let place = |n: usize| flow.blocks.iter().position(|block| block.lines.contains(&n));
     let (mut users, mut left, mut ended) = (Vec::new(), vec![(place(branch)?, branch)], Vec::new());
@@ -160,7 +161,7 @@ fn users(flow: &Flow, live: &[Set], branch: usize) -> Option<Vec<usize>> {
             if effect.kind != Kind::Branch && effect.reads & ARITHMETIC != 0 {
                 return None;
             }
-            // Others from here on, or of no use to anybody.
+            // Other flags from here on, or flags that are not read.
             if live & ARITHMETIC & !effect.sure == 0 {
                 is_left = false;
                 break;
@@ -173,7 +174,7 @@ fn users(flow: &Flow, live: &[Set], branch: usize) -> Option<Vec<usize>> {
             ended.push(index);
             for &next in &block.next {
                 let start = flow.blocks[next].lines.start;
-                // Of a label: what is read from there on.
+                // For a label: the flags that are read from there on.
                 let unread = flow.effects[start].is_none() && live[start] & ARITHMETIC == 0;
                 if !unread && !begun.contains(&next) {
                     begun.push(next);
@@ -186,7 +187,7 @@ fn users(flow: &Flow, live: &[Set], branch: usize) -> Option<Vec<usize>> {
     begun.iter().all(alone).then_some(users)
 }
 
-/// The 0 or 1 that an instruction puts into its register, where r1 is 0.
+/// The 0 or 1 that an instruction puts into its register, while r1 is 0.
 fn constant(code: &Code) -> Option<u8> {
     let (_, b) = operands(code);
     match (&*code.name, b) {
@@ -196,7 +197,7 @@ fn constant(code: &Code) -> Option<u8> {
     }
 }
 
-/// Takes out one comparison with 0. Whether there was one.
+/// Removes one comparison with 0. Returns whether there was one.
 fn compared(function: &mut Function, calls: &Calls) -> bool {
     let Some(flow) = Flow::of(function, calls) else { return false };
     let live = flow.live();
@@ -228,8 +229,8 @@ fn compared(function: &mut Function, calls: &Calls) -> bool {
     false
 }
 
-/// Has one instruction compare a pair of registers with 0, in all functions. Comes behind all that
-/// looks for values: these instructions write what they compare.
+/// Compares pairs of registers with 0 by one instruction, in all functions. It comes after all
+/// stages that track values, because these instructions write what they compare.
 pub(crate) fn shorten(program: &mut Program) {
     let calls = Calls::of(program);
     for function in program.functions_mut() {
@@ -237,7 +238,7 @@ pub(crate) fn shorten(program: &mut Program) {
     }
 }
 
-/// Shortens one comparison of a pair with 0. Whether there was one.
+/// Shortens one comparison of a pair with 0. Returns whether there was one.
 fn shorter(function: &mut Function, calls: &Calls) -> bool {
     let Some(flow) = Flow::of(function, calls) else { return false };
     let live = flow.live();
@@ -264,7 +265,7 @@ fn shorter(function: &mut Function, calls: &Calls) -> bool {
     true
 }
 
-/// The register of which the flags say whether it is 0.
+/// The register whose comparison with 0 the flags show.
 fn says(code: &Code) -> Option<u8> {
     let sets = [
         "and", "andi", "or", "ori", "eor", "add", "sub", "subi", "inc", "dec", "lsr", "lsl", "tst",
@@ -274,7 +275,7 @@ fn says(code: &Code) -> Option<u8> {
     (sets.contains(&&*code.name) && (code.name != "cpi" || b == "0")).then(|| register(a))?
 }
 
-/// The flags that are others than a comparison with 0 would leave.
+/// The flags that differ from those of a comparison with 0.
 fn lost(function: &Function, n: usize) -> Set {
     let logic = ["and", "andi", "or", "ori", "eor", "tst"];
     match function.lines[n].code() {
@@ -313,14 +314,14 @@ mod tests {
         let branches = "brlo .L2; movw r22, r6; std Y+1, r22; brsh .L3; movw r24, r8; std Y+2, r24";
         assert_eq!(left(asked), format!("cp r18, r20; ldi r26, 1; {branches}"));
         for other in [
-            // The flags are read by another than a branch, or another branch.
+            // The flags are read by something other than a branch, or by another branch.
             asked.replace("std Y+1", "adc r25, r1; std Y+1"),
             asked.replace("breq", "brlo"),
-            // They are those of another instruction, there, on one way, or in part.
+            // The flags are those of another instruction, here, on one path, or in part.
             asked.replace("std Y+1", "inc r26; std Y+1"),
             asked.replace("movw r22, r6", "inc r22"),
             asked.replace("std Y+1", "clc; std Y+1"),
-            // Somebody else comes there.
+            // Another jump goes there.
             format!("{asked}; cp r24, r25; brmi .L2"),
             // The byte is read later.
             asked.replace("movw r24, r8", "mov r24, r26"),
@@ -352,7 +353,7 @@ mod tests {
                 pair.replace("breq", "cpc r20, r1; breq"),
                 pair.replace("cpc r19", "cpc r20"),
                 pair.replace("cpc r19, r1", "cpc r19, r2"),
-                // Both are read later; the other byte is skipped, or r1 is no zero.
+                // Both are read later; the other byte is skipped, or r1 is not 0.
                 pair.replace(&format!("ldi {unread}, 2; "), ""),
                 format!("sbrc r24, 0; {pair}"),
                 format!("mul r20, r21; {pair}; clr r1"),
@@ -365,7 +366,7 @@ mod tests {
     #[test]
     fn what_is_needed_stays() {
         for needed in [
-            // Another register, another number, another question.
+            // Another register, another number, another condition.
             "and r24, r19; cpi r25, 0; breq .L7",
             "and r24, r19; cpi r24, 1; breq .L7",
             "and r24, r19; cpi r24, 0; brlo .L7",

@@ -1,4 +1,4 @@
-//! The whole pass over whole programs: the chip of `common` carries them out before and after.
+//! The whole pass on whole programs: the chip of `common` runs them before and after.
 
 mod common;
 
@@ -7,18 +7,19 @@ use common::Random;
 use common::chip::{Chip, Flash, Interrupts, SEEN};
 use common::programs::{HANDLER, MAIN, program};
 
-/// How many random programs; `AVR_SHRINK_PROGRAMS` says another number.
+/// The number of random programs; `AVR_SHRINK_PROGRAMS` sets another number.
 const PROGRAMS: u64 = 400;
 
-/// Registers that a caller finds as they were, or its result in.
+/// The registers that a function preserves, or returns its result in.
 const KEPT: [usize; 26] = [
     2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29, 18, 19, 20, 21, 22, 23, 24, 25,
 ];
 
-/// Runs a function before and after, from one state of the chip; how long each takes.
+/// Runs a function before and after the pass, from one state of the chip. Returns the cycles of
+/// each.
 ///
 /// # Errors
-/// They differ.
+/// The results differ.
 fn same(
     (before, after): (&Flash, &Flash),
     name: &str,
@@ -49,7 +50,7 @@ fn any_state(random: &mut Random) -> Chip {
     chip
 }
 
-/// The most cycles that a program may take, by those that it took before and the registers that
+/// The most cycles that a program may take, given its cycles before the pass and the registers that
 /// it saved by a routine.
 fn bound(before: u32, after: &Chip) -> u32 {
     let more = after.calls.iter().map(|(label, times)| {
@@ -66,7 +67,7 @@ fn bound(before: u32, after: &Chip) -> u32 {
     before + more.sum::<u32>()
 }
 
-/// Tries the program of a seed.
+/// Tests the program of a seed.
 fn try_one(seed: u64) -> Result<(), String> {
     let mut random = Random::new(seed);
     let text = program(&mut random);
@@ -104,14 +105,14 @@ fn random_programs_do_the_same_before_and_after() {
     }
 }
 
-/// A function of the compiler's.
+/// A function of the compiler.
 fn function(name: &str, body: &str) -> String {
     let body = body.replace("; ", "\n\t");
     let section = format!("\t.section\t.text.{name},\"ax\",@progbits");
     format!("{section}\n\t.type\t{name},@function\n{name}:\n\t{body}\n.Lfunc_end_{name}:\n")
 }
 
-/// A program before and after, from random states.
+/// Compares a program before and after the pass, from random states.
 fn same_everywhere(text: &str, name: &str) -> String {
     let small = shrink(text, &Spared::default()).unwrap();
     let flashes = (&Flash::read(text), &Flash::read(&small));
@@ -170,7 +171,7 @@ fn a_function_that_never_returns_finds_its_arguments() {
     let begin = "push r16; push r17; push r28; push r29; in r28, 61; in r29, 62; sbiw r28, 2";
     let body = format!("{begin}; {MOVE}; ldd r24, Y+9; sts M+1, r24\n.L1:\n\trjmp .L1");
     same_everywhere(&function("_Rf", &body), "_Rf");
-    // Without a frame there are none to be found, and nothing is saved.
+    // Without a frame it has no stack arguments, so nothing is saved.
     let bare = "push r16; push r17; mov r16, r24; sts M+1, r16\n.L1:\n\trjmp .L1";
     let small = same_everywhere(&function("_Rf", bare), "_Rf");
     assert!(!small.contains("push"), "{small}");

@@ -2,20 +2,20 @@
 
 use std::collections::HashMap;
 
-/// Bytes of memory. Programs use those below [`SEEN`], the stack is above [`FLOOR`].
+/// Bytes of memory. Programs use those below [`SEEN`]; the stack is above [`FLOOR`].
 const MEMORY: usize = 1024;
-/// Memory that is compared.
+/// The memory that is compared.
 pub const SEEN: u16 = 128;
-/// Where the stack may not come.
+/// The lowest address for the stack.
 const FLOOR: u16 = 300;
-/// Bytes below the stack pointer that an interrupt may overwrite.
+/// The bytes below the stack pointer that an interrupt may overwrite.
 const SCRIBBLED: u16 = 24;
-/// Where a program returns to that has ended.
+/// The return address of a program that has ended.
 const END: u16 = 0xFFFF;
-/// Instructions that a program has at most.
+/// The most instructions of a program.
 const LONGEST: u32 = 60_000;
 
-/// A program as the chip has it.
+/// A program in the chip's flash.
 pub struct Flash {
     ops: Vec<Op>,
     labels: HashMap<String, usize>,
@@ -28,8 +28,7 @@ struct Op {
 }
 
 impl Flash {
-    /// Reads assembly. Sections stand one behind another: running from one into the next is an
-    /// error.
+    /// Reads assembly. Sections follow one another: running from one into the next is an error.
     pub fn read(text: &str) -> Flash {
         let (mut ops, mut labels) = (Vec::new(), HashMap::new());
         let op = |name: &str, operands: &str| {
@@ -52,12 +51,13 @@ impl Flash {
     }
 }
 
-/// When interrupts come.
+/// The times of interrupts.
 #[derive(Clone, Copy, Default)]
 pub struct Interrupts {
-    /// Between any two instructions, where they may: they overwrite what is below the stack.
+    /// Between any two instructions where an interrupt is possible: it overwrites the bytes below
+    /// the stack.
     pub everywhere: bool,
-    /// A function that ends in `reti`, at each n-th store of the rest.
+    /// A function that ends in `reti`, run at each n-th store of the other functions.
     pub handler: Option<(&'static str, usize)>,
 }
 
@@ -69,10 +69,10 @@ pub struct Chip {
     pub sreg: u8,
     pub sp: u16,
     pub memory: Vec<u8>,
-    /// Stores below [`SEEN`], in their order.
+    /// The stores below [`SEEN`], in order.
     pub stores: Vec<(u16, u8)>,
     pub cycles: u32,
-    /// How often each label was called.
+    /// The number of calls of each label.
     pub calls: HashMap<String, u32>,
 }
 
@@ -98,14 +98,14 @@ impl Chip {
         }
     }
 
-    /// Runs a function to its return, or to where it stays for ever: whether it has returned.
+    /// Runs a function to its return, or to an endless loop. Returns whether it has returned.
     ///
     /// # Errors
-    /// What a program may not do.
+    /// An operation that a program must not do.
     pub fn run(&mut self, flash: &Flash, name: &str, when: Interrupts) -> Result<bool, String> {
         let mut pc = *flash.labels.get(name).ok_or_else(|| format!("no label {name}"))?;
         self.call(END)?;
-        // After SEI, RETI and a write of SREG one instruction comes before an interrupt.
+        // After SEI, RETI and a write of SREG one instruction runs before an interrupt.
         let (mut guarded, mut handling, mut stores) = (false, false, 0);
         for _ in 0..LONGEST {
             let op = &flash.ops[pc];
@@ -138,7 +138,7 @@ impl Chip {
         Err("no end".into())
     }
 
-    /// Carries out an instruction: where it goes on, if not behind it.
+    /// Executes an instruction. Returns the next address, if it is not the following one.
     fn step(&mut self, flash: &Flash, pc: usize) -> Result<Option<usize>, String> {
         let Op { name, a, b } = &flash.ops[pc];
         let (d, s) = (register(a).unwrap_or(0), register(b).unwrap_or(0));
@@ -285,7 +285,7 @@ impl Chip {
         self.sreg = self.sreg & !(1 << flag) | u8::from(to) << flag;
     }
 
-    /// Whether the condition of a branch holds; none if it is no branch.
+    /// Whether the condition of a branch holds; `None` if it is not a branch.
     fn condition(&self, name: &str) -> Option<bool> {
         let (flag, wanted) = match name {
             "brlo" | "brcs" => (C, true),
@@ -303,7 +303,7 @@ impl Chip {
         Some(self.flag(flag) == wanted)
     }
 
-    /// Z, N, V and S of a result.
+    /// Sets Z, N, V and S for a result.
     fn signs(&mut self, result: u8, overflow: bool) {
         self.set(Z, result == 0);
         self.set(N, result > 127);
@@ -325,7 +325,7 @@ impl Chip {
         result
     }
 
-    /// A difference. With a carry, zero stays as it was where the result is 0.
+    /// A difference. With a carry, Z stays unchanged if the result is 0.
     fn less(&mut self, a: u8, b: u8, carry: Option<bool>) -> u8 {
         let zero = self.flag(Z);
         let less = i16::from(a) - i16::from(b) - i16::from(carry == Some(true));
@@ -354,7 +354,7 @@ impl Chip {
         [self.r[low], self.r[low + 1]] = word.to_le_bytes();
     }
 
-    /// The address of `X`, `Y+`, `-Z` or `Z+3`; the pointer moves as it says.
+    /// The address of `X`, `Y+`, `-Z` or `Z+3`; updates the pointer.
     fn place(&mut self, text: &str) -> u16 {
         let name = text.trim_start_matches('-');
         let low = match &name[..1] {
@@ -398,7 +398,7 @@ impl Chip {
         self.push(high)
     }
 
-    /// What an interrupt leaves below the stack.
+    /// Overwrites the bytes below the stack, as an interrupt does.
     fn scribble(&mut self) {
         let sp = usize::from(self.sp);
         self.memory[sp - usize::from(SCRIBBLED)..=sp].fill(0xA5);

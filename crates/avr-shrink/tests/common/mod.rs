@@ -1,9 +1,9 @@
-//! A chip that knows only the manual of the instructions, and programs of no meaning for it.
+//! A chip that implements only the manual of the instructions, and random programs for it.
 
 pub mod chip;
 pub mod programs;
 
-/// Numbers of no meaning, the same for one seed.
+/// Random numbers, the same for one seed.
 pub struct Random(u64);
 
 impl Random {
@@ -30,7 +30,7 @@ impl Random {
         self.below(n) == 0
     }
 
-    /// A byte, often one of those that matter.
+    /// A byte, often one of the critical values.
     pub fn byte(&mut self) -> u8 {
         let any = self.below(256) as u8;
         self.of(&[0, 0, 1, 1, 2, 128, 255, any])

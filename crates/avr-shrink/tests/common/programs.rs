@@ -1,9 +1,9 @@
-//! Random programs as LLVM writes them: functions with frames, saved registers, arguments on the
-//! stack, skips, branches far and near, calls of each other, and a handler of interrupts.
+//! Random programs in the form that LLVM writes: functions with frames, saved registers, arguments
+//! on the stack, skips, branches far and near, calls of each other, and an interrupt handler.
 
 use super::Random;
 
-/// The function that is run, and the handler of interrupts.
+/// The function that is run, and the interrupt handler.
 pub const MAIN: &str = "main";
 pub const HANDLER: &str = "__vector_1";
 
@@ -20,14 +20,14 @@ fn moves(low: usize) -> [String; 5] {
 #[derive(Clone)]
 struct Callee {
     name: String,
-    /// Bytes of arguments on the stack.
+    /// The bytes of its arguments on the stack.
     takes: usize,
 }
 
 /// A program.
 pub fn program(random: &mut Random) -> String {
     let (mut text, mut callees) = (String::new(), Vec::new());
-    // The last first: each calls those behind it.
+    // The last one first: each calls those after it.
     for number in (0..2 + random.below(3)).rev() {
         let name = if number == 0 { MAIN.into() } else { format!("_Rf{number}") };
         let one = function(random, &name, number, 0, &callees);
@@ -38,7 +38,7 @@ pub fn program(random: &mut Random) -> String {
     text + &below + &handler(&called.name)
 }
 
-/// A handler in C's convention, which calls a function.
+/// A handler with C's convention, which calls a function.
 fn handler(called: &str) -> String {
     let kept: Vec<usize> = [0, 1].into_iter().chain(18..28).chain([30, 31]).collect();
     let mut out = String::from("\t.section\t.text.v,\"ax\",@progbits\n");
@@ -46,7 +46,7 @@ fn handler(called: &str) -> String {
     let mut emit = |text: String| out += &format!("\t{text}\n");
     kept.iter().for_each(|register| emit(format!("push r{register}")));
     ["in r0, 63", "push r0", "clr r1"].into_iter().for_each(|text| emit(text.into()));
-    // Its arguments are its own: the interrupted function's registers may hold anything.
+    // It sets its own arguments: the interrupted function's registers may hold anything.
     (18..26).for_each(|register| emit(format!("ldi r{register}, {}", 3 * register)));
     emit(format!("call {called}"));
     ["pop r0", "out 63, r0"].into_iter().for_each(|text| emit(text.into()));
@@ -55,7 +55,7 @@ fn handler(called: &str) -> String {
     out + ".Lfunc_end_v:\n"
 }
 
-/// A function with its memory from `base` on, and how it is called.
+/// A function with its memory from `base` on, and its description for callers.
 fn function(
     random: &mut Random,
     name: &str,
@@ -69,7 +69,7 @@ fn function(
     let saved: Vec<usize> = match kind {
         0 => Vec::new(),
         1 => (lowest..18).chain([28, 29]).filter(|_| !random.one_in(3)).collect(),
-        // Some leave a register out, which LLVM does not touch then.
+        // Some omit a register, which LLVM does not use then.
         _ => {
             let gap = if random.one_in(4) { 17 - random.below(2) } else { 0 };
             (lowest..18).chain([28, 29]).filter(|&register| register != gap).collect()
@@ -83,7 +83,7 @@ fn function(
     registers.extend((18..28).chain([30, 31, 24, 25]));
     let mut maker = Maker { random, out: Vec::new(), labels: 0, number, registers, base, frame };
     maker.begin(&saved);
-    // Arguments on the stack lie above the frame, the registers and the return address.
+    // Arguments on the stack are above the frame, the registers and the return address.
     for n in 1..=takes {
         maker.emit(format!("ldd r24, Y+{}", frame + saved.len() + 2 + n));
         maker.emit(format!("sts M+{}, r24", base + n));
@@ -107,7 +107,7 @@ struct Maker<'a> {
     out: Vec<String>,
     labels: usize,
     number: usize,
-    /// Those that it may use.
+    /// The registers that it may use.
     registers: Vec<usize>,
     base: usize,
     frame: usize,
@@ -132,7 +132,7 @@ impl Maker<'_> {
             moves(28).into_iter().for_each(|text| self.emit(text));
         }
         self.forget();
-        // Nothing of the caller's is read.
+        // Nothing of the caller is read.
         let pointer = self.frame > 0;
         for &register in saved.iter().filter(|&&register| register < 28 || !pointer) {
             self.emit(format!("mov r{register}, r24"));
@@ -151,7 +151,7 @@ impl Maker<'_> {
         self.emit("ret");
     }
 
-    /// Gives registers and flags a value that a call may have changed.
+    /// Gives a value to registers and flags that a call may have changed.
     fn forget(&mut self) {
         for register in [26, 27, 30, 31] {
             let byte = self.random.byte();
@@ -179,7 +179,7 @@ impl Maker<'_> {
                 0 => self.emit(format!("{branch} {to}")),
                 1 => self.emit(format!("rjmp {to}")),
                 2 => {
-                    // As LLVM branches far.
+                    // A far branch, as LLVM writes it.
                     let near = self.label();
                     self.emit(format!("{branch} {near}"));
                     self.emit(format!("rjmp {to}"));
@@ -191,7 +191,7 @@ impl Maker<'_> {
         self.out.push(format!("{}:", labels[count]));
     }
 
-    /// A call, with arguments before it that other calls have too.
+    /// A call, preceded by arguments that other calls have too.
     fn call(&mut self, callees: &[Callee]) {
         let callee = callees[self.random.below(callees.len())].clone();
         if callee.takes > 0 {
@@ -222,13 +222,13 @@ impl Maker<'_> {
         self.forget();
     }
 
-    /// Instructions that come in many places.
+    /// Instructions that occur in many places.
     fn phrase(&mut self) {
         let at = self.base + self.random.of(&[4, 9]);
         let phrases = [
             format!("lds r24, M+{at}; lds r25, M+{}; adiw r24, 1; sts M+{at}, r24", at + 1),
             format!("mul r24, r25; mov r20, r0; mov r21, r1; clr r1; sts M+{at}, r21"),
-            // A number of 16 bits, of which the high byte is a product's.
+            // A 16-bit number whose high byte comes from a product.
             format!("mul r20, r24; mov r19, r1; clr r1; cp r18, r1; cpc r19, r1; sts M+{at}, r19"),
             "lsl r24; rol r25; subi r24, 3; sbci r25, 0".into(),
             "bst r24, 3; bld r20, 1; eor r21, r20".into(),
@@ -248,7 +248,7 @@ impl Maker<'_> {
         }
     }
 
-    /// A condition that is made a byte, and asked by a branch, or two.
+    /// A condition that is made a byte, and tested by a branch, or two.
     fn condition(&mut self) {
         let [a, b, byte] = [self.register(), self.register(), 18 + self.random.below(8)];
         let (made, first, second) = (self.label(), self.label(), self.label());
@@ -275,7 +275,7 @@ impl Maker<'_> {
                 return;
             }
         }
-        // Most often nobody reads what was made.
+        // Most often the byte is not read again.
         if !self.random.one_in(3) {
             self.emit(format!("mov r{byte}, r1"));
             self.emit("cp r24, r25");
@@ -290,7 +290,7 @@ impl Maker<'_> {
         self.register().max(16)
     }
 
-    /// Both of a pair that it may use.
+    /// Both registers of a usable pair.
     fn pair(&mut self) -> usize {
         loop {
             let low = self.register() & !1;
@@ -314,7 +314,7 @@ impl Maker<'_> {
         self.emit(text);
     }
 
-    /// An instruction, or some that belong together.
+    /// An instruction, or several that belong together.
     fn instruction(&mut self) {
         const TWO: [&str; 9] = ["and", "or", "eor", "add", "sub", "adc", "sbc", "cp", "cpc"];
         const NUMBER: [&str; 5] = ["andi", "ori", "subi", "sbci", "cpi"];
@@ -365,7 +365,7 @@ impl Maker<'_> {
         self.emit(text);
     }
 
-    /// A register that takes a number.
+    /// A register that accepts a constant.
     fn high_own(&mut self) -> usize {
         let register = self.high();
         if self.registers.contains(&register) { register } else { 24 }

@@ -1,4 +1,4 @@
-//! A port that QEMU's board has not: memory stands for it, and QEMU's plugin sees the stores.
+//! A port that QEMU's board lacks: memory stands in for it, and QEMU's plugin sees the stores.
 
 use stepwright::drive::Axes;
 use stepwright_controller::{Panel, PinPort, PortPins, Turned};
@@ -7,7 +7,7 @@ use stepwright_device::Reset;
 use crate::board::{CLEAR, DIR, ENABLE, SET, STEP};
 use crate::timer;
 
-/// The port that STEP and DIR are on.
+/// The port with STEP and DIR.
 pub struct Port;
 
 impl PinPort for Port {
@@ -17,7 +17,7 @@ impl PinPort for Port {
     #[inline(always)]
     fn set(bits: u32, high: bool) {
         let first = if high { SET } else { CLEAR };
-        // SAFETY: 128 words of RAM, of which the linker has nothing (`memory.x`).
+        // SAFETY: 128 words of RAM that the linker does not use (`memory.x`).
         unsafe { ((first + (bits as usize & 0x7F) * 4) as *mut u32).write_volatile(bits) };
     }
 

@@ -1,12 +1,13 @@
-//! What the programs `planned` of several chips carry out, and the virtual board with them.
+//! The orders that the programs `planned` of several chips carry out, and the virtual board with
+//! them.
 
 use stepwright::{Axis, Control, MoveError, Steppers};
 
-/// Orders, one after another; each is carried out to its end before the next.
+/// The number of orders. Each is carried out to its end before the next.
 pub const ORDERS: u8 = 7;
 
-/// Gives one of them: lines of two axes there and back, two moves that have nothing in common, lines of three
-/// axes, of one, and a move alone.
+/// Gives order `number`: lines of two axes there and back, two independent moves, lines of three
+/// axes, of one axis, and a single move.
 pub fn order(motors: &mut Steppers<'_, impl Control, 3>, number: u8) -> Result<(), MoveError> {
     match number {
         0 => motors.move_line_to([(Axis::X, 400), (Axis::Y, -200)]),

@@ -1,8 +1,9 @@
-//! What the controller costs a chip of 32 bits: the rows of `bench/cortex-m.json`. Those that begin with `m4_`
-//! are of a Cortex-M4 (`firmware/mps2`), the others of the micro:bit's Cortex-M0.
+//! The costs of the controller on a chip of 32 bits: the rows of `bench/cortex-m.json`. Rows that
+//! begin with `m4_` are for a Cortex-M4 (`firmware/mps2`), the others for the micro:bit's
+//! Cortex-M0.
 //!
-//! The firmware that ships is told orders over its line, at the pace of the chip; the plugin counts
-//! each visit of the step interrupt. At that pace a pulse of 2 µs is over when everything else is done,
+//! The shipped firmware gets orders over its line, at the pace of the chip; the plugin counts each
+//! visit of the step interrupt. At that pace a pulse of 2 µs is over when all other work is done,
 //! so no visit waits for one.
 
 use std::env;
@@ -19,9 +20,9 @@ use crate::machine::{Machine, Pace, firmware, symbol};
 /// One figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// What was measured, as in the documentation.
+    /// The measured quantity, as in the documentation.
     pub name: &'static str,
-    /// Axes that move.
+    /// The moving axes.
     pub axes: u8,
     /// The figure.
     pub value: f64,
@@ -40,12 +41,12 @@ struct Handler {
 
 impl Handler {
     fn of(board: &'static Simulated, name: &str) -> Result<Handler> {
-        // The lowest bit says that it is Thumb.
+        // The lowest bit marks Thumb code.
         Ok(Handler { board, entry: symbol(board, "controller", name)?.start & !1 })
     }
 }
 
-/// What the linker has made: bytes of flash, of static RAM, the end of that, and the interrupt.
+/// The linked program: bytes of flash, of static RAM, the end of that, and the interrupt.
 struct Image {
     flash: u64,
     ram: u64,
@@ -78,7 +79,8 @@ impl Image {
     }
 }
 
-/// Has the controller carry out orders; all visits of its step interrupt from the first step on.
+/// Makes the controller carry out orders. Returns all visits of its step interrupt from the first
+/// step on.
 fn visits(handler: &Handler, order: &str) -> Result<Vec<Visit>> {
     let out = env::temp_dir().join(format!("stepwright-visits-{}", std::process::id()));
     let Handler { board, entry } = *handler;
@@ -95,7 +97,7 @@ fn visits(handler: &Handler, order: &str) -> Result<Vec<Visit>> {
     text.lines().map(|line| visit(line).with_context(|| format!("a visit: {line}"))).collect()
 }
 
-/// Lines that are all accepted, then rest; no step is late.
+/// Sends lines that must all be accepted, and waits for rest; no step may be late.
 fn carry_out(chip: &mut Machine, order: &str) -> Result<()> {
     for line in order.split_whitespace() {
         let answer = chip.ask(line)?;
@@ -107,7 +109,7 @@ fn carry_out(chip: &mut Machine, order: &str) -> Result<()> {
     Ok(())
 }
 
-/// The value in the middle.
+/// The median.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut all: Vec<f64> = values.collect();
     all.sort_by(f64::total_cmp);
@@ -116,7 +118,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Steps at one speed, from the first to the last; or a ramp up, and one down.
 struct Case {
-    /// Of its rows: instructions and cycles of a Cortex-M0, instructions of a Cortex-M4.
+    /// The names of its rows: instructions and cycles of a Cortex-M0, instructions of a Cortex-M4.
     names: [&'static str; 3],
     axes: u8,
     order: &'static str,
@@ -145,7 +147,7 @@ const CASES: [Case; 4] = [
     },
 ];
 
-/// What a step took, and the longest visit.
+/// The cost of a step, and the longest visit.
 struct Seen {
     instructions: f64,
     cycles: f64,
@@ -157,7 +159,7 @@ impl Seen {
         let visits = visits(handler, case.order)?;
         ensure!(!visits.is_empty(), "{}: no visit of {}", handler.board.name, case.order);
         let [instructions, cycles] = if case.axes == 1 {
-            // Of one axis a visit is a step.
+            // With one axis a visit is a step.
             [median(visits.iter().map(|visit| visit.0)), median(visits.iter().map(|v| v.1 + 32.0))]
         } else {
             let sum = |of: fn(&Visit) -> f64| visits.iter().map(of).sum::<f64>() / case.steps;
@@ -171,12 +173,12 @@ impl Seen {
 /// Measures all rows.
 ///
 /// # Errors
-/// Something that it takes is not there, or a travel is not as it should be.
+/// A required file is missing, or a travel is not as expected.
 pub fn measure() -> Result<Vec<Row>> {
     let image = Image::of(&firmware(&NRF51, "controller")?)?;
     let mut rows = Vec::new();
     let mut row = |name, axes, value: f64, unit| {
-        // A digit behind the point: a file to read.
+        // One decimal, so that the file is readable.
         rows.push(Row { name, axes, value: (value * 10.0).round() / 10.0, unit });
     };
     let mut worst = [0f64; 4];
@@ -205,18 +207,18 @@ pub fn measure() -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The most that a stack may take, in bytes.
+/// The bound of the stack, in bytes.
 const STACK: f64 = 2048.0;
 
-/// Orders of three axes that start, move, and stop; and how often they are given for the deepest stack. It is
-/// deep where interrupts meet, which chance decides.
+/// Orders of three axes that start, move, and stop; and how often they are given to find the
+/// deepest stack. It is deep where interrupts nest, which is random.
 const STACKED: [&str; 2] = [
     "PO s0 t3000 a900 d900 j9000 G+900 A2 s0 t2900 a900 d900 G+800 A3 s0 t2800 a900 d900 G-700 E",
     "A1 PO s0 t900 a900 d900 j9000 g+ A2 s0 t900 a900 d900 g- E A1 t700 d500 @-300 A2 a400 t900 A0 Z",
 ];
 const ROUNDS: usize = 10;
 
-/// The deepest stack of three axes that start, move, are asked and stopped.
+/// The deepest stack of three axes that start, move, are queried and stopped.
 fn stack(image: &Image) -> Result<u64> {
     let out = env::temp_dir().join(format!("stepwright-stack-{}", std::process::id()));
     let task = format!("stack={},out={}", image.ram_end, out.display());
@@ -232,11 +234,12 @@ fn stack(image: &Image) -> Result<u64> {
     Ok(image.stack_top - lowest)
 }
 
-/// Stores the rows in a file, or holds them against those in it: with `check` an error where a row
-/// is more than 2 % worse, or another. The stack, which differs from run to run, is held against its bound.
+/// Stores the rows in a file, or compares them with those in it: with `check` it fails if a row is
+/// more than 2 % worse, or a different one. The stack, which differs from run to run, is compared
+/// with its bound.
 ///
 /// # Errors
-/// That, or the file can't be read or written.
+/// A worse row, or the file can't be read or written.
 pub fn keep(rows: &[Row], file: &Path, check: bool) -> Result<()> {
     let json = |row: &Row| json!({"name": row.name, "axes": row.axes, "value": row.value, "unit": row.unit});
     if !check {

@@ -1,5 +1,5 @@
-//! The boards: what QEMU takes each for, what it is as data, and how its pins are seen. A new board is
-//! a row here.
+//! The boards: the name of each in QEMU, its description, and how its pins are observed. A new
+//! board is a row here.
 
 use std::fs;
 use std::path::Path;
@@ -17,11 +17,11 @@ use crate::edges::View;
 pub struct Simulated {
     /// The folder of its programs in `firmware`.
     pub name: &'static str,
-    /// What QEMU's words for it are called in its manifest.
+    /// The key of QEMU's arguments in its manifest.
     pub words: &'static str,
-    /// Its controller's board.
+    /// The controller's description of the board.
     pub board: Board<3>,
-    /// How its pins are seen.
+    /// How its pins are observed.
     pub view: View,
 }
 
@@ -31,7 +31,7 @@ pub static NRF51: Simulated =
 
 const NRF51_VIEW: View = View::Traced { step: nrf51::STEP, dir: nrf51::DIR };
 
-/// The same, with programs that have an executor, RTIC or a main loop of their own.
+/// The same, with programs that have an executor, RTIC or their own main loop.
 pub static MICROBIT: Simulated =
     Simulated { name: "microbit", words: "qemu", board: nrf51::BOARD, view: NRF51_VIEW };
 
@@ -65,17 +65,17 @@ const MPS2_VIEW: View = View::Stored {
     dir: mps2::DIR,
 };
 
-/// All that have the serial controller.
+/// All boards with the serial controller.
 pub static CONTROLLERS: [&Simulated; 4] = [&NRF51, &VIRT, &CORTEX_M3, &CORTEX_M4];
 
-/// Those that have programs of one feature, too: laws and motor cycles.
+/// The boards that also have programs with fewer features: laws and motor cycles.
 pub static WITH_PROGRAMS: [&Simulated; 2] = [&NRF51, &VIRT];
 
 impl Simulated {
-    /// The words that start QEMU for it, as its manifest has them.
+    /// The arguments that start QEMU for it, from its manifest.
     ///
     /// # Errors
-    /// It has none.
+    /// The manifest has none.
     pub fn words(&self) -> Result<Vec<String>> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name(self.name);
         let file = folder.join("Cargo.toml");
@@ -88,7 +88,7 @@ impl Simulated {
         Ok(words)
     }
 
-    /// Ticks of its step timer in a microsecond.
+    /// The ticks of its step timer in a microsecond.
     pub fn mhz(&self) -> f64 {
         f64::from(self.board.rate.hz()) / 1e6
     }

@@ -1,4 +1,4 @@
-//! Edges of a board's pins, from QEMU's log.
+//! The edges of a board's pins, from QEMU's log.
 
 mod stored;
 mod traced;
@@ -7,45 +7,45 @@ use anyhow::{Context, Result};
 
 use crate::machine::Pace;
 
-/// A pin changes.
+/// A change of a pin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// In ticks of the step timer since the board was switched on.
+    /// The time in ticks of the step timer since the board was switched on.
     pub time: f64,
-    /// 0 … 2.
+    /// The axis, 0 … 2.
     pub axis: u8,
-    /// STEP, or DIR.
+    /// True for STEP, false for DIR.
     pub is_pulse: bool,
     /// High after the edge.
     pub level: bool,
 }
 
 impl Edge {
-    /// The motor steps.
+    /// Whether the motor steps.
     pub fn is_step(&self) -> bool {
         self.is_pulse && self.level
     }
 }
 
-/// How a board's pins are seen in QEMU's log. STEP and DIR of the first axis are these bits of the port,
-/// those of the others in a row behind them.
+/// How a board's pins are observed in QEMU's log. STEP and DIR of the first axis are these bits of
+/// the port; those of the other axes follow.
 #[derive(Clone, Copy, Debug)]
 pub enum View {
-    /// By QEMU's own trace of an nRF51's port and timer: see `edges/traced.rs`.
+    /// From QEMU's own trace of an nRF51's port and timer: see `edges/traced.rs`.
     Traced {
         /// STEP.
         step: u32,
         /// DIR.
         dir: u32,
     },
-    /// By the addresses of stores, where word N of memory raises the pins whose bits N has, or lowers
-    /// them: see `edges/stored.rs`.
+    /// From the addresses of stores, where word N of memory raises the pins whose bits N has, or
+    /// lowers them: see `edges/stored.rs`.
     Stored {
         /// The address of the words that raise.
         set: u32,
-        /// That of the words that lower.
+        /// The address of the words that lower.
         clear: u32,
-        /// Bytes of each.
+        /// The bytes of each.
         size: u32,
         /// STEP.
         step: u32,
@@ -62,7 +62,7 @@ impl View {
         }
     }
 
-    /// The words for the plugin, and for QEMU.
+    /// The arguments for the plugin, and for QEMU.
     pub(crate) fn words(self) -> (String, &'static [&'static str]) {
         match self {
             View::Traced { .. } => (traced::watched(), &traced::TRACES),
@@ -73,7 +73,7 @@ impl View {
         }
     }
 
-    /// A reader of the log, of a board whose step timer counts `mhz` a microsecond.
+    /// A reader for the log of a board whose step timer counts `mhz` ticks in a microsecond.
     pub(crate) fn reader(self, pace: Pace, mhz: f64) -> Box<dyn Reader> {
         let ticks = pace.micros() * mhz;
         match self {
@@ -90,10 +90,10 @@ pub(crate) trait Reader: Send {
     /// Takes a line.
     ///
     /// # Errors
-    /// It is not as expected.
+    /// The line is not as expected.
     fn line(&mut self, line: &str) -> Result<()>;
 
-    /// The edges whose time is known, once.
+    /// The edges whose time is known by now. Each is returned once.
     fn edges(&mut self) -> Vec<Edge>;
 }
 
@@ -109,7 +109,7 @@ impl Port {
         Port { levels: 0, step, dir }
     }
 
-    /// Raises or lowers pins: what changes.
+    /// Raises or lowers pins. Returns the edges.
     fn change(&mut self, bits: u32, high: bool, time: f64) -> Vec<Edge> {
         let after = if high { self.levels | bits } else { self.levels & !bits };
         let changed = after ^ self.levels;
@@ -134,7 +134,7 @@ fn hex(text: &str) -> Result<u32> {
     Ok(u32::from_str_radix(digits, 16)?)
 }
 
-/// A line of the plugin: at which instruction, and the address.
+/// A line of the plugin: the instruction and the address.
 fn store(text: &str) -> Result<(u64, u32)> {
     let (count, address) = text.split_once(' ').context("an address")?;
     Ok((count.parse()?, hex(address)?))

@@ -1,16 +1,16 @@
-//! The firmware for chips of 32 bits, on boards that QEMU simulates.
+//! Runs the firmware for chips of 32 bits, on boards that QEMU simulates.
 //!
 //! ```text
 //!   lines ─► QEMU's UART ─► controller ─► pins ─► trace ┐
 //!                                          plugin ──────┴─► log ─► edges, with their times
 //! ```
 //!
-//! [`Machine`] runs the firmware that ships on a board of [`boards`]; nothing in it knows that it is
-//! watched. QEMU's trace or an address tells what is written to the pins, the plugin (`plugin/`) at which
-//! instruction: with `-icount` that is the time. QEMU counts instructions, and not cycles: all of them take the same
-//! time, [`Pace`].
+//! [`Machine`] runs the shipped firmware on a board of [`boards`]; nothing in it depends on being
+//! observed. QEMU's trace or an address shows what is written to the pins, the plugin (`plugin/`)
+//! shows at which instruction: with `-icount` that is the time. QEMU counts instructions, not
+//! cycles: all of them take the same time, [`Pace`].
 //!
-//! `cargo xtask test --only qemu` builds all of it, and runs the tests.
+//! `cargo xtask test --only qemu` builds everything, and runs the tests.
 
 pub mod bench;
 pub mod boards;

@@ -1,4 +1,4 @@
-//! A board in QEMU: its line, and its pins.
+//! A board in QEMU, with its line and its pins.
 
 use std::env;
 use std::fs;
@@ -19,18 +19,18 @@ use object::{Object, ObjectSymbol};
 use crate::boards::Simulated;
 use crate::edges::{Edge, Reader};
 
-/// How long an instruction takes.
+/// The time of an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// 16 ns: what is left between edges and their deadlines is the engine's own.
+    /// 16 ns: the remaining distance between edges and their deadlines is the engine's own.
     Quick,
-    /// 128 ns: 7.8 million a second, as a Cortex-M0 of 16 MHz has that takes two cycles for
-    /// each.
+    /// 128 ns: 7.8 million a second, like a Cortex-M0 of 16 MHz that takes two cycles for each
+    /// instruction.
     Chip,
 }
 
 impl Pace {
-    /// As QEMU has it: 2^shift ns.
+    /// QEMU's value: 2^shift ns.
     const fn shift(self) -> u32 {
         match self {
             Pace::Quick => 4,
@@ -38,16 +38,16 @@ impl Pace {
         }
     }
 
-    /// Microseconds that an instruction takes.
+    /// The microseconds of an instruction.
     pub fn micros(self) -> f64 {
         f64::from(1u32 << self.shift()) / 1e3
     }
 }
 
-/// The longest that anything takes, on a machine that is busy with others.
+/// The longest time for anything, on a busy machine.
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// The reader of a log, whose thread never panics.
+/// The reader of a log. Its thread never panics.
 fn lock(reader: &Mutex<Box<dyn Reader>>) -> MutexGuard<'_, Box<dyn Reader>> {
     reader.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -57,12 +57,12 @@ pub struct Machine {
     child: Child,
     input: ChildStdin,
     output: Receiver<u8>,
-    /// What it says, before that is read.
+    /// The board's output, before it is read.
     from: OwnedFd,
-    /// Reads QEMU's log, which is read at once: it is long.
+    /// Reads QEMU's log as it is written, because it is long.
     log: Option<JoinHandle<Result<()>>>,
     reader: Arc<Mutex<Box<dyn Reader>>>,
-    /// Where it stands at its gate.
+    /// The instructions at which it stops at its gate.
     stops: Receiver<u64>,
 }
 
@@ -72,10 +72,10 @@ fn path(variable: &str) -> Result<PathBuf> {
     Ok(path.into())
 }
 
-/// QEMU for a board: `STEPWRIGHT_QEMU` is where it was unpacked, if it is not installed.
+/// QEMU for a board: `STEPWRIGHT_QEMU` is the folder where it was unpacked, if it is not installed.
 ///
 /// # Errors
-/// The board's manifest has no words for it.
+/// The board's manifest has no arguments for it.
 pub fn qemu(board: &Simulated) -> Result<Command> {
     let words = board.words()?;
     let mut command = match env::var_os("STEPWRIGHT_QEMU").map(PathBuf::from) {
@@ -93,7 +93,7 @@ pub fn qemu(board: &Simulated) -> Result<Command> {
     Ok(command)
 }
 
-/// Where a board's program is: `STEPWRIGHT_FIRMWARE` has them all.
+/// The path of a board's program: `STEPWRIGHT_FIRMWARE` is the folder of all.
 pub fn firmware(board: &Simulated, program: &str) -> Result<PathBuf> {
     let name = board.name;
     let file = path("STEPWRIGHT_FIRMWARE")?.join(format!("{name}-{program}.elf"));
@@ -101,10 +101,10 @@ pub fn firmware(board: &Simulated, program: &str) -> Result<PathBuf> {
     Ok(file)
 }
 
-/// Where a symbol of a program is: its first address, and the one behind its last.
+/// The addresses of a symbol of a program: its first, and the one after its last.
 ///
 /// # Errors
-/// It has no such symbol.
+/// There is no such symbol.
 pub fn symbol(board: &Simulated, program: &str, name: &str) -> Result<Range<u64>> {
     let data = fs::read(firmware(board, program)?)?;
     let file = object::File::parse(&*data)?;
@@ -122,16 +122,16 @@ impl Machine {
     /// Switches a board on.
     ///
     /// # Errors
-    /// Something that it takes is not there.
+    /// A required file is missing.
     pub fn start(board: &Simulated, program: &str, pace: Pace) -> Result<Machine> {
         let (task, words) = board.view.words();
         Machine::watched(board, program, pace, &task, words)
     }
 
-    /// Likewise, with these words for the plugin, and for QEMU.
+    /// The same, with additional arguments for the plugin, and for QEMU.
     ///
     /// # Errors
-    /// Likewise.
+    /// The same.
     pub fn watched(
         board: &Simulated,
         program: &str,
@@ -172,11 +172,11 @@ impl Machine {
             let mut fault = Ok(());
             for line in log.lines().map_while(Result::ok) {
                 if let Some(count) = line.strip_prefix('=').and_then(|count| count.parse().ok()) {
-                    // Nobody listens where there is no gate, or at the end.
+                    // Nothing receives this without a gate, or at the end.
                     let _ = told.send(count);
                     continue;
                 }
-                // To the end, or QEMU would wait.
+                // The log is read to the end, because QEMU would wait otherwise.
                 fault = fault.and_then(|()| lock(&reads).line(&line));
             }
             fault
@@ -184,10 +184,10 @@ impl Machine {
         Ok(Machine { child, input, output, from: same, log: Some(log), reader, stops })
     }
 
-    /// The next line that the board says.
+    /// The next line of the board.
     ///
     /// # Errors
-    /// It says none.
+    /// There is none.
     pub fn hear(&mut self) -> Result<String> {
         let (begun, mut line) = (Instant::now(), Vec::new());
         loop {
@@ -200,13 +200,13 @@ impl Machine {
         }
     }
 
-    /// Says a line, and returns the answer.
+    /// Sends a line, and returns the answer.
     ///
     /// # Errors
     /// There is none.
     pub fn ask(&mut self, line: &str) -> Result<String> {
-        // QEMU hands bytes over as fast as the receiver's interrupt takes them, and a chip's ring holds 64:
-        // in pieces, between which the main loop comes to its turn.
+        // QEMU passes bytes on as fast as the receiver's interrupt takes them, and a chip's ring
+        // holds 64. So the line is sent in pieces, between which the main loop runs.
         for (n, piece) in format!("{line}\r").as_bytes().chunks(32).enumerate() {
             if n > 0 {
                 thread::sleep(Duration::from_millis(10));
@@ -220,7 +220,7 @@ impl Machine {
     /// Waits until no axis moves.
     ///
     /// # Errors
-    /// It goes on.
+    /// An axis does not come to rest.
     pub fn rest(&mut self) -> Result<()> {
         ensure!(self.ask("A0")? == "Y", "A0");
         let begun = Instant::now();
@@ -232,7 +232,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Switches it off: all edges of its pins.
+    /// Switches the board off, and returns all edges of its pins.
     ///
     /// # Errors
     /// The log is not as expected.
@@ -243,18 +243,18 @@ impl Machine {
         Ok(self.edges())
     }
 
-    /// The edges whose time is known and that were not asked for before.
+    /// The edges whose time is known and that were not returned before.
     pub(crate) fn edges(&mut self) -> Vec<Edge> {
         lock(&self.reader).edges()
     }
 
-    /// Puts bytes on its line, which QEMU takes when it looks for them.
+    /// Writes bytes to its line, which QEMU reads when it polls.
     pub(crate) fn put(&mut self, bytes: &[u8]) -> Result<()> {
         self.input.write_all(bytes)?;
         Ok(self.input.flush()?)
     }
 
-    /// Whether QEMU takes them, as it does within this unless the board's receiver is full.
+    /// Whether QEMU takes them, which it does within this time unless the board's receiver is full.
     pub(crate) fn takes(&self, within: Duration) -> Result<bool> {
         let begun = Instant::now();
         while rustix::io::ioctl_fionread(&self.input)? > 0 {
@@ -266,7 +266,7 @@ impl Machine {
         Ok(true)
     }
 
-    /// Bytes that it has said.
+    /// The bytes of its output.
     pub(crate) fn said(&mut self) -> Result<Vec<u8>> {
         while rustix::io::ioctl_fionread(&self.from)? > 0 {
             thread::yield_now();
@@ -274,13 +274,13 @@ impl Machine {
         Ok(self.output.try_iter().collect())
     }
 
-    /// Waits until it stands at its gate: at which instruction.
+    /// Waits until it stops at its gate. Returns the instruction.
     pub(crate) fn stands(&mut self) -> Result<u64> {
         self.stops.recv_timeout(LIMIT).context("it does not come to its gate")
     }
 
     fn stop(&mut self) {
-        // Both fail only if it has ended by itself.
+        // Both fail only if it has already ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -292,7 +292,7 @@ impl Drop for Machine {
     }
 }
 
-/// The times of an axis' steps, in ticks.
+/// The times of an axis's steps, in ticks.
 pub fn steps(edges: &[Edge], axis: u8) -> Vec<f64> {
     edges.iter().filter(|edge| edge.axis == axis && edge.is_step()).map(|edge| edge.time).collect()
 }

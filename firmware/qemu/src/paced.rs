@@ -1,7 +1,7 @@
-//! A board whose time a test has in its hand: it goes on as far as it is told, and no farther.
+//! A board whose time a test controls: it runs as far as it is told, and no farther.
 //!
-//! Times are in 2⁻⁴ µs since it was switched on, as those of an Uno's cycles, whatever its step timer
-//! counts.
+//! Times are in 2⁻⁴ µs since it was switched on, like those of an Uno's cycles, whatever its step
+//! timer counts.
 
 use std::io::{Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -16,34 +16,36 @@ use stepwright_sim::{Edge, Pin};
 use crate::boards::Simulated;
 use crate::machine::{Machine, Pace};
 
-/// Of a µs.
+/// Units of time per µs.
 const UNIT: f64 = 16.0;
 
-/// QEMU takes a byte within this, unless the board's receiver is full; then it goes on for this time.
+/// QEMU takes a byte within this time, unless the board's receiver is full; then the board runs for
+/// `LATER`.
 const TAKEN: Duration = Duration::from_millis(3);
 const LATER: u64 = 400;
-/// QEMU begins within this.
+/// QEMU starts within this time.
 const AWAKE: Duration = Duration::from_secs(60);
 
-/// Such a board.
+/// A board with a gate.
 pub struct Paced {
     machine: Machine,
     gate: UnixStream,
-    /// QEMU's monitor. While the board stands QEMU sleeps, and what is said there wakes it.
+    /// QEMU's monitor. While the board is stopped QEMU sleeps, and a command to the monitor wakes
+    /// it.
     monitor: UnixStream,
-    /// Units that an instruction takes, and that a tick of the step timer does.
+    /// The units of an instruction, and of a tick of the step timer.
     each: f64,
     tick: f64,
-    /// Instructions so far.
+    /// The instructions so far.
     count: u64,
     edges: Vec<Edge>,
 }
 
 impl Paced {
-    /// Switches a board on. It stands before its first instruction.
+    /// Switches a board on. It is stopped before its first instruction.
     ///
     /// # Errors
-    /// Something that it takes is not there.
+    /// A required file is missing.
     pub fn start(board: &Simulated, program: &str, pace: Pace) -> Result<Paced> {
         let (gate, monitor) = (Door::new()?, Door::new()?);
         let (task, words) = board.view.words();
@@ -59,15 +61,15 @@ impl Paced {
         Ok(Paced { machine, gate, monitor, each, tick, count, edges: Vec::new() })
     }
 
-    /// The present.
+    /// The present time.
     pub fn now(&self) -> u64 {
         (self.count as f64 * self.each) as u64
     }
 
-    /// Lets it go on until then, or some instructions longer.
+    /// Lets it run until then, or some instructions longer.
     ///
     /// # Errors
-    /// It does not.
+    /// It does not run.
     pub fn run_until(&mut self, time: u64) -> Result<()> {
         let until = (time as f64 / self.each).ceil() as u64;
         if until > self.count {
@@ -77,31 +79,31 @@ impl Paced {
         Ok(())
     }
 
-    /// Bytes for its line.
+    /// Sends bytes to its line.
     ///
     /// # Errors
     /// It does not take them.
     pub fn send(&mut self, bytes: &[u8]) -> Result<()> {
         for byte in bytes {
             self.machine.put(&[*byte])?;
-            // What the monitor answers is of no interest, and has to go somewhere.
+            // The monitor's answer is not needed, but has to be read.
             let mut answer = [0; 256];
             while matches!(self.monitor.read(&mut answer), Ok(1..)) {}
             self.monitor.write_all(b"\n")?;
             let begun = Instant::now();
             while !self.machine.takes(TAKEN)? {
                 ensure!(begun.elapsed() < AWAKE, "it takes no bytes");
-                // Its receiver is full.
+                // The receiver is full.
                 self.run_until(self.now() + LATER)?;
             }
         }
         Ok(())
     }
 
-    /// What it has said since.
+    /// The output since the last call.
     ///
     /// # Errors
-    /// Its pipe is gone.
+    /// The pipe is closed.
     pub fn said(&mut self) -> Result<Vec<u8>> {
         self.machine.said()
     }
@@ -119,7 +121,7 @@ impl Paced {
     }
 }
 
-/// A socket that QEMU finds by its path, once.
+/// A socket that QEMU connects to once, by its path.
 struct Door {
     listener: UnixListener,
     path: PathBuf,
@@ -150,7 +152,7 @@ impl Door {
 
 impl Drop for Door {
     fn drop(&mut self) {
-        // It is gone, or stays where such files do.
+        // The file is gone, or stays where such files do.
         let _ = fs::remove_file(&self.path);
     }
 }

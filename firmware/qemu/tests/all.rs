@@ -1,4 +1,4 @@
-//! All tests of this crate, but for pico.rs, in one program, which is built and linked once.
+//! All tests of this crate except pico.rs in one program, which is built and linked once.
 
 #[path = "../../../crates/stepwright-feeder/tests/common/mod.rs"]
 mod feed;

@@ -1,4 +1,4 @@
-//! Conversations with the controller, and the same with the virtual board.
+//! Conversations with the controller, compared with the virtual board.
 
 use stepwright_qemu::boards::CONTROLLERS;
 use stepwright_qemu::{Machine, Pace, Simulated, machine, virtual_board};
@@ -13,10 +13,10 @@ fn talk(table: &str) -> [usize; 3] {
     steps
 }
 
-/// Plays a table on a board and on the virtual one: a line and its answer, `*` for any characters in it. `*rest` waits for
-/// the end of the travel. Where the answer depends on the moment, the line begins with `~`: the
-/// two may then differ. Returns how many steps the axes have made, as many on both unless that
-/// depended on a moment.
+/// Plays a table on a board and on the virtual one: a line and its answer, with `*` for any
+/// characters. `*rest` waits for the end of the travel. A line begins with `~` if its answer
+/// depends on the moment: the two boards may then differ. Returns the number of steps of each axis,
+/// the same on both unless it depended on a moment.
 fn talk_with(board: &Simulated, table: &str) -> [usize; 3] {
     let name = board.name;
     let mut chip = Machine::start(board, "controller", Pace::Quick).unwrap();
@@ -46,7 +46,7 @@ fn talk_with(board: &Simulated, table: &str) -> [usize; 3] {
     real
 }
 
-/// Whether `text` is `pattern`, where each `*` stands for anything.
+/// Whether `text` matches `pattern`, in which each `*` stands for anything.
 fn matches(text: &str, pattern: &str) -> bool {
     match pattern.split_once('*') {
         Some((begin, rest)) => text.strip_prefix(begin).is_some_and(|left| {
@@ -79,7 +79,8 @@ fn the_travel_order_of_the_document() {
     assert_eq!(steps, [1634, 0, 0]);
 }
 
-/// At a step a second: it is to move still when it is killed, however long the lines before take.
+/// At a step a second, so that it still moves when it is killed, however long the lines before
+/// take.
 #[test]
 fn while_busy_no_line_of_an_order_is_taken() {
     talk(
@@ -108,7 +109,7 @@ fn while_busy_no_line_of_an_order_is_taken() {
     );
 }
 
-/// At a step a second, likewise.
+/// At a step a second, for the same reason.
 #[test]
 fn drive_until_stopped() {
     talk(
@@ -162,7 +163,7 @@ fn what_cannot_be_is_refused_and_nothing_moves() {
     assert_eq!(steps, [0; 3]);
 }
 
-/// Settings are obeyed, kept and listed; an axis turns the other way round.
+/// Settings take effect, are kept and listed; an axis turns the other way round.
 #[test]
 fn settings() {
     let steps = talk(
@@ -189,8 +190,8 @@ fn settings() {
     assert_eq!(steps, [10, 20, 0]);
 }
 
-/// 24 random orders for one to three axes, with ramps of every kind: what is refused and where the
-/// axes come to is the virtual board's, after each of them.
+/// 24 random orders for one to three axes, with ramps of every kind: refusals and final positions
+/// agree with the virtual board after each.
 #[test]
 fn random_travels_end_where_the_virtual_board_ends() {
     let mut seed = 7u64;

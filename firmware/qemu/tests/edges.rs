@@ -1,26 +1,27 @@
-//! Edges of the pins against the virtual board's.
+//! Compares edges of the pins with the virtual board's.
 //!
-//! Engine, planner and slave are the same code, so the deadlines agree tick for tick, up to when the
-//! travel begins. What is left is the way into the interrupt, and other axes' steps.
+//! Engine, planner and slave are the same code, so the deadlines agree tick for tick, relative to
+//! the start of the travel. The differences come from the interrupt's entry, and from other axes'
+//! steps.
 
 use stepwright::late_after;
 use stepwright_qemu::boards::CONTROLLERS;
 use stepwright_qemu::{Machine, Pace, Simulated, machine, virtual_board};
 
-/// Ticks between an edge of one axis and the virtual board's; half of the edges are before their time
-/// there, and half behind. Of a counter that is faster than 16 MHz, as long a time.
+/// Ticks between an edge of one axis and the virtual board's; half of the edges are early, half
+/// late. For a counter faster than 16 MHz, the same time.
 const ALONE: f64 = 10.0;
-/// Instructions, likewise, where two other axes move: a visit steps up to three of them, and takes entries
-/// for them.
+/// Instructions between them when two other axes move: a visit steps up to three of them, and takes
+/// entries for them.
 const BESIDE: f64 = 1_000.0;
 
-/// Ticks of a board that instructions take.
+/// The ticks of a board in which it executes these instructions.
 fn ticks(board: &Simulated, instructions: f64) -> f64 {
     instructions * Pace::Quick.micros() * board.mhz()
 }
 
-/// One order on both: for each axis the times of its steps, seen from the first of axis 1, on the chip
-/// and on the virtual board.
+/// One order on both boards: for each axis the times of its steps, relative to the first of axis 1,
+/// on the chip and on the virtual board.
 fn both(board: &Simulated, order: &str, pace: Pace) -> Vec<(Vec<f64>, Vec<f64>)> {
     let mut chip = Machine::start(board, "controller", pace).unwrap();
     for line in order.split_whitespace() {
@@ -88,8 +89,8 @@ fn three_axes_are_the_virtual_boards() {
     }
 }
 
-/// At the pace of the chip, as fast and nearly as steep as its description allows: the board counts no
-/// late step, nor does the rule.
+/// At the pace of the chip, as fast and nearly as steep as its description allows: neither the
+/// board nor the rule counts a late step.
 #[test]
 fn no_step_is_late_at_the_chips_pace() {
     for board in CONTROLLERS {

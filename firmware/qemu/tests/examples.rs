@@ -1,5 +1,5 @@
-//! Programs with an executor, with RTIC and with a main loop of their own (`firmware/microbit`): what
-//! they say of their positions is what their pins have done, and when is what the virtual board does.
+//! Programs with an executor, with RTIC and with their own main loop (`firmware/microbit`): their
+//! positions agree with the edges of their pins, and the times with the virtual board.
 
 use crate::planned;
 use stepwright::{Axis, MoveError, Steppers};
@@ -7,21 +7,21 @@ use stepwright_qemu::boards::{MICROBIT, NRF51, VIRT};
 use stepwright_qemu::{Edge, Machine, Pace, Simulated, machine, virtual_board};
 use stepwright_sim::{Queues, SimEngine, virtual_engine};
 
-/// Ticks between an edge and the virtual board's, of one axis that moves alone, and of two: a visit of
-/// the interrupt steps both, and takes entries for both.
+/// Ticks between an edge and the virtual board's, for one axis alone, and for two: a visit of the
+/// interrupt steps both, and takes entries for both.
 const ALONE: f64 = 10.0;
 const BESIDE: f64 = 250.0;
-/// Likewise at the pace of the chip, where each visit takes eight times as long.
+/// The same at the pace of the chip, where each visit takes eight times as long.
 const SLOWLY: f64 = 8.0 * BESIDE;
 
-/// Runs a program to its end: what it says, and its edges.
+/// Runs a program to its end. Returns its output, and its edges.
 fn run(program: &str, pace: Pace) -> (String, Vec<Edge>) {
     let mut chip = Machine::start(&MICROBIT, program, pace).unwrap();
     let said = chip.hear().unwrap();
     (said, chip.end().unwrap())
 }
 
-/// Where edges have led an axis.
+/// The position of an axis after these edges.
 fn position(edges: &[Edge], axis: u8) -> i64 {
     let (mut forward, mut at) = (false, 0);
     for edge in edges.iter().filter(|edge| edge.axis == axis) {
@@ -34,7 +34,7 @@ fn position(edges: &[Edge], axis: u8) -> i64 {
     at
 }
 
-/// Positions of the edges, none late.
+/// Checks the positions against the edges, and that none is late.
 fn judge(said: &str, edges: &[Edge]) {
     let [x, y] = [0, 1].map(|axis| Some(position(edges, axis)));
     assert_eq!(said, format!("{x:?} {y:?} late 0"));
@@ -63,7 +63,7 @@ fn ideal<T>(
     [0, 1, 2].map(|axis| virtual_board::steps(edges, axis))
 }
 
-/// The largest distance of two steps, where both begin as the median has it.
+/// The largest distance of two steps, when the median is aligned.
 fn worst(real: &[f64], ideal: &[u64]) -> f64 {
     assert_eq!(real.len(), ideal.len());
     let off = real.iter().zip(ideal).map(|(real, ideal)| real - *ideal as f64);
@@ -80,8 +80,8 @@ fn embassy_awaits_joins_and_races_moves() {
         println!("{pace:?}: {said}");
         judge(&said, &edges);
         let [x, y] = [0, 1].map(|axis| machine::steps(&edges, axis));
-        // There, and back beside the other; then a run, which the way home of the other ends: 200 steps
-        // at up to 447 steps/s, 0.9 s, and then it brakes.
+        // There, and back beside the other; then a run, which ends when the other has returned: 200
+        // steps at up to 447 steps/s take 0.9 s, and then it brakes.
         assert!(y.len() == 400 && (1_050..1_300).contains(&x.len()), "{} {}", x.len(), y.len());
         let last: Vec<f64> = x.windows(2).rev().take(50).map(|two| two[1] - two[0]).collect();
         assert!(last.windows(2).all(|two| two[1] < two[0] + BESIDE), "it brakes: {last:?}");
@@ -92,7 +92,7 @@ fn embassy_awaits_joins_and_races_moves() {
     }
 }
 
-/// Two axes there and back, 400 and 200 steps, then 300 and 150: against the virtual board.
+/// Two axes there and back, 400 and 200 steps, then 300 and 150: compared with the virtual board.
 fn there_and_back(program: &str, ideal: &[Vec<u64>; 3]) {
     for pace in [Pace::Quick, Pace::Chip] {
         let (said, edges) = run(program, pace);
@@ -145,8 +145,8 @@ fn moves_are_awaited_without_an_executor() {
     }
 }
 
-/// On a Cortex-M0 and on RISC-V lines of two axes, of three and of one, and moves; linked so that nothing in it
-/// can panic.
+/// On a Cortex-M0 and on RISC-V: lines of two axes, of three and of one, and moves; linked so that
+/// nothing in it can panic.
 #[test]
 fn planned_motors_step_as_the_virtual_board() {
     for board in [&NRF51, &VIRT] {
@@ -181,7 +181,7 @@ fn planned_motors_step_as_the_virtual_board() {
     }
 }
 
-/// The documentation shows the program that runs here, and how long the others are.
+/// The documentation shows the program that runs here, and the lengths of the others.
 #[test]
 fn the_page_shows_what_runs() {
     let page = include_str!("../../../docs/embassy.md");

@@ -1,5 +1,6 @@
-//! Streamed runs on a Pico, whose PIO makes the steps, in rp2040js: `firmware/rp2040/test/stream.cjs`. By
-//! `cargo xtask test --only pico`, which tells by `STEPWRIGHT_PICO` where that script is.
+//! Streams on a Pico, whose PIO makes the steps, in rp2040js: `firmware/rp2040/test/stream.cjs`.
+//! Run by `cargo xtask test --only pico`, which passes the path of that script in
+//! `STEPWRIGHT_PICO`.
 
 #[path = "../../../crates/stepwright-feeder/tests/common/mod.rs"]
 mod feed;
@@ -20,7 +21,7 @@ use stepwright_sim::{Description, Edge, Pin};
 use stepwright_stream::brake::BrakeLaw;
 use streamed::{apart, organic, terms};
 
-/// When it has woken, in 2⁻⁴ µs.
+/// The time when it has started, in 2⁻⁴ µs.
 const AWAKE: u64 = 20 * MILLIS;
 /// The pins of the inputs, by their bits: three switches, a driver's fault, the emergency stop.
 const INPUTS: [u32; 8] = [SWITCHES[0], SWITCHES[1], SWITCHES[2], 0, 0, 0, FAULT, EMERGENCY];
@@ -32,7 +33,7 @@ struct Pico {
     now: u64,
     said: Vec<u8>,
     edges: Vec<Edge>,
-    /// Changes of the laser's pin.
+    /// The changes of the laser's pin.
     pulses: Vec<(u64, bool)>,
 }
 
@@ -45,7 +46,7 @@ impl Pico {
         let mut child = node.spawn().expect("node");
         let (to, from) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
         let from = BufReader::new(from);
-        // DIR is low until it is told something.
+        // DIR is low until it is set.
         let low = |axis| Edge { time: 0, axis, pin: Pin::Direction, level: false };
         let edges = (0..3).map(low).collect();
         let mut pico =
@@ -54,7 +55,7 @@ impl Pico {
         pico
     }
 
-    /// `late` and the positions, as the board tells.
+    /// `late` and the positions that the board reports.
     fn tells(&mut self, wire: &mut Wire) -> (u32, [i64; 3]) {
         let mut heard = Heard::default();
         let about = ask(self, wire, &mut heard, "?").expect("about");
@@ -114,12 +115,13 @@ impl Guarded for Pico {
         AWAKE
     }
     fn close(&mut self, input: u8, closed: bool) {
-        // Pulled up: what is closed is low.
+        // With a pull-up, a closed input is low.
         writeln!(self.to, "i {} {}", INPUTS[usize::from(input)], u8::from(!closed)).unwrap();
     }
 }
 
-/// On the board: what came of it, and edges; late steps and the positions are held against these.
+/// Runs a job on the board. Returns the result and the edges; late steps and the positions are
+/// checked against them.
 fn on_pico(job: &[Vec<Step>; 3], terms: FeedTerms, line: Line) -> (Told, Vec<Edge>) {
     let mut pico = Pico::new();
     let told = run(&mut pico, Job::new(job.clone()), terms, line);
@@ -137,7 +139,7 @@ fn on_pico(job: &[Vec<Step>; 3], terms: FeedTerms, line: Line) -> (Told, Vec<Edg
     (told, edges)
 }
 
-/// A run that the board keeps up with: how far its edges are from the virtual board's at most, in µs.
+/// A run that the board keeps up with: its edges are at most `most` µs from the virtual board's.
 fn keeps_up(what: &str, job: &[Vec<Step>; 3], decel: f64, most: f64) {
     let terms = terms(STREAM, [decel; 3]);
     let (told, edges) = on_pico(job, terms, Line { polls: true, ..Line::default() });
@@ -201,7 +203,7 @@ fn spoilt_bytes_lose_no_step() {
     }
 }
 
-/// A host that sleeps for longer than what is ahead.
+/// A host that sleeps for longer than the planned time ahead.
 #[test]
 #[ignore = "by `cargo xtask test --only pico`"]
 fn a_long_stall_brakes() {
@@ -215,7 +217,7 @@ fn a_long_stall_brakes() {
     }
 }
 
-/// While three axes move. And dark at power-up, and behind a host's silence.
+/// While three axes move. The laser is off at power-up, and after a host's silence.
 #[test]
 #[ignore = "by `cargo xtask test --only pico`"]
 fn its_laser_has_the_power_at_its_time() {
@@ -254,14 +256,14 @@ fn silence_at_any_instant_brakes_every_axis() {
     let (mut off, mut most, mut wrong) = (0, 0.0f64, vec![]);
     for n in seed..seed + instants {
         let mut random = Random::new(n);
-        // Not slow ones, whose decelerations its timer's brake may lack.
+        // Not slow ones, whose decelerations the brake may not support at this timer's rate.
         let mut motion = motion([0, 1, 2, 6, 5][n as usize % 5], &mut random);
         motion.lease = [0, 200, 1_000][random.below(3) as usize];
         let hz = STREAM.rate.hz();
         let brakes = motion.decels.map(|decel| BrakeLaw::of((decel * 1e3) as u64, hz).unwrap());
         let terms = FeedTerms { hz, brakes, stagger: 0, ..motion.terms() };
         let at = instant(&motion, &mut random);
-        // Each input in its turn.
+        // Each input in turn.
         let befalls = match n as usize % 3 {
             0 => Befalls::Input([0, 1, 2, 6, 7][n as usize / 3 % 5]),
             _ => Befalls::any(&mut random),

@@ -1,4 +1,4 @@
-//! The step timers keep the contract of `StepTimer`: `stepwright-port-test` in QEMU.
+//! Tests the contract of `StepTimer` for the step timers: `stepwright-port-test` in QEMU.
 
 use stepwright_qemu::boards::{CONTROLLERS, Simulated};
 use stepwright_qemu::{Machine, Pace};
@@ -9,7 +9,7 @@ fn keeps_the_contract(board: &Simulated) {
         let verdict = chip.hear().unwrap();
         let words: Vec<_> = verdict.split(' ').collect();
         let [kept, deadlines, ..] = words[..] else { panic!("{verdict}") };
-        // A counter of 32 bits wraps after minutes: nobody waits for that.
+        // A counter of 32 bits wraps only after minutes.
         assert_eq!(kept, "kept", "{}: {verdict}", board.name);
         assert!(deadlines.parse::<u32>().unwrap() > 230, "{}: {verdict}", board.name);
     }

@@ -1,5 +1,5 @@
-//! Programs of one feature on every board, ordered over their lines: Austin's laws and motor cycles. Their
-//! edges are the virtual board's.
+//! Programs with fewer features on every board, ordered over their lines: Austin's laws and motor
+//! cycles. Their edges are the virtual board's.
 
 use std::cell::Cell;
 use std::thread;
@@ -15,19 +15,20 @@ use stepwright_qemu::boards::WITH_PROGRAMS;
 use stepwright_qemu::{Edge, Machine, Pace, Simulated, machine, virtual_board};
 use stepwright_sim::{CycleBoard, CycleLineBoard, LawBoard, Queues, Stand};
 
-/// Ticks between an edge and the virtual board's, of one motor.
+/// Ticks between an edge and the virtual board's, for one motor.
 const ALONE: f64 = 10.0;
-/// Instructions, likewise, of several motors: a visit asks up to three programs.
+/// Instructions between them for several motors: a visit queries up to three programs.
 const BESIDE: f64 = 450.0;
 
-/// Ticks of a board that instructions take.
+/// The ticks of a board in which it executes these instructions.
 fn ticks(board: &Simulated, instructions: f64) -> f64 {
     instructions * Pace::Quick.micros() * board.mhz()
 }
 
-/// Says lines that are all obeyed, and waits for rest; none of the steps is late.
+/// Sends lines that are all obeyed, and waits for rest; no step may be late.
 fn carry_out(chip: &mut Machine, lines: &[String]) {
-    // Until the board is up, QEMU keeps what is said, and hands it over at once: more than its ring holds.
+    // Until the board is up, QEMU keeps its input, and passes it on at once: more than its ring
+    // holds.
     assert_eq!(chip.ask("F").unwrap(), "R");
     for line in lines {
         assert_eq!(chip.ask(line).unwrap(), "Y", "{line}");
@@ -41,7 +42,7 @@ fn carry_out(chip: &mut Machine, lines: &[String]) {
     panic!("it never rests after {lines:?}");
 }
 
-/// The largest distance of the edges of all motors, where the median of all is where they begin.
+/// The largest distance of the edges of all motors, when the median of all is aligned.
 fn worst(real: &[Edge], ideal: &[stepwright_sim::Edge]) -> f64 {
     let mut off = Vec::new();
     for axis in 0..3 {
@@ -54,7 +55,7 @@ fn worst(real: &[Edge], ideal: &[stepwright_sim::Edge]) -> f64 {
     off.iter().map(|off| (off - median).abs().round()).fold(0.0, f64::max)
 }
 
-/// A law of each kind, as fast as a board takes it or nearly.
+/// A law of each kind, as fast as a board accepts it, or nearly.
 fn recipes(pulses: u32) -> [(&'static str, Recipe); 5] {
     let accel = |steps| Accel::from_steps(steps).unwrap();
     let speed = |micros| Speed::from_millisteps(1_000_000_000 / micros).unwrap();
@@ -102,7 +103,7 @@ fn every_law_steps_as_on_the_virtual_board() {
     }
 }
 
-/// The lines of a cycle: motors on the board's pins, and what each does.
+/// The lines of a cycle: motors on the board's pins, and the program of each.
 fn cycle(board: &Simulated, programs: &[LineProgram], legs: &[Leg]) -> Vec<String> {
     let mut lines = vec![CycleLine::New];
     lines.extend((0u16..).zip(legs).map(|(at, leg)| CycleLine::Leg(at, *leg)));
@@ -118,7 +119,7 @@ fn cycle(board: &Simulated, programs: &[LineProgram], legs: &[Leg]) -> Vec<Strin
     lines.iter().map(CycleLine::to_string).collect()
 }
 
-/// Where edges have led a motor, in steps.
+/// The position of a motor after these edges, in steps.
 fn position_of(edges: &[Edge], axis: u8) -> i64 {
     let (mut forward, mut at) = (false, 0);
     for edge in edges.iter().filter(|edge| edge.axis == axis) {
@@ -131,7 +132,7 @@ fn position_of(edges: &[Edge], axis: u8) -> i64 {
     at
 }
 
-/// What a board reports of its motors.
+/// The report of a board's motors.
 fn positions(answer: &str) -> Vec<(i64, u8)> {
     let report = CycleReport::read(answer.as_bytes()).unwrap_or_else(|| panic!("{answer}"));
     report.motors.iter().take(3).map(|motor| (motor.position, motor.faults)).collect()
@@ -205,7 +206,7 @@ fn motor_cycles_step_as_on_the_virtual_board() {
     }
 }
 
-/// A motor is on the pins that the board has for it, and on no others.
+/// A motor is accepted on the board's own pins for it, and on no others.
 #[test]
 fn a_motor_of_a_cycle_is_on_the_boards_pins() {
     for board in WITH_PROGRAMS {

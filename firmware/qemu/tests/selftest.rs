@@ -1,5 +1,4 @@
-//! The self-test of the micro:bit: its line is judged as the command judges it, and tells the truth about its
-//! edges.
+//! The self-test of the micro:bit: its line passes the command's check, and agrees with its edges.
 
 use stepwright_qemu::boards::NRF51;
 use stepwright_qemu::{Machine, Pace, machine};
@@ -14,7 +13,7 @@ fn the_line_of_a_micro_bit_passes() {
         let judgement = judge(&line).unwrap();
         println!("{said}: {} ns at {pace:?}", judgement.off[0]);
         assert!(judgement.is_kept(), "{said}: {:?}", judgement.faults().collect::<Vec<_>>());
-        // What it says of itself is what is seen from outside.
+        // Its report agrees with the observed edges.
         let edges = chip.end().unwrap();
         let seen: Vec<_> = (0..3).map(|axis| machine::steps(&edges, axis).len()).collect();
         assert_eq!(seen.iter().sum::<usize>(), line.found.edges as usize);

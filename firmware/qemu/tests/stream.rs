@@ -1,5 +1,5 @@
-//! Streamed runs on chips of 32 bits: their edges against the virtual board's that plays the same frames,
-//! and what silence, noise and a hold come to. The judges are those of the AVR's.
+//! Streams on chips of 32 bits: their edges compared with those of the virtual board that plays the
+//! same frames, and the effects of silence, noise and a hold. The checks are those for the AVR.
 
 use crate::feed::guards;
 use crate::feed::instants::{Befalls, Guarded, Outcome, Random, befall, instant, motion};
@@ -16,11 +16,11 @@ use stepwright_qemu::boards::{NRF51, VIRT};
 use stepwright_qemu::{Pace, Paced, Simulated, virtual_board};
 use stepwright_sim::Edge;
 
-/// The boards, and how they play streams.
+/// The boards, and the parameters of their players.
 const BOARDS: [(&Simulated, Player); 2] =
     [(&NRF51, stepwright_nrf51::board::STREAM), (&VIRT, stepwright_virt::board::STREAM)];
 
-/// A chip with the program in it, whose time begins when it has woken.
+/// A chip with the program, whose time begins when it has started.
 struct Awake {
     chip: Paced,
     begun: u64,
@@ -52,7 +52,7 @@ impl Awake {
         String::from_utf8_lossy(&answer).trim_end().to_owned()
     }
 
-    /// `late` and the positions, as the chip tells.
+    /// `late` and the positions that the chip reports.
     fn tells(&mut self) -> (u32, [i64; 3]) {
         self.chip.send(&[0xFF; 4]).unwrap();
         self.ask("");
@@ -90,7 +90,7 @@ impl Guarded for Awake {
     }
 }
 
-/// On a chip: what came of it, late steps, edges.
+/// Runs a job on a chip. Returns the result, late steps, and edges.
 fn on_chip(
     board: &Simulated,
     pace: Pace,
@@ -101,7 +101,7 @@ fn on_chip(
     let mut chip = Awake::new(board, pace);
     let told = run(&mut chip, Job::new(job.clone()), terms, line);
     println!("{}: {:?}, {} again, {} bytes", board.name, told.state, told.again, told.bytes);
-    // Off the path it brakes still.
+    // After leaving the path it still brakes.
     chip.chip.run_until(chip.chip.now() + 2_000 * MILLIS).unwrap();
     let (late, positions) = chip.tells();
     let edges = chip.edges().to_vec();
@@ -115,8 +115,8 @@ fn on_chip(
 /// RISC-V at both paces, and the micro:bit at the chip's.
 const RUNS: [(usize, Pace); 3] = [(1, Pace::Quick), (0, Pace::Chip), (1, Pace::Chip)];
 
-/// Runs that a chip keeps up with: no step late, each as on the virtual board. At the chip's pace a visit of
-/// the step interrupt that prepares what comes next keeps the steps of other axes waiting.
+/// Runs that a chip keeps up with: no step late, all as on the virtual board. At the chip's pace a
+/// visit of the step interrupt that prepares the next entries delays the steps of other axes.
 fn keeps_up(
     runs: &[(usize, Pace)],
     what: &str,
@@ -142,7 +142,7 @@ fn keeps_up(
     }
 }
 
-/// Three equal axes with limited jerk, while `?` is asked back to back.
+/// Three equal axes with limited jerk, while `?` is sent back to back.
 #[test]
 fn three_axes_at_the_pace_of_the_chip() {
     let path = s_curve(9_000, 6_000.0, 20_000.0, 200_000.0);
@@ -155,7 +155,7 @@ fn one_axis_at_the_pace_of_the_chip() {
     keeps_up(&RUNS, "one axis", &[path, vec![], vec![]], [40_000.0; 3], [2.0, 5.0]);
 }
 
-/// RISC-V at the chip's pace makes one step of the whole motion late: there it turns at 5,000 steps/s.
+/// RISC-V at the chip's pace makes one step of the whole motion late: at a turn at 5,000 steps/s.
 #[test]
 fn a_motion_that_wanders() {
     for (runs, size) in [(&RUNS[..2], 1.0), (&RUNS[2..], 0.75)] {
@@ -163,8 +163,8 @@ fn a_motion_that_wanders() {
     }
 }
 
-/// A host that sleeps for less than what is ahead loses nothing; one that sleeps for longer finds the board
-/// off the path.
+/// A host that sleeps for less than the planned time ahead loses nothing; after a longer sleep it
+/// finds the board off the path.
 #[test]
 fn a_stall_is_ridden_through_and_a_longer_one_brakes() {
     let (board, player) = BOARDS[1];
@@ -198,7 +198,7 @@ fn spoilt_bytes_lose_no_step() {
     }
 }
 
-/// A hold: what was sent ahead is taken back, and the axis brakes by what comes instead.
+/// A hold: frames sent ahead are taken back, and the axis brakes by the frames that replace them.
 #[test]
 fn a_hold_brakes_within_50_ms() {
     const SPEED: f64 = 8_000.0;
@@ -213,7 +213,7 @@ fn a_hold_brakes_within_50_ms() {
         let (asked, mut kept, mut path) = (chip.now(), 0, level.clone());
         let took = wire.replan(|cut| {
             kept = cut.steps as usize;
-            // From the last step that is kept on: x = v·t − a·t²/2.
+            // From the last kept step on: x = v·t − a·t²/2.
             let last = level[kept - 1].0;
             let behind = (1..).map_while(|n| {
                 let under = SPEED * SPEED - 2.0 * DECEL * f64::from(n);
@@ -231,7 +231,7 @@ fn a_hold_brakes_within_50_ms() {
         println!("{}: brakes {begins:.1} ms later", board.name);
         assert!(begins < 50.0);
         let (worst, _) = feed::worst(chip.edges(), &[path, vec![], vec![]], 0.0, 0.0);
-        // With little ahead the host keeps within 25 µs.
+        // With little sent ahead the host keeps within 25 µs.
         assert!(worst < 30.0, "{worst} us");
         assert_eq!(chip.tells(), (0, [steps.len() as i64, 0, 0]));
     }
@@ -247,7 +247,7 @@ fn silence_at_any_instant_brakes_every_axis() {
     let (instants, seed) = (number("STEPWRIGHT_INSTANTS", 5), number("STEPWRIGHT_SEED", 1));
     let ((board, player), mut off, mut most) = (BOARDS[1], 0, 0.0f64);
     for n in 0..instants {
-        // Of the kinds of motion those that turn, and slow ones, and axes of all speeds.
+        // The kinds of motion with turns, slow ones, and axes of all speeds.
         let kind = [2, 3, 5, 7][n as usize % 4];
         let mut random = Random::new(seed + n);
         let mut motion = motion(kind, &mut random);
@@ -280,7 +280,7 @@ fn z_brakes_and_k_stops() {
     guards::what_was_not_started_is_forgotten(&mut Awake::new(&NRF51, Pace::Quick));
 }
 
-/// What a board says of itself.
+/// A board's information about itself.
 #[test]
 fn a_board_says_what_it_is() {
     for (board, player) in BOARDS {
@@ -290,7 +290,7 @@ fn a_board_says_what_it_is() {
     }
 }
 
-/// With enough ahead to go on by: it is the silence that brakes.
+/// With enough sent ahead to continue: the silence makes it brake.
 #[test]
 fn a_lease_counts_until_the_end() {
     guards::a_lease_counts_until_the_end(&mut Awake::new(BOARDS[0].0, Pace::Quick));

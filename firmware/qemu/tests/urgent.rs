@@ -1,9 +1,10 @@
-//! An interrupt of one's own that is more urgent than the steps' waits neither for the main loop nor for a
-//! visit of the step interrupt.
+//! A program's own interrupt that is more urgent than the step interrupt waits neither for the main
+//! loop nor for a visit of the step interrupt.
 //!
-//! Two looks at it. The shipped controller: the longest stretch of instructions in which all interrupts
-//! are masked. And a program that has such an interrupt, by a timer of its own, at random moments: from its
-//! moment to where its handler reads that timer, the way into the handler included.
+//! Two measurements. The shipped controller: the longest sequence of instructions in which all
+//! interrupts are masked. And a program with such an interrupt, from its own timer, at random
+//! moments: from the request to where its handler reads that timer, including the way into the
+//! handler.
 
 use std::env;
 use std::fs;
@@ -12,17 +13,18 @@ use stepwright_qemu::boards::{CONTROLLERS, NRF51, VIRT};
 use stepwright_qemu::machine::symbol;
 use stepwright_qemu::{Machine, Pace, Simulated};
 
-/// Instructions that it may wait.
+/// The instructions that it may wait.
 const MOST: f64 = 100.0;
 
-/// Orders for one axis and for three, with ramps all the way.
+/// Orders for one axis and for three, with ramps throughout.
 const ORDERS: [&str; 3] = [
     "PO s0 t4000 a4000 d4000 G+4000 E",
     "PO s0 t4000 a3000 d3000 j20000 G-4000 E",
     "PO s0 t2000 a2000 d2000 G+1900 A2 s0 t1900 a1900 d1900 G-1800 A3 s0 t1800 a1800 d1800 G+1700 E",
 ];
 
-/// Has a program carry the orders out, asks it about them all the while, and returns what the plugin wrote.
+/// Makes a program carry out the orders, queries it continuously, and returns the output of the
+/// plugin.
 fn carry_out(
     board: &'static Simulated,
     program: &str,
@@ -38,7 +40,7 @@ fn carry_out(
             let answer = chip.ask(line).unwrap();
             assert_eq!(answer, "Y", "{}, {line}: {}", board.name, chip.ask("?").unwrap());
         }
-        // It asks until all axes rest.
+        // It queries until all axes rest.
         chip.rest().unwrap();
     }
     for (line, position) in [("V1", "1900"), ("V2", "-1800"), ("V3", "1700")] {
@@ -70,11 +72,12 @@ fn the_controller_never_masks_all_interrupts_for_long() {
     }
 }
 
-/// On RISC-V one may wait for the end of a visit and for the beginning of the next: QEMU 7.2 takes the timer's
-/// interrupt first where both are pending, the privileged architecture an external one.
+/// On RISC-V the interrupt may wait for the end of a visit and for the beginning of the next: QEMU
+/// 7.2 takes the timer's interrupt first if both are pending, the privileged architecture an
+/// external one.
 #[test]
 fn a_more_urgent_interrupt_does_not_wait() {
-    // Units of a wait in a microsecond, and for QEMU the clock that its timers have.
+    // The units of a wait in a microsecond, and QEMU's option for the clock of its timers.
     for (board, units, words) in
         [(&NRF51, NRF51.mhz(), &[][..]), (&VIRT, 1e3 / 16.0, &["-rtc", "clock=vm"])]
     {

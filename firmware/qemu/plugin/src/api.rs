@@ -1,9 +1,9 @@
-//! What QEMU has for a plugin, as its documentation of TCG plugins says (version 1).
+//! QEMU's interface for plugins, according to its documentation of TCG plugins (version 1).
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::marker::{PhantomData, PhantomPinned};
 
-/// A plugin, as QEMU knows it.
+/// QEMU's number for a plugin.
 pub type PluginId = u64;
 
 /// A block of translated code.
@@ -14,11 +14,11 @@ pub struct Block(PhantomData<(*mut u8, PhantomPinned)>, [u8; 0]);
 #[repr(C)]
 pub struct Instruction(PhantomData<(*mut u8, PhantomPinned)>, [u8; 0]);
 
-/// A callback touches no register.
+/// The callback uses no register.
 pub const NO_REGISTERS: c_int = 0;
 /// An operation in the translated code: an addition.
 pub const ADD_U64: c_int = 0;
-/// Of the accesses to memory the stores.
+/// The stores among the accesses to memory.
 pub const WRITES: c_int = 2;
 
 unsafe extern "C" {

@@ -1,22 +1,22 @@
-//! A plugin for QEMU 7.2: what a firmware does, by the instructions that it has executed.
+//! A plugin for QEMU 7.2: it observes a firmware, by the instructions that it has executed.
 //!
 //! ```text
 //! -plugin FILE,watch=LOW-HIGH[+LOW-HIGH]             stores to these addresses, to QEMU's log
-//! …,gate=SOCKET                                      … and it goes no farther than it is told there
-//! -plugin FILE,entry=PC,out=FILE                     what each visit of an interrupt costs
+//! …,gate=SOCKET                                      … and the board runs only as far as it is told there
+//! -plugin FILE,entry=PC,out=FILE                     the cost of each visit of an interrupt
 //! -plugin FILE,stack=LOW,out=FILE                    the lowest store from LOW on, in RAM
-//! -plugin FILE,told=LOW-HIGH,out=FILE                each store there: how far behind LOW
-//! -plugin FILE,trap=PC,out=FILE                      the longest that all interrupts are masked
+//! -plugin FILE,told=LOW-HIGH,out=FILE                each store there: its distance from LOW
+//! -plugin FILE,trap=PC,out=FILE                      the longest time for which all interrupts are masked
 //! ```
 //!
-//! With `-icount shift=N` an instruction takes 2^N ns, so their number is the time. A store that is
-//! watched is a line `@COUNT ADDRESS` behind those of QEMU's own trace of the device. A visit
-//! begins at `entry` and ends with the return from there; each is a line
-//! `instructions cycles`, the cycles of a Cortex-M0 (see `visits.rs`).
+//! With `-icount shift=N` an instruction takes 2^N ns, so their number is the time. A watched store
+//! is a line `@COUNT ADDRESS` after those of QEMU's own trace of the device. A visit begins at
+//! `entry` and ends with the return from there; each is a line `instructions cycles`, the cycles of
+//! a Cortex-M0 (see `visits.rs`).
 //!
-//! At a gate the board waits from its first instruction on: a number of 64 bits, the lowest byte first, lets
-//! it go on to the block of code behind that many instructions, where it says `=COUNT` and waits again. So its
-//! time does not run away from a test that feeds it.
+//! At a gate the board waits from its first instruction on. A number of 64 bits, the lowest byte
+//! first, lets it run to the block of code after that many instructions, where it writes `=COUNT`
+//! and waits again. So its time does not run ahead of a test that feeds it.
 
 mod api;
 mod masked;
@@ -34,19 +34,19 @@ use api::*;
 use masked::Masked;
 use visits::Visits;
 
-/// The version of the interface that this is for.
+/// The version of the interface that this plugin uses.
 #[unsafe(no_mangle)]
 pub static qemu_plugin_version: c_int = 1;
 
-/// Instructions executed. QEMU adds to it in the code that it makes.
+/// The executed instructions. QEMU adds to it in the code that it generates.
 static COUNT: AtomicU64 = AtomicU64::new(0);
 
-/// Where a Cortex-M has its RAM.
+/// The RAM of a Cortex-M.
 const RAM: Range<u64> = 0x2000_0000..0x4000_0000;
 /// The lowest store of the stack.
 static LOWEST: AtomicU64 = AtomicU64::new(u64::MAX);
 
-/// What was asked for.
+/// The task that the arguments request.
 enum Task {
     Watch(Vec<Range<u64>>),
     Visits(Visits),
@@ -57,18 +57,18 @@ enum Task {
 
 static TASK: OnceLock<Task> = OnceLock::new();
 
-/// Who lets it go on, and up to how many instructions.
+/// The socket of the gate, and the instructions up to which the board may run.
 static GATE: OnceLock<Mutex<UnixStream>> = OnceLock::new();
 static UNTIL: AtomicU64 = AtomicU64::new(0);
 
-/// A block of code begins: may it?
+/// Called at the beginning of a block of code: waits at the gate.
 unsafe extern "C" fn entered(_: c_uint, _: *mut c_void) {
     let count = COUNT.load(Ordering::Relaxed);
     while count >= UNTIL.load(Ordering::Relaxed) {
         log(&format!("={count}"));
         let mut until = [0; 8];
         let told = GATE.get().and_then(|gate| gate.lock().ok()?.read_exact(&mut until).ok());
-        // Nobody is there any more: this is the end of the test.
+        // The other side is gone: this is the end of the test.
         let until = told.map_or(u64::MAX, |()| u64::from_le_bytes(until));
         UNTIL.store(until, Ordering::Relaxed);
     }
@@ -82,7 +82,7 @@ fn log(line: &str) {
     }
 }
 
-/// A store: is it to a watched address? Is it the lowest of the stack? Does it tell something?
+/// Called at a store: checks whether it is watched, the lowest of the stack, or a report.
 unsafe extern "C" fn stored(_: c_uint, _: u32, address: u64, _: *mut c_void) {
     let ranges = match TASK.get() {
         Some(Task::Watch(ranges)) => ranges,
@@ -92,7 +92,7 @@ unsafe extern "C" fn stored(_: c_uint, _: u32, address: u64, _: *mut c_void) {
                 && (lowest.0..).contains(&address)
                 && LOWEST.fetch_min(address, Ordering::Relaxed) > address
             {
-                // A full disk shows in what is missing.
+                // If the disk is full, lines are missing.
                 let _ = writeln!(lowest.1, "{address}");
             }
             return;
@@ -112,11 +112,11 @@ unsafe extern "C" fn stored(_: c_uint, _: u32, address: u64, _: *mut c_void) {
     }
 }
 
-/// QEMU has translated a block: what is to be done when it runs.
+/// Called when QEMU has translated a block: registers the callbacks for its instructions.
 unsafe extern "C" fn translated(_: PluginId, block: *mut Block) {
     if GATE.get().is_some() {
         let none = std::ptr::null_mut();
-        // SAFETY: QEMU's block, and a function of that type.
+        // SAFETY: QEMU's block, and a function of the required type.
         unsafe { qemu_plugin_register_vcpu_tb_exec_cb(block, entered, NO_REGISTERS, none) };
     }
     // SAFETY: QEMU's block, and an index below its number of instructions.
@@ -126,7 +126,8 @@ unsafe extern "C" fn translated(_: PluginId, block: *mut Block) {
         match TASK.get() {
             Some(Task::Watch(_) | Task::Stack(_) | Task::Told(..)) => {
                 let count = COUNT.as_ptr().cast();
-                // SAFETY: QEMU's instruction, a static of 64 bits, and a function of that type.
+                // SAFETY: QEMU's instruction, a static of 64 bits, and a function of the required
+                // type.
                 unsafe {
                     qemu_plugin_register_vcpu_insn_exec_inline(instruction, ADD_U64, count, 1);
                     qemu_plugin_register_vcpu_mem_cb(
@@ -140,14 +141,14 @@ unsafe extern "C" fn translated(_: PluginId, block: *mut Block) {
             }
             // SAFETY: QEMU's instruction.
             Some(Task::Visits(visits)) => unsafe { visits.follow(instruction) },
-            // SAFETY: likewise.
+            // SAFETY: as above.
             Some(Task::Masked(masked)) => unsafe { masked.follow(instruction) },
             None => {}
         }
     }
 }
 
-/// A number as it is written in an argument, decimal or hexadecimal.
+/// Parses a number of an argument, decimal or hexadecimal.
 fn number(text: &str) -> Option<u64> {
     match text.strip_prefix("0x") {
         Some(digits) => u64::from_str_radix(digits, 16).ok(),
@@ -155,7 +156,7 @@ fn number(text: &str) -> Option<u64> {
     }
 }
 
-/// What the arguments ask for.
+/// The task that the arguments request.
 fn task(arguments: &[String]) -> Option<Task> {
     let value = |key: &str| {
         arguments.iter().find_map(|argument| argument.strip_prefix(key)?.strip_prefix('='))
@@ -184,7 +185,7 @@ fn task(arguments: &[String]) -> Option<Task> {
 /// QEMU's call at its start.
 ///
 /// # Safety
-/// QEMU's, with as many texts as it says.
+/// Called by QEMU, with as many texts as it says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn qemu_plugin_install(
     id: PluginId,
@@ -217,7 +218,7 @@ pub unsafe extern "C" fn qemu_plugin_install(
     if TASK.set(task).is_err() {
         return -1;
     }
-    // SAFETY: QEMU's id, and a function of that type.
+    // SAFETY: QEMU's id, and a function of the required type.
     unsafe { qemu_plugin_register_vcpu_tb_trans_cb(id, translated) };
     0
 }

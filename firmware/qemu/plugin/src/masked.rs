@@ -1,10 +1,11 @@
-//! How long all interrupts are masked: the stretches of instructions in which not even the most urgent
-//! would come.
+//! Measures how long all interrupts are masked: the sequences of instructions during which not even
+//! the most urgent interrupt is taken.
 //!
-//! On a Cortex-M from CPSID to CPSIE, or to the write of PRIMASK that has it as it was when it was read. On
-//! RISC-V from a trap's entry to its MRET, or to what sets MIE of `mstatus` meanwhile, and from what clears
-//! that to what sets it; a write there whose value is in a register counts as one that masks, or as none: a
-//! stretch is rather too long than too short.
+//! On a Cortex-M this is from CPSID to CPSIE, or to the write of PRIMASK that restores the value
+//! read before. On RISC-V it is from a trap's entry to its MRET, or to an instruction in between
+//! that sets MIE of `mstatus`; and from an instruction that clears MIE to one that sets it. A write
+//! there whose value is in a register counts as masking, or as nothing: a sequence is rather too
+//! long than too short.
 
 use std::ffi::{c_uint, c_void};
 use std::fs::File;
@@ -14,28 +15,28 @@ use std::sync::Mutex;
 
 use crate::api::*;
 
-/// What an instruction does to the mask.
+/// The effect of an instruction on the mask.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mask {
     Shut,
     Open,
-    /// It is read, to be restored.
+    /// The mask is read, to be restored.
     Look,
-    /// It is as it was when it was read last.
+    /// The mask is restored to the value read last.
     Restore,
 }
 
-/// The longest stretch.
+/// The longest sequence.
 pub struct Masked {
-    /// The first instruction of all traps, which come masked; 0 where they don't.
+    /// The first instruction of all traps, which begin masked; 0 where they don't.
     trap: u64,
     state: Mutex<State>,
 }
 
 struct State {
-    /// Instructions since it was shut.
+    /// The instructions since interrupts were masked.
     shut: Option<u64>,
-    /// What was read of it and not restored yet: whether it was open.
+    /// The values read and not restored yet: whether interrupts were unmasked.
     looks: Vec<bool>,
     longest: u64,
     out: File,
@@ -49,7 +50,8 @@ struct Followed {
 }
 
 impl Masked {
-    /// Each stretch that is longer than those before is a line: instructions, and the last one's address.
+    /// Each sequence that is longer than those before is a line: instructions, and the last one's
+    /// address.
     pub fn new(trap: u64, out: &str) -> io::Result<Masked> {
         let out = File::create(out)?;
         Ok(Masked {
@@ -58,10 +60,10 @@ impl Masked {
         })
     }
 
-    /// Looks at every execution of an instruction.
+    /// Follows every execution of an instruction.
     ///
     /// # Safety
-    /// QEMU's instruction, of a block that is being translated.
+    /// It is QEMU's instruction, of a block that is being translated.
     pub unsafe fn follow(&'static self, instruction: *mut Instruction) {
         // SAFETY: the caller's promise; QEMU has as many bytes as it says.
         let (at, code) = unsafe {
@@ -69,10 +71,11 @@ impl Masked {
             let data: *const u8 = qemu_plugin_insn_data(instruction).cast();
             (qemu_plugin_insn_vaddr(instruction), slice::from_raw_parts(data, size))
         };
-        // QEMU keeps it for as long as the code, which is to the end.
+        // QEMU keeps it as long as the code, which is to the end.
         let followed = Box::leak(Box::new(Followed { at, does: does(code), masked: self }));
         let data: *mut Followed = followed;
-        // SAFETY: QEMU's instruction, a function of that type, and data that stays.
+        // SAFETY: QEMU's instruction, a function of the required type, and data that is never
+        // freed.
         unsafe {
             qemu_plugin_register_vcpu_insn_exec_cb(
                 instruction,
@@ -112,7 +115,7 @@ impl State {
                 (self.shut, self.looks) = (None, Vec::new());
                 if count > self.longest {
                     self.longest = count;
-                    // A full disk shows in what is missing.
+                    // If the disk is full, lines are missing.
                     let _ = writeln!(self.out, "{count} {at:#x}");
                 }
             }
@@ -121,30 +124,31 @@ impl State {
     }
 }
 
-/// QEMU is about to execute an instruction.
+/// Called before QEMU executes an instruction.
 unsafe extern "C" fn executed(_: c_uint, data: *mut c_void) {
-    // SAFETY: `follow` gave this.
+    // SAFETY: `follow` passed this pointer.
     let followed = unsafe { &*data.cast::<Followed>() };
     followed.masked.executed(followed);
 }
 
-/// What an instruction does by its code: Thumb's CPS and MSR, RISC-V's accesses to `mstatus`, and MRET.
+/// The effect of an instruction, by its code: Thumb's CPS and MSR, RISC-V's accesses to `mstatus`,
+/// and MRET.
 fn does(code: &[u8]) -> Option<Mask> {
     match *code {
         [0x72, 0xB6] => Some(Mask::Shut),
         [0x62, 0xB6] => Some(Mask::Open),
-        // MRS, and MSR, of PRIMASK.
+        // MRS and MSR of PRIMASK.
         [0xEF, 0xF3, 0x10, to] if to & 0xF0 == 0x80 => Some(Mask::Look),
         [_, 0xF3, 0x10, 0x88] => Some(Mask::Restore),
         [0x73, 0x00, 0x20, 0x30] => Some(Mask::Open),
         [a, b, c, d] if a & 0x7F == 0x73 && u16::from_le_bytes([c, d]) >> 4 == 0x300 => {
             let value = (u16::from(c) << 1 | u16::from(b) >> 7) & 31;
             match b >> 4 & 7 {
-                // Written, from a register or not.
+                // A write, from a register or an immediate.
                 1 | 5 => Some(Mask::Shut),
-                // Bits are set by a register; by a number.
+                // Sets bits from a register, or from an immediate.
                 6 if value & 8 != 0 => Some(Mask::Open),
-                // Bits are cleared, likewise.
+                // Clears bits, from either.
                 3 if value != 0 => Some(Mask::Shut),
                 7 if value & 8 != 0 => Some(Mask::Shut),
                 _ => None,
@@ -185,18 +189,18 @@ mod tests {
         let mut state =
             State { shut: None, looks: Vec::new(), longest: 0, out: File::create(&path).unwrap() };
         let (shut, open) = (Some(Mask::Shut), Some(Mask::Open));
-        // Nothing is masked at first; what masks again begins no new one.
+        // Initially nothing is masked; masking again begins no new sequence.
         for (at, does) in [(2, open), (4, shut), (6, None), (8, shut), (10, open), (12, None)] {
             state.executed(at, does, false);
         }
-        // A section in a section: the inner one's end lets nothing in.
+        // A nested section: its end unmasks nothing.
         let (look, restore) = (Some(Mask::Look), Some(Mask::Restore));
         for does in [look, shut, look, shut, restore] {
             state.executed(14, does, false);
         }
         assert_eq!(state.shut, Some(3));
         state.executed(16, restore, false);
-        // A trap, and one that is as long.
+        // A trap, and another of the same length.
         for at in [20, 30] {
             state.executed(at, None, true);
             (0..3).for_each(|_| state.executed(at, None, false));

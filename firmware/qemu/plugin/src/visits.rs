@@ -1,10 +1,10 @@
-//! What each visit of an interrupt costs: instructions, and cycles of a Cortex-M0.
+//! The cost of each visit of an interrupt: instructions, and cycles of a Cortex-M0.
 //!
 //! The cycles are those of ARM's Technical Reference Manual of the Cortex-M0 (r0p0, "Instruction
-//! set summary"), with a memory that makes nobody wait: 1 for what works on registers, 2 for a
-//! load or a store, 1 + N for N of them, 3 for a branch that is taken and 1 for one that is not,
-//! 4 for a call, 3 more for a return by POP. An interrupt's entry and its end, 16 each, are not in it.
-//! For other processors the instructions alone count.
+//! set summary"), with a memory without wait states: 1 for an instruction on registers, 2 for a
+//! load or a store, 1 + N for N of them, 3 for a taken branch and 1 for one that is not taken, 4
+//! for a call, 3 more for a return by POP. An interrupt's entry and its end, 16 each, are not
+//! included. For other processors only the instructions count.
 
 use std::ffi::{c_uint, c_void};
 use std::fs::File;
@@ -19,36 +19,36 @@ struct Known {
     at: u64,
     size: u64,
     cycles: u64,
-    /// Cycles more if the next instruction is not the one behind it.
+    /// The additional cycles if the next instruction is not the following one.
     taken: u64,
     flow: Flow,
 }
 
-/// Where an instruction leads to.
+/// The control flow after an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Flow {
-    /// On, or to another place of the same call.
+    /// To the following instruction, or to another place in the same call.
     On,
     /// Into a call.
     Call,
-    /// Out of one, or out of the interrupt.
+    /// Out of a call, or out of the interrupt.
     Return,
     /// Out of the interrupt.
     End,
 }
 
-/// A visit under way.
+/// A visit in progress.
 #[derive(Default)]
 struct Visit {
     inside: bool,
     instructions: u64,
     cycles: u64,
-    /// A branch, whose next instruction is not known yet: where that is if it isn't taken, and
-    /// the cycles if it is.
+    /// A branch whose next instruction is not known yet: the address after it, and the additional
+    /// cycles if it is taken.
     branch: Option<(u64, u64)>,
-    /// Calls that have not returned.
+    /// The calls that have not returned.
     depth: u64,
-    /// Likewise a call or a return, which may be conditional.
+    /// The same for a call or a return, which may be conditional.
     flow: Option<(u64, Flow)>,
 }
 
@@ -65,17 +65,17 @@ struct Followed {
 }
 
 impl Visits {
-    /// Visits of the interrupt whose first instruction is at `entry`, to a file.
+    /// The visits of the interrupt whose first instruction is at `entry`, written to a file.
     pub fn new(entry: u64, out: &str) -> io::Result<Visits> {
-        // Written at once: QEMU may be killed.
+        // Unbuffered, because QEMU may be killed.
         let out = File::create(out)?;
         Ok(Visits { entry, state: Mutex::new((Visit::default(), out)) })
     }
 
-    /// Looks at every execution of an instruction.
+    /// Follows every execution of an instruction.
     ///
     /// # Safety
-    /// QEMU's instruction, of a block that is being translated.
+    /// It is QEMU's instruction, of a block that is being translated.
     pub unsafe fn follow(&'static self, instruction: *mut Instruction) {
         // SAFETY: the caller's promise; QEMU has as many bytes as it says.
         let (at, code) = unsafe {
@@ -83,10 +83,11 @@ impl Visits {
             let data: *const u8 = qemu_plugin_insn_data(instruction).cast();
             (qemu_plugin_insn_vaddr(instruction), slice::from_raw_parts(data, size))
         };
-        // QEMU keeps it for as long as the code, which is to the end.
+        // QEMU keeps it as long as the code, which is to the end.
         let followed = Box::leak(Box::new(Followed { known: known(at, code), visits: self }));
         let data: *mut Followed = followed;
-        // SAFETY: QEMU's instruction, a function of that type, and data that stays.
+        // SAFETY: QEMU's instruction, a function of the required type, and data that is never
+        // freed.
         unsafe {
             qemu_plugin_register_vcpu_insn_exec_cb(
                 instruction,
@@ -109,7 +110,7 @@ impl Visits {
         match flow {
             Some((_, Flow::Return)) if visit.depth > 0 => visit.depth -= 1,
             Some((_, Flow::Return | Flow::End)) => {
-                // A full disk shows in what is missing.
+                // If the disk is full, lines are missing.
                 let _ = writeln!(out, "{} {}", visit.instructions, visit.cycles);
                 *visit = Visit::default();
             }
@@ -133,14 +134,14 @@ impl Visits {
     }
 }
 
-/// QEMU is about to execute an instruction.
+/// Called before QEMU executes an instruction.
 unsafe extern "C" fn executed(_: c_uint, data: *mut c_void) {
-    // SAFETY: `follow` gave this.
+    // SAFETY: `follow` passed this pointer.
     let followed = unsafe { &*data.cast::<Followed>() };
     followed.visits.executed(&followed.known);
 }
 
-/// What is known of an instruction by its code: Thumb, or RISC-V's `mret`.
+/// The properties of an instruction, by its code: Thumb, or RISC-V's `mret`.
 fn known(at: u64, code: &[u8]) -> Known {
     let (cycles, taken, flow) = match *code {
         [0x73, 0x00, 0x20, 0x30] => (1, 0, Flow::End),
@@ -151,15 +152,15 @@ fn known(at: u64, code: &[u8]) -> Known {
     Known { at, size: code.len() as u64, cycles, taken, flow }
 }
 
-/// Cycles, cycles more if it branches, and where it leads to.
+/// The cycles, the additional cycles of a taken branch, and the control flow.
 fn narrow(code: u16) -> (u64, u64, Flow) {
     let listed = |bits: u16| u64::from((code & bits).count_ones());
     match code {
-        // BX LR; BLX; BX of another.
+        // BX LR; BLX; BX of another register.
         0x4770 => (3, 0, Flow::Return),
         _ if code & 0xFF80 == 0x4780 => (3, 0, Flow::Call),
         _ if code & 0xFF00 == 0x4700 => (3, 0, Flow::On),
-        // A high register: PC.
+        // The high register PC.
         _ if matches!(code & 0xFF87, 0x4487 | 0x4687) => (3, 0, Flow::On),
         // Conditional branches; the last two conditions are UDF and SVC.
         _ if code >> 12 == 0xD && code >> 8 & 0xF < 14 => (1, 2, Flow::On),
@@ -170,13 +171,13 @@ fn narrow(code: u16) -> (u64, u64, Flow) {
         _ if code >> 8 == 0xBC => (1 + listed(0xFF), 0, Flow::On),
         // STM, LDM.
         _ if code >> 12 == 0xC => (1 + listed(0xFF), 0, Flow::On),
-        // Loads and stores: by PC, registers, an offset, SP.
+        // Loads and stores: relative to PC, by registers, by an offset, relative to SP.
         _ if code >> 11 == 0b01001 || matches!(code >> 12, 5..=9) => (2, 0, Flow::On),
         _ => (1, 0, Flow::On),
     }
 }
 
-/// Likewise: BL, and barriers; of other cores POP and LDR with PC.
+/// The same for 32-bit instructions: BL, and barriers; on other cores POP and LDR with PC.
 fn wide(first: u16, second: u16) -> (u64, u64, Flow) {
     let flow = match (first, second) {
         (0xE8BD, _) if second & 0x8000 != 0 => Flow::Return,
@@ -206,7 +207,8 @@ mod tests {
         assert_eq!(flow(&[0x73, 0x00, 0x20, 0x30]), Flow::End); // mret
     }
 
-    /// A visit that calls, comes back, and leaves by the return of what it has jumped to.
+    /// A visit that calls, comes back, and leaves by the return of a function that it has jumped
+    /// to.
     #[test]
     fn a_visit_ends_with_its_own_return() {
         let path = std::env::temp_dir().join(format!("stepwright-flow-{}", std::process::id()));
@@ -216,7 +218,7 @@ mod tests {
         };
         one(0x50, Flow::Return);
         for (at, flow) in [
-            (0x100, Flow::Return), // conditional, and not taken
+            (0x100, Flow::Return), // // conditional, not taken
             (0x102, Flow::Call),
             (0x200, Flow::On),
             (0x202, Flow::Return),

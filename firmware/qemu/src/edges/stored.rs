@@ -1,4 +1,4 @@
-//! Pins by the addresses of stores, and times by the plugin.
+//! Pins from the addresses of stores, and times from the plugin.
 //!
 //! ```text
 //!   @1234567 0x80200004         word 1 of those that raise, at this instruction: STEP of axis 1 rises
@@ -10,9 +10,9 @@ use anyhow::{Result, ensure};
 
 use super::{Edge, Port, Reader, store};
 
-/// A log under way.
+/// A log in progress.
 pub(super) struct Log {
-    /// Ticks that an instruction takes.
+    /// The ticks of an instruction.
     ticks: f64,
     /// The words that raise, and those that lower.
     words: [u32; 2],
@@ -57,7 +57,7 @@ mod tests {
             log.line(line).unwrap();
         }
         let edge = |time, axis, is_pulse, level| Edge { time, axis, is_pulse, level };
-        // DIR of axis 3; STEP of two; the first of them falls, once.
+        // DIR of axis 3; STEP of two axes; the first of them falls, once.
         let edges = [
             edge(4.0, 2, false, true),
             edge(16.0, 0, true, true),

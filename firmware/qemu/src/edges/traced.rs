@@ -1,4 +1,4 @@
-//! Pins by QEMU's trace of the devices, and times by the plugin.
+//! Pins from QEMU's trace of the devices, and times from the plugin.
 //!
 //! ```text
 //!   nrf51_gpio_write offset 0x508 value 0x200000      QEMU's trace: STEP rises
@@ -7,42 +7,42 @@
 //!   nrf51_timer_read … addr 0x54c data 0xe3d458 …     and reads it
 //! ```
 //!
-//! QEMU's timer counts a little faster than its instructions take, some 30 in a million: it drops half
-//! a nanosecond where it looks at an odd tick. So the time of an edge is the counter's, as the engine
-//! reads it next, less the instructions between.
+//! QEMU's timer counts a little faster than its instructions take, by some 30 in a million: it
+//! drops half a nanosecond when an odd tick is read. So the time of an edge is the counter's next
+//! value that the engine reads, less the instructions between.
 
 use anyhow::{Context, Result, ensure};
 
 use super::{Edge, Port, Reader, hex, store};
 
-/// What is set and what is cleared: offsets in the port.
+/// Offsets of the registers that set and clear.
 const SET: u32 = 0x508;
 const CLEAR: u32 = 0x50C;
 /// The engine's capture of the counter.
 const CAPTURE: u32 = 0x4000_804C;
 
-/// What the plugin watches: those.
+/// The addresses that the plugin watches.
 pub(super) fn watched() -> String {
     "watch=0x50000508-0x50000510+0x4000804c-0x40008050".to_owned()
 }
 
-/// What QEMU traces.
+/// The events that QEMU traces.
 pub(super) const TRACES: [&str; 6] =
     ["-trace", "nrf51_gpio_write", "-trace", "nrf51_timer_read", "-d", "plugin"];
 
-/// A log under way.
+/// A log in progress.
 pub(super) struct Log {
-    /// Ticks that an instruction takes.
+    /// The ticks of an instruction.
     ticks: f64,
     port: Port,
     edges: Vec<Edge>,
-    /// What was written to the port, and no time is known of.
+    /// The write to the port whose time is not known yet.
     write: Option<(bool, u32)>,
-    /// Edges whose time is an instruction still, from this one on.
+    /// From this edge on, the time is still an instruction.
     untimed: usize,
     /// The instruction at which the counter was captured.
     captured: Option<u64>,
-    /// The time as of the last look at the counter.
+    /// The time at the last read of the counter.
     time: u64,
 }
 
@@ -76,7 +76,7 @@ impl Reader for Log {
             && let Some(captured) = self.captured.take()
         {
             let counter = hex(text.split(' ').next().context("a counter")?)?;
-            // It wraps, and nobody leaves it alone for half a turn.
+            // It wraps, and is read at least every half turn.
             let ahead = counter.wrapping_sub(self.time as u32) as i32;
             self.time = self.time.saturating_add_signed(ahead.into());
             for edge in &mut self.edges[self.untimed..] {

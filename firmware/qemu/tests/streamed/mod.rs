@@ -1,4 +1,5 @@
-//! What the tests of streamed runs on different chips share: the virtual board that plays the same frames.
+//! The common part of the tests of streams on different chips: the virtual board that plays the
+//! same frames.
 
 use stepwright_controller::StreamBoard as Player;
 use stepwright_feeder::FeedTerms;
@@ -10,7 +11,7 @@ use crate::feed::{self, Job, Line, Step, Target, run};
 /// The virtual board at a chip's rate, in 2⁻⁴ µs.
 struct Scaled<'q> {
     board: StreamBoard<'q, Vec<Edge>, u32>,
-    /// Ticks of it.
+    /// The ticks of a unit.
     unit: f64,
     edges: Vec<Edge>,
 }
@@ -33,7 +34,7 @@ impl Target for Scaled<'_> {
     }
 }
 
-/// Terms of a player, with these decelerations in steps/s².
+/// The terms of a player, with these decelerations in steps/s².
 pub fn terms(player: Player, decels: [f64; 3]) -> FeedTerms {
     let hz = player.rate.hz();
     let brakes = decels.map(|a| BrakeLaw::of((a * 1e3) as u64, hz).unwrap());

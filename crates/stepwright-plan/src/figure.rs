@@ -1,5 +1,4 @@
-//! A plan as a figure: speed and acceleration, and the jerk that has a limit, over time and over
-//! steps.
+//! //! A plan as a figure: speed and acceleration, and the jerk if it has a limit, over time and over steps.
 
 use stepwright::profile::Phase;
 use stepwright_oracle::Number;
@@ -15,8 +14,8 @@ const FEW: usize = 80;
 
 /// The figure of a plan.
 ///
-/// The speed is that of the emitted delays; the acceleration that of the
-/// ideal, since whole ticks make noise of it.
+/// /// The speed is that of the emitted delays. The acceleration is that of the ideal delays, because whole
+/// ticks make noise of it.
 pub fn draw(plan: &Plan, survey: &Survey, unit: Option<MachineUnit>) -> Figure {
     let seconds = plan.seconds(survey.duration as f64);
     let (time, per_second) = time_unit(seconds);
@@ -49,7 +48,7 @@ enum Shown {
 }
 
 impl Shown {
-    /// Its name, and what its unit has behind the length.
+    /// /// The name, and the part of the unit after the length.
     fn name(self) -> (&'static str, &'static str) {
         match self {
             Shown::Speed => ("Speed", "/s"),
@@ -74,7 +73,7 @@ fn notes(plan: &Plan, survey: &Survey) -> Vec<String> {
         v.name == "deceleration"
             && plan.values.iter().any(|w| w.name == "acceleration" && w.shown == v.shown)
     };
-    // A start speed of 0 is what everybody expects.
+    // // A start speed of 0 needs no mention.
     let values = plan.values.iter().filter(|v| !twice(v) && v.held != 0.0);
     let values: Vec<_> = values.map(|v| format!("{} {}", v.name, v.shown)).collect();
     let mut notes = vec![
@@ -103,10 +102,10 @@ enum By {
 struct View<'a> {
     plan: &'a Plan,
     survey: &'a Survey,
-    /// A tick and a step in the units of their axes.
+    /// /// A tick and a step in the units of their axes.
     tick: f64,
     step: f64,
-    /// What is counted, and the steps of one.
+    /// /// The unit of length, and its steps.
     length: &'static str,
     per_unit: f64,
 }
@@ -130,7 +129,7 @@ impl View<'_> {
             curves: vec![Curve {
                 name: name.into(),
                 colour: PALETTE[shown as usize],
-                // Not the ends, which are no delays.
+                // // Without the ends, which are no delays.
                 dots: if few && inner > 1 { points[1..inner].to_vec() } else { Vec::new() },
                 points,
                 filled: true,
@@ -140,7 +139,7 @@ impl View<'_> {
         }
     }
 
-    /// Where a pulse lies on the x axis.
+    /// /// The x value of a pulse.
     fn x(&self, by: By, sample: &Sample) -> f64 {
         match by {
             By::Time => sample.time as f64 * self.tick,
@@ -148,7 +147,7 @@ impl View<'_> {
         }
     }
 
-    /// Speed between neighbouring samples, in the middle between them.
+    /// /// Speed between neighbouring samples, at the middle between them.
     fn speeds(&self, by: By) -> Vec<(f64, f64)> {
         let samples = self.clear();
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
@@ -167,8 +166,8 @@ impl View<'_> {
         points
     }
 
-    /// The samples; of many, those that lie so far apart that a tick more or
-    /// less can't be seen.
+    /// /// The samples; of more than a few, only samples that lie so far apart that a tick more or less can't
+    /// be seen.
     fn clear(&self) -> Vec<Sample> {
         let samples = &self.survey.samples;
         let enough = if samples.len() <= FEW { 0 } else { (self.survey.duration / 100).min(300) };
@@ -178,7 +177,7 @@ impl View<'_> {
                 clear.push(sample);
             }
         }
-        // The end belongs to it, even if that makes the last stretch longer.
+        // // The end always belongs to the curve, even if the last stretch gets longer.
         if clear.len() > 1 {
             clear.pop();
         }
@@ -186,15 +185,15 @@ impl View<'_> {
         clear
     }
 
-    /// Change of the ideal's speed from the stretch before a sample to the
-    /// stretch behind it, between the middles of the two.
+    /// /// The change of the ideal speed from the stretch before a sample to the stretch after it, between the
+    /// middles of the two.
     fn accels(&self, by: By) -> Vec<(f64, f64)> {
         let samples = &self.survey.samples;
         let stretch = |a: &Sample, b: &Sample| self.stretch(a, b);
         let middle = |a: &Sample, b: &Sample| (self.x(by, a) + self.x(by, b)) / 2.0;
         let mut points = Vec::new();
         if let [a, b] = samples.as_slice() {
-            // One interval: up to twice its mean speed in the middle, and back.
+            // // One interval: up to twice its mean speed in the middle, and back.
             let (end, (mean, seconds)) = (self.plan.law.ends(), stretch(a, b));
             let accel = 4.0 * (mean - end) / seconds;
             let (x, half) = ((self.x(by, a), self.x(by, b)), middle(a, b));
@@ -206,7 +205,7 @@ impl View<'_> {
             let accel = 2.0 * (v2 - v1) / (t1 + t2);
             points.extend([(middle(a, b), accel), (middle(b, c), accel)]);
         }
-        // At the ends it is what it is beside them.
+        // // At the ends, the acceleration of the neighbouring points.
         if let [first, .., last] = points.as_mut_slice() {
             first.0 = self.x(by, &samples[0]);
             last.0 = self.x(by, &samples[samples.len() - 1]);
@@ -214,7 +213,7 @@ impl View<'_> {
         points
     }
 
-    /// The ideal's mean speed from a sample to another, and the seconds between them.
+    /// /// The ideal's mean speed between two samples, and the seconds between them.
     fn stretch(&self, a: &Sample, b: &Sample) -> (f64, f64) {
         let seconds = (b.ideal - a.ideal).to_f64() / f64::from(self.plan.rate.hz());
         (f64::from(b.n - a.n) / seconds, seconds)
@@ -231,7 +230,7 @@ impl View<'_> {
             let jerk = 6.0 * (bends.1 - bends.0) / (t1 + t2 + t3);
             points.extend([(self.x(by, &four[1]), jerk), (self.x(by, &four[2]), jerk)]);
         }
-        // At the ends it is what it is beside them.
+        // // At the ends, the jerk of the neighbouring points.
         if let [first, .., last] = points.as_mut_slice() {
             first.0 = self.x(by, &samples[0]);
             last.0 = self.x(by, &samples[samples.len() - 1]);

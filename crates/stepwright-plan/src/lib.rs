@@ -1,4 +1,4 @@
-//! Travels of stepper motors on paper: every step of a ramp law, before anything moves.
+//! //! Plans travels of stepper motors: every step of a ramp law, before anything moves.
 //!
 //! ```
 //! use stepwright::{Accel, Geometry, Rate, Speed};
@@ -31,18 +31,18 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! | `law` | what a ramp law tells the outputs |
-//! | `laws` | the laws, one a file |
+//! //! | `law` | the interface of a ramp law for the outputs |
+//! //! | `laws` | the laws, one file each |
 //! | [`survey`] | one walk over the pulses: duration, error, phases, samples |
-//! | [`runs`] | what a board gets |
+//! //! | [`runs`] | the runs for a board |
 //! | [`text`], [`csv`], [`json`], [`figure`] | the formats |
-//! | [`compare`] | several laws over one another |
+//! //! | [`compare`] | a comparison of several laws |
 //! | [`figures`] | the figures of Austin's article, by its [`equations`] |
 //! | [`calc`] | calculators: timers, belts, delays, drivers |
 //! | [`gcode`] | a G-code job: extents, distances, its time, its steps |
 //! | [`sheet`] | facts and a table, as text, CSV or JSON |
 //!
-//! What delays are measured against is `stepwright-oracle`, which shares nothing with the core.
+//! //! Delays are measured against `stepwright-oracle`, which shares no code with the core.
 
 #![warn(missing_docs)]
 #![forbid(unsafe_code)]

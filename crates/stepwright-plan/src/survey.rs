@@ -1,4 +1,4 @@
-//! One walk over all pulses: what the summary says and what the plot shows.
+//! //! One walk over all pulses, for the summary and the plot.
 
 use stepwright::Run;
 use stepwright::profile::Phase;
@@ -7,20 +7,20 @@ use stepwright_oracle::{Double, Number};
 use crate::law::{Plan, PlannedLaw};
 use crate::watch::{Walk, Watch};
 
-/// Up to this many pulses, every one is measured against its ideal. Of a longer
-/// travel the first and the last million are, and between them every run at
-/// its end: seconds instead of minutes.
+/// /// Up to this many pulses, every pulse is measured against its ideal. Of a longer travel, the first and the
+/// last million pulses are measured, and between them only the end of every run. That takes seconds instead of
+/// minutes.
 const ALL: u32 = 4_000_000;
 const EDGE: u32 = 1_000_000;
 
 /// The pulse that is furthest from its ideal.
 #[derive(Clone, Copy, Debug)]
 pub struct Worst {
-    /// How far, in ticks.
+    /// /// The distance in ticks.
     pub ticks: f64,
-    /// Which, counted from 1.
+    /// /// The number of the pulse, counted from 1.
     pub step: u32,
-    /// How many pulses were measured.
+    /// /// The number of pulses measured.
     pub checked: u32,
 }
 
@@ -35,10 +35,10 @@ impl Worst {
     }
 }
 
-/// Plays runs as the engine does, and measures the pulses.
+/// /// Plays runs as the engine does and measures the pulses.
 pub(crate) struct Player<'a> {
     law: &'a dyn PlannedLaw,
-    /// The last pulse, when it came, and the part of a tick that is carried.
+    /// /// The last pulse, its time, and the carried part of a tick.
     n: u32,
     time: u64,
     part: u64,
@@ -46,7 +46,7 @@ pub(crate) struct Player<'a> {
 }
 
 impl<'a> Player<'a> {
-    /// Has made the first pulse.
+    /// /// A player after the first pulse.
     pub fn new(law: &'a dyn PlannedLaw) -> Player<'a> {
         let worst = Worst { ticks: 0.0, step: 0, checked: 0 };
         let mut player = Player { law, n: 0, time: 0, part: 0, worst };
@@ -56,8 +56,7 @@ impl<'a> Player<'a> {
         player
     }
 
-    /// Plays a run; `seen` gets its pulses, unless `next`, which is wanted next,
-    /// lies behind it.
+    /// /// Plays a run. Calls `seen` for each pulse, unless the next wanted pulse `next` lies after the run.
     fn play(&mut self, run: Run, next: u32, mut seen: impl FnMut(u32, u64)) {
         let end = self.n.saturating_add(run.count().into());
         let inner = self.n >= EDGE && end < self.law.pulses().saturating_sub(EDGE);
@@ -79,12 +78,12 @@ impl<'a> Player<'a> {
         self.worst.measure(self.n, self.time, self.law.ideal(self.n));
     }
 
-    /// Plays a run without a look at its single pulses.
+    /// /// Plays a run without reporting single pulses.
     pub fn run(&mut self, run: Run) {
         self.play(run, u32::MAX, |_, _| {});
     }
 
-    /// This many 2⁻¹⁶ ticks later.
+    /// /// Advances the time by this many 2⁻¹⁶ ticks.
     fn pass(&mut self, fine: u64) {
         let due = self.part + fine;
         self.time += due >> 16;
@@ -92,29 +91,29 @@ impl<'a> Player<'a> {
     }
 }
 
-/// A phase as it came out.
+/// /// A phase as emitted.
 #[derive(Clone, Copy, Debug)]
 pub struct PhasePart {
-    /// Which.
+    /// /// The phase.
     pub phase: Phase,
     /// Its pulses.
     pub pulses: u32,
-    /// Ticks that it takes.
+    /// /// Its duration in ticks.
     pub ticks: u64,
 }
 
-/// A pulse that the plot shows.
+/// /// A pulse for the plot.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// Steps from the first pulse.
+    /// /// The number of steps after the first pulse.
     pub n: u32,
-    /// When it is emitted, in ticks.
+    /// /// The time at which it is emitted, in ticks.
     pub time: u64,
-    /// When it should be.
+    /// /// Its ideal time in ticks.
     pub ideal: Double,
 }
 
-/// What a walk over a plan finds.
+/// /// The result of a walk over a plan.
 pub struct Survey {
     /// Ticks from the first pulse to the last.
     pub duration: u64,
@@ -122,13 +121,13 @@ pub struct Survey {
     pub worst: Worst,
     /// The phases.
     pub parts: Vec<PhasePart>,
-    /// Pulses for the plot: all of a short travel; of a long one close
-    /// together where phases meet, further apart between.
+    /// /// Pulses for the plot: all pulses of a short travel. Those of a long travel are close together near
+    /// the ends of phases, and further apart between.
     pub samples: Vec<Sample>,
 }
 
 impl Survey {
-    /// Walks over all pulses; of a long travel that takes seconds.
+    /// /// Walks over all pulses. This takes seconds for a long travel.
     pub fn of(plan: &Plan, watch: Watch<'_>) -> Survey {
         let law = plan.law.as_ref();
         let mut player = Player::new(law);
@@ -153,7 +152,7 @@ impl Survey {
     }
 }
 
-/// The phases' times: their corners are among the samples.
+/// /// The times of the phases. Their ends are among the samples.
 fn parts(law: &dyn PlannedLaw, samples: &[Sample]) -> Vec<PhasePart> {
     let (mut pulses, mut ticks) = (0u32, 0u64);
     let mut parts = Vec::new();
@@ -167,9 +166,9 @@ fn parts(law: &dyn PlannedLaw, samples: &[Sample]) -> Vec<PhasePart> {
     parts
 }
 
-/// Which pulse the plot wants next.
+/// /// The next pulse for the plot.
 struct Marks {
-    /// The corners: pulses at which a phase ends, in order.
+    /// /// The corners: the pulses at which a phase ends, in order.
     corners: Vec<u32>,
     next: u32,
 }
@@ -184,13 +183,13 @@ impl Marks {
         Marks { corners, next: 0 }
     }
 
-    /// A stride is a fortieth of the way to the nearest corner.
+    /// /// Advances by a fortieth of the distance to the nearest corner.
     fn advance(&mut self) {
         let here = self.next;
         let behind = self.corners.partition_point(|&corner| corner <= here);
         let since = here - self.corners[behind.saturating_sub(1)];
         let left = self.corners.get(behind).map_or(0, |corner| corner - here);
-        // Growing from the corner behind, shrinking towards the one ahead.
+        // // The stride grows from the corner before, and shrinks towards the corner ahead.
         let stride = (since.min(left) / 40).clamp(1, left.max(1));
         self.next = here.saturating_add(stride);
     }
@@ -219,8 +218,7 @@ mod tests {
         }
     }
 
-    /// Run by run, and partly without a look inside, it finds what the single
-    /// delays say.
+    /// /// A walk run by run, which partly skips single pulses, gives the same results as the single delays.
     #[test]
     fn a_walk_over_runs_meets_the_delays() {
         for (steps, ramp) in [(0, 1), (1, 1), (2, 1), (7, 3), (900, 200), (5_000_000, 60_000)] {
@@ -254,7 +252,7 @@ mod tests {
                 parts.iter().map(|part| (part.phase, part.pulses, part.ticks)).collect()
             };
             assert_eq!(flat(&survey.parts), flat(&parts));
-            // What is not looked at hides no larger error.
+            // // The pulses that are not measured hide no larger error.
             assert!(worst <= 1.0 && (worst - survey.worst.ticks).abs() < 0.05, "{worst}");
             assert!(survey.worst.checked == steps || steps > ALL);
             assert!(survey.samples.len() < 3_000);

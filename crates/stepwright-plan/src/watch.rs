@@ -1,12 +1,13 @@
-//! How far a long calculation is: billions of steps take minutes.
+//! //! The progress of a long calculation: billions of steps take minutes.
 
-/// Told at every millionth step or so of a long walk: what is done, at which step, of how many.
+/// /// Called at about every millionth step of a long walk: with the name of the work, the step, and the number
+/// of steps.
 pub type Watch<'a> = &'a dyn Fn(&'static str, u32, u32);
 
-/// Tells nobody.
+/// /// Ignores all progress.
 pub const UNWATCHED: Watch<'static> = &|_, _, _| ();
 
-/// Steps between two words.
+/// /// Steps between two calls.
 const STRIDE: u32 = 1 << 20;
 
 /// A walk over the steps of a travel.
@@ -18,12 +19,12 @@ pub(crate) struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// Over `of` steps; of a short walk nothing is said.
+    /// /// A walk over `of` steps. A short walk reports nothing.
     pub fn new(what: &'static str, of: u32, watch: Watch<'a>) -> Walk<'a> {
         Walk { what, of, next: STRIDE, watch }
     }
 
-    /// At step `n`.
+    /// /// Reports that the walk is at step `n`, if it is time to.
     pub fn at(&mut self, n: u32) {
         if n >= self.next {
             self.next = n.saturating_add(STRIDE);

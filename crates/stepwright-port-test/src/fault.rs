@@ -1,27 +1,27 @@
-//! What a timer does wrong.
+//! //! The faults of a timer.
 
 use core::fmt;
 
-/// How a timer breaks the contract of [`StepTimer`](stepwright::timer::StepTimer). The text says
-/// what was seen, what is demanded and what to do.
+/// /// How a timer breaks the contract of [`StepTimer`](stepwright::timer::StepTimer). The text says what was
+/// seen, what is required and what to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimerFault {
-    /// The counter shows the same, however often it is read.
+    /// /// The counter shows the same value at every read.
     StandsStill,
     /// The counter went back.
     Backward,
     /// The interrupt never came.
     Lost {
-        /// Ticks from the counter to the compare value, as it was set; 0 or less: it had passed.
+        /// /// Ticks from the counter to the compare value when it was set; 0 or less if it had passed.
         ahead: i32,
-        /// Ticks after which nobody waited any longer.
+        /// /// Ticks after which the test gave up.
         waited: i32,
     },
-    /// The interrupt came, and a deadline was taken for passed that was not.
+    /// /// The interrupt came, and a deadline ahead counted as passed.
     Early {
-        /// Ticks from the counter to the compare value, as it was set.
+        /// /// Ticks from the counter to the compare value when it was set.
         ahead: i32,
-        /// Ticks too soon.
+        /// /// By how many ticks the deadline was too early.
         by: i32,
     },
 }

@@ -1,29 +1,29 @@
-//! What stands where an engine does.
+//! //! A probe that takes the place of an engine.
 
 use stepwright::Ticks;
 use stepwright::timer::{Count, StepTimer};
 
-/// Looks at a counter after which it is taken to stand still.
+/// /// Looks at a counter without a change after which it counts as standing still.
 const STANDS: u32 = 1_000_000;
 
-/// A timer, with one deadline.
+/// /// A timer with one deadline.
 pub struct TimerProbe<T: StepTimer> {
     timer: T,
-    /// The deadline; none once it has come.
+    /// /// The deadline; `None` after it has come.
     at: Option<T::Count>,
-    /// The count at which the interrupt saw that it had come.
+    /// /// The count at which the interrupt served the deadline.
     served: Option<T::Count>,
     spurious: u32,
 }
 
 impl<T: StepTimer> TimerProbe<T> {
-    /// Of a timer that counts.
+    /// /// A probe with a running timer.
     pub const fn new(timer: T) -> TimerProbe<T> {
         TimerProbe { timer, at: None, served: None, spurious: 0 }
     }
 
-    /// The step interrupt. Does what an engine does: sees what is due, sets the compare register to
-    /// what comes next, and looks again before it leaves.
+    /// /// The step interrupt. Works like an engine: serves what is due, sets the compare register to the next
+    /// deadline, and looks at the counter a second time before it leaves.
     pub fn on_compare(&mut self) {
         let mut nothing = true;
         loop {
@@ -47,23 +47,23 @@ impl<T: StepTimer> TimerProbe<T> {
         &mut self.timer
     }
 
-    /// From now on this is the deadline.
+    /// /// Sets the deadline.
     pub(crate) fn set(&mut self, at: T::Count) {
         (self.at, self.served) = (Some(at), None);
         self.timer.wake_at(at);
     }
 
-    /// When the deadline was served.
+    /// /// The count at which the deadline was served.
     pub(crate) fn served(&self) -> Option<T::Count> {
         self.served
     }
 
-    /// Interrupts that came for no deadline.
+    /// /// The number of interrupts without a deadline.
     pub(crate) fn spurious(&self) -> u32 {
         self.spurious
     }
 
-    /// Looks at the counter until this many ticks have passed; false if it stands still.
+    /// /// Looks at the counter until this many ticks have passed. False if it stands still.
     pub(crate) fn pass(&mut self, since: T::Count, ticks: i32, tick: impl Fn(&mut T)) -> bool {
         let until = since.plus(ticks as Ticks);
         (0..STANDS).any(|_| {

@@ -1,8 +1,8 @@
-//! Austin's laws in f64: what the core's delays are measured against.
+//! //! Austin's laws in f64, as the ideal for the core's delays.
 //!
-//! A travel is N steps up from c₀, some at the speed reached, and J − 1 down,
-//! the J-th being the hold after the last pulse. One of [`Ramps`] makes a delay
-//! from the one before, by the [`equations`](crate::equations); times are added up in 104 bits.
+//! //! A travel is N steps up from c₀, some at the speed reached, and J − 1 down; the J-th is the hold after
+//! the last pulse. An implementation of [`Ramps`] computes a delay from the delay before by the
+//! [`equations`](crate::equations). Times are summed in 104 bits.
 
 use std::cell::RefCell;
 
@@ -10,9 +10,9 @@ use stepwright_oracle::{Double, Number};
 
 use crate::watch::{Walk, Watch};
 
-/// Both ramps of a law.
+/// /// The ramps up and down of a law.
 pub(crate) trait Ramps {
-    /// From rest one step up.
+    /// /// Goes one step up on the ramp from rest.
     fn faster(&self, at: &mut At);
 
     /// The delay after `c` on the way down, j steps before the end.
@@ -26,20 +26,20 @@ pub(crate) struct At {
     pub i: u32,
     /// The delay.
     pub c: f64,
-    /// n, where it is another number.
+    /// /// n, for laws whose n is not `i`.
     pub n: f64,
-    /// Breaks so far.
+    /// /// The number of breaks so far.
     pub crossed: usize,
 }
 
-/// Where a travel turns.
+/// /// The turn of a travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Turns {
     /// N.
     pub up: u32,
     /// J.
     pub down: u32,
-    /// Whether the ramp ended by itself, not because the travel is too short.
+    /// /// Whether the ramp reached its end, and the travel is not too short for it.
     pub complete: bool,
 }
 
@@ -47,15 +47,15 @@ pub(crate) struct Turns {
 pub(crate) struct Formula {
     pulses: u32,
     ramps: Box<dyn Ramps>,
-    /// c₀ as emitted, and as the ramp goes on from it.
+    /// /// c₀ as emitted, and c₀ from which the ramp continues.
     first: (f64, f64),
     /// c_min.
     least: f64,
-    /// Delays up, level and down, and the unclamped delay that is held.
+    /// /// Delays up, level and down, and the unclamped level delay.
     up: u32,
     level: u32,
     down: u32,
-    /// J: the way down begins there, whatever is left of the travel.
+    /// /// J: the step of the ramp down at which braking begins, for travels of any length.
     braking: u32,
     held: f64,
     complete: bool,
@@ -71,8 +71,8 @@ struct Cursor {
 }
 
 impl Formula {
-    /// `pulses` pulses: c₀ as emitted and as the ramp goes on from it; no delay
-    /// is shorter than `least`.
+    /// /// A travel of `pulses` pulses with c₀ as emitted and c₀ from which the ramp continues. No delay is
+    /// shorter than `least`.
     pub fn new(
         ramps: Box<dyn Ramps>,
         pulses: u32,
@@ -82,7 +82,7 @@ impl Formula {
         watch: Watch<'_>,
     ) -> Formula {
         let delays = pulses.saturating_sub(1);
-        // The first delay is c₀, also of a travel that is shorter than its way down.
+        // // The first delay is c₀, even if the travel is shorter than the way down.
         let down = turns.down.saturating_sub(1).min(delays.saturating_sub(1));
         let up = (turns.up + 1).min(delays - down);
         let begin =
@@ -108,17 +108,17 @@ impl Formula {
         }
     }
 
-    /// Pulses in all.
+    /// /// The number of pulses.
     pub fn pulses(&self) -> u32 {
         self.pulses
     }
 
-    /// Delays up, level, down.
+    /// /// The delays up, level and down.
     pub fn parts(&self) -> (u32, u32, u32) {
         (self.up, self.level, self.down)
     }
 
-    /// Whether the ramp was long enough for all it wanted.
+    /// /// Whether the travel was long enough for the ramp.
     pub fn is_complete(&self) -> bool {
         self.complete
     }
@@ -129,7 +129,7 @@ impl Formula {
         held.max(self.least)
     }
 
-    /// When pulse `n` comes, in ticks after the first. Quick when asked in order.
+    /// /// The time of pulse `n`, in ticks after the first. Fast if asked in order.
     pub fn time(&self, n: u32) -> Double {
         let mut cursor = self.cursor.borrow_mut();
         if n < cursor.pulse {
@@ -142,7 +142,7 @@ impl Formula {
         cursor.time
     }
 
-    /// To the next pulse, or at once through what is held, but not beyond `n`.
+    /// /// Goes to the next pulse, or at once through the level part, but not beyond `n`.
     fn step(&self, cursor: &mut Cursor, n: u32) {
         let Cursor { pulse, at, time } = cursor;
         let level = self.up + self.level;
@@ -167,9 +167,8 @@ impl Formula {
     }
 }
 
-/// Turns for a law without a closed form: the way down is a ramp of its own,
-/// followed at the first of its steps that is as fast. Delays of `enough` and
-/// less are the top speed.
+/// /// Computes the turn for a law without a closed form. The way down is a ramp of its own, entered at its
+/// first step that is as fast as the way up. Delays of `enough` or less count as the top speed.
 pub fn shadow(
     pulses: u32,
     enough: f64,
@@ -187,7 +186,7 @@ pub fn shadow(
             }
             let before = next.c;
             follow(&mut next);
-            // A power term comes near to a speed of its own, and no nearer.
+            // // With a power term the speed approaches a limit and never reaches it.
             if next.c >= before {
                 return false;
             }

@@ -1,5 +1,5 @@
-//! A firmware of the Uno on avr8js, another simulator: for timers in fast PWM, in which simavr
-//! is silent.
+//! Runs a firmware of the Uno on avr8js, another simulator: for timers in fast PWM, which simavr
+//! does not report.
 
 use std::env;
 use std::ffi::OsString;
@@ -11,24 +11,24 @@ use serde_json::Value;
 use crate::board::Pin;
 use crate::firmware;
 
-/// The folder `node_modules` with avr8js.
+/// The variable with the folder `node_modules` that has avr8js.
 pub const MODULES: &str = "STEPWRIGHT_NODE_MODULES";
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/avr8js/run.js");
 
-/// What a firmware did.
+/// The observed behaviour of a firmware.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// Every change of a watched pin: its cycle, which pin, its level. They are low at first.
+    /// Every change of a watched pin: its cycle, the pin's index, its level. They are low at first.
     pub changes: Vec<(u64, u8, bool)>,
-    /// What it said on its line.
+    /// The output on its line.
     pub said: String,
 }
 
 /// Runs the firmware of this name for this many milliseconds after its reset.
 ///
 /// # Errors
-/// There is no Node, or no avr8js, or no such firmware; with what gets it.
+/// There is no Node, or no avr8js, or no such firmware; the text says how to get it.
 pub fn run(name: &str, millis: u32, pins: &[Pin]) -> Result<Run> {
     let modules = env::var_os(MODULES).unwrap_or_else(|| {
         OsString::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/avr8js/node_modules"))

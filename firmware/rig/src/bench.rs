@@ -1,19 +1,19 @@
 //! Figures of the firmware, measured on the simulated chip.
 //!
-//! | module | what |
+//! | module | content |
 //! | --- | --- |
 //! | `table` | rows, and the stored file |
-//! | `bounds` | what rows must reach, and which do not yet |
-//! | `job` | a travel on a chip that is watched |
+//! | `bounds` | the bounds of the rows, and those that are not met yet |
+//! | `job` | a travel on an observed chip |
 //! | `rates` | the highest rates without a late step |
 //! | `steep` | the steepest ramps without a late step |
-//! | `behind` | cycles of steps that are due already |
+//! | `behind` | cycles of steps that are already due |
 //! | `cycles` | cycles of steps, of planning, with interrupts off |
-//! | `accuracy` | how near edges come to the ideal |
+//! | `accuracy` | the distance of edges from the ideal |
 //!
-//! All rates and cycles are those of the bench build: it spends the 4 cycles
-//! of an interrupt's entry that simavr leaves out, and lifts the refusal of
-//! what is too fast. Sizes are those of the ordinary build.
+//! All rates and cycles are those of the bench build: it spends the 4 cycles of an interrupt's
+//! entry that simavr omits, and does not refuse what is too fast. Sizes are those of the ordinary
+//! build.
 
 mod accuracy;
 mod behind;
@@ -34,12 +34,12 @@ use crate::firmware;
 
 pub use table::{Row, Table};
 
-/// Who computes the intervals.
+/// Where the intervals are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
-    /// The foreground, ahead.
+    /// In the foreground, ahead of time.
     Queued,
-    /// The step interrupt, which reads the motors' programs: a motor cycle.
+    /// In the step interrupt, which reads the motors' programs: a motor cycle.
     Cycle,
 }
 
@@ -57,7 +57,7 @@ impl Way {
 struct Builds {
     /// For measurements of time.
     bench: Image,
-    /// As it is flashed.
+    /// As flashed.
     plain: Image,
 }
 
@@ -67,16 +67,17 @@ struct Subject {
     board: Board,
     queued: Builds,
     cycle: Builds,
-    /// Rates of an earlier run, to begin the search with.
+    /// Rates of an earlier run, at which the search begins.
     known: Table,
-    /// The figures are compared with those: a rate that is kept still is not searched for.
+    /// The figures are only compared with those: if a rate is still kept, no higher one is searched
+    /// for.
     compare: bool,
 }
 
-/// One measurement, and the rows that come of it.
+/// A measurement, and the names of its rows.
 type Measure = (fn(&Subject) -> Result<Vec<Row>>, &'static [&'static str]);
 
-/// Those that say something soon come first.
+/// The quick ones come first.
 const MEASURES: &[Measure] = &[
     (cycles::sizes, &["flash", "ram"]),
     (cycles::isolated, &["isolated", "isolated_ramp", "reload"]),
@@ -93,12 +94,12 @@ const MEASURES: &[Measure] = &[
     (rates::constant_one, &["rate_constant"]),
 ];
 
-/// Measures everything, or `only` what a row of that name takes. To `compare` with what is
-/// `known`, a rate that is kept is not raised: the figure is as good as the stored one.
+/// Measures everything, or only the measurement with the row `only`. To `compare` with `known`, it
+/// does not search above a rate that is still kept: the figure is as good as the stored one.
 ///
 /// # Errors
-/// A firmware is missing, or there is no row of that name. What the firmware
-/// does not do is said, and its rows are not in the table.
+/// A firmware is missing, or there is no such row. Failures of the firmware are printed, and their
+/// rows are missing from the table.
 pub fn measure(board: Board, known: Table, compare: bool, only: Option<&str>) -> Result<Table> {
     let wanted = |measure: &&Measure| only.is_none_or(|name| measure.1.contains(&name));
     let measures: Vec<_> = MEASURES.iter().filter(wanted).collect();
@@ -130,7 +131,7 @@ pub fn measure(board: Board, known: Table, compare: bool, only: Option<&str>) ->
             });
         }
     });
-    // What failed has been said, and its rows are complained of as missing.
+    // Failures have been printed, and their rows will be reported as missing.
     let measured = rows.into_inner().expect("no panic").into_iter();
     Ok(Table::new(measured.flatten().flatten().collect()))
 }

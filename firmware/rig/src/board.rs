@@ -1,4 +1,4 @@
-//! What is soldered where: the boards that the firmware is for.
+//! The wiring of the boards that the firmware supports.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use stepwright::drive::{Arduino, BoardPin};
 
 use crate::elf::Image;
 
-/// Axes of a CNC shield.
+/// The axes of a CNC shield.
 pub const AXES: usize = 3;
 
 /// Cycles per second.
@@ -17,20 +17,20 @@ pub const HZ: u64 = 16_000_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pin(pub char, pub u8);
 
-/// A timer that may be a step timer: its compare match A, if not another one is asked for.
+/// A timer that may be a step timer, with its compare match A unless another one is requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepTimer {
-    /// As in its name.
+    /// The number in its name.
     pub number: u8,
     /// The interrupt of its compare match.
     pub vector: u8,
     /// The low byte of its compare register, which is written last.
     pub compare: u16,
-    /// Which match: 0 for A.
+    /// The match: 0 for A.
     pub channel: usize,
-    /// Bits of its counter.
+    /// The bits of its counter.
     pub bits: u32,
-    /// Cycles that it counts in, as a power of two.
+    /// The cycles per count, as a power of two.
     pub prescaler: u32,
 }
 
@@ -50,7 +50,7 @@ pub enum Board {
 }
 
 impl Board {
-    /// The chip, as the simulator calls it.
+    /// The simulator's name of the chip.
     pub fn chip(self) -> &'static str {
         match self {
             Board::Uno => "atmega328p",
@@ -58,7 +58,7 @@ impl Board {
         }
     }
 
-    /// Bytes of its flash, with what the boot loader takes.
+    /// The bytes of its flash, including the boot loader's.
     pub fn flash(self) -> usize {
         match self {
             Board::Uno => 0x8000,
@@ -66,14 +66,14 @@ impl Board {
         }
     }
 
-    /// The pins of its headers by their names there, those of the serial line left out.
+    /// The pins of its headers by their names there, without those of the serial line.
     pub fn pins(self) -> Vec<(BoardPin, Pin)> {
         let digital = (2..54).map(BoardPin::D);
         let named = digital.chain((0..16).map(BoardPin::A));
         named.filter_map(|name| Some((name, self.pin(name)?))).collect()
     }
 
-    /// The pin of this name; `None` if the board has none.
+    /// The pin with this name; `None` if the board has none.
     pub fn pin(self, name: BoardPin) -> Option<Pin> {
         let arduino = match self {
             Board::Uno => Arduino::Uno,
@@ -82,7 +82,7 @@ impl Board {
         arduino.pin(name).map(|pin| Pin(pin.port, pin.bit))
     }
 
-    /// As in file names and on the command line.
+    /// The name in file names and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Board::Uno => "uno",
@@ -138,7 +138,7 @@ impl Board {
         }
     }
 
-    /// The timers of 16 bits, any of which can be the step timer: their match A.
+    /// The 16-bit timers, any of which can be the step timer, with their match A.
     pub fn timers(self) -> &'static [StepTimer] {
         const UNO: [StepTimer; 1] = [wide(1, 11, 0x88, 0)];
         const MEGA: [StepTimer; 4] = [
@@ -153,16 +153,15 @@ impl Board {
         }
     }
 
-    /// The timers whose interrupt `image` handles; timer 1 where it handles none,
-    /// as the master does.
+    /// The timers whose interrupt `image` handles; timer 1 if it handles none, like the master.
     pub(crate) fn timers_of(self, image: &Image) -> Vec<StepTimer> {
         let handled = |timer: &&StepTimer| image.defines(&format!("__vector_{}", timer.vector));
         let timers: Vec<_> = self.timers().iter().filter(handled).copied().collect();
         if timers.is_empty() { vec![self.timers()[0]] } else { timers }
     }
 
-    /// Every compare match that `image` steps by: those timers, and the channels of the
-    /// second and third axis, where these have one.
+    /// Every compare match that `image` uses for steps: those timers, and the channels of the
+    /// second and third axis, if they have one.
     pub(crate) fn channels_of(self, image: &Image) -> Vec<StepTimer> {
         let mut channels = self.timers_of(image);
         let first = channels[0];
@@ -185,13 +184,12 @@ impl Board {
         channels
     }
 
-    /// The timer that `image` steps by: the first of those.
+    /// The timer that `image` uses for steps: the first of those.
     pub fn step_timer(self, image: &Image) -> StepTimer {
         self.timers_of(image)[0]
     }
 
-    /// Cycles that the chip takes for RETI: one more where an address has
-    /// three bytes.
+    /// The cycles of RETI: one more if an address has three bytes.
     pub fn reti(self) -> u64 {
         match self {
             Board::Uno => 4,

@@ -1,4 +1,4 @@
-//! The chip as a test holds it: lines, pins, power.
+//! The chip as a test controls it: lines, pins, power.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::probes::{IsrSpan, Taps};
 use crate::silicon::{Cause, Silicon};
 use crate::stack::{RESERVE, Stack};
 
-/// Cycles that a test waits for an answer, unless it says otherwise: 50 ms.
+/// The cycles that a test waits for an answer, unless it says otherwise: 50 ms.
 const PATIENCE: u64 = HZ / 20;
 
 /// A board with a firmware, switched on.
@@ -24,10 +24,10 @@ pub struct Chip {
     line: Line,
     board: Board,
     ram: u32,
-    /// When interrupts were switched off, if they are.
+    /// The time when interrupts were switched off, if they are.
     off_since: Option<u64>,
-    /// The longest stretch without interrupts: cycles, and the address of the
-    /// instruction after which they came back.
+    /// The longest time without interrupts: cycles, and the address of the instruction after which
+    /// they were enabled.
     off_longest: (u64, u32),
     watch: Option<Watch>,
     stack: Option<Stack>,
@@ -40,11 +40,11 @@ pub struct Chip {
 #[derive(Clone, Debug, Default)]
 struct Watch {
     begin: u32,
-    /// Bytes of a return address.
+    /// The bytes of a return address.
     address: u16,
-    /// The stack pointer at its entry, and the cycles spent in it so far.
+    /// The stack pointer and the cycle at its entry, and the cycles spent in interrupts before.
     open: Option<(u16, u64, u64)>,
-    /// Cycles of each call, without interrupts.
+    /// The cycles of each call, without interrupts.
     calls: Vec<u64>,
 }
 
@@ -54,8 +54,8 @@ impl Chip {
         Chip::of(board, board.chip(), image)
     }
 
-    /// Switches on an Uno's core with four times its flash and eight times its RAM, an ATmega1284P:
-    /// for programs that no Uno holds.
+    /// Switches on an Uno's core with four times its flash and eight times its RAM, an ATmega1284P,
+    /// for programs that do not fit an Uno.
     pub fn roomy(image: &Image) -> Chip {
         Chip::of(Board::Uno, "atmega1284p", image)
     }
@@ -84,12 +84,12 @@ impl Chip {
         self.board
     }
 
-    /// Cycles since it was switched on, through all resets.
+    /// The cycles since it was switched on, through all resets.
     pub fn now(&self) -> u64 {
         self.probes.heard.base + self.silicon.cycle()
     }
 
-    /// One instruction, and what the world does meanwhile.
+    /// Executes one instruction, and the events of the surroundings meanwhile.
     #[inline(always)]
     fn step(&mut self) {
         let now = self.now();
@@ -99,7 +99,7 @@ impl Chip {
         let before = self.silicon.cycle();
         self.silicon.step();
         if self.silicon.cycle() < before {
-            // The watchdog has bitten: simavr counts from 0 again.
+            // The watchdog has reset the chip: simavr counts from 0 again.
             self.restarted(before);
         }
         let now = self.now();
@@ -124,7 +124,7 @@ impl Chip {
         }
     }
 
-    /// A poll goes on when an answer is complete.
+    /// Continues a poll when an answer is complete.
     fn hear_answers(&mut self, now: u64) {
         while let Some(&(done, byte)) = self.probes.heard.said.front() {
             if done > now {
@@ -149,8 +149,8 @@ impl Chip {
         }
     }
 
-    /// Lets time pass until `done` answers yes, which it is asked after each
-    /// instruction; false if it has not after `limit` cycles.
+    /// Lets time pass until `done` returns true, which is called after each instruction. False if
+    /// it has not after `limit` cycles.
     pub fn run_to(&mut self, limit: u64, mut done: impl FnMut(&Chip) -> bool) -> bool {
         let end = self.now().saturating_add(limit);
         loop {
@@ -164,7 +164,7 @@ impl Chip {
         }
     }
 
-    /// Sends bytes, one directly behind the other, from now on.
+    /// Sends bytes, one directly after the other, from now on.
     pub fn send(&mut self, bytes: &[u8]) {
         self.line.send(self.now(), bytes);
     }
@@ -175,18 +175,18 @@ impl Chip {
         self.line.send(begin, &[byte]);
     }
 
-    /// Sends `lines` in turn, each as soon as the last one is answered, while
-    /// time passes; until it is called with none. The answers are not kept.
+    /// Sends `lines` in turn, each as soon as the previous one is answered, while time passes,
+    /// until it is called with none. The answers are not kept.
     pub fn poll(&mut self, lines: &[&str]) {
         self.line.poll(self.now(), lines);
     }
 
-    /// Answers to the lines of [`poll`](Chip::poll) so far.
+    /// The number of answers to the lines of [`poll`](Chip::poll) so far.
     pub fn polled(&self) -> u64 {
         self.line.polled
     }
 
-    /// What the board has said up to now, and nobody has taken.
+    /// The board's output so far that was not taken.
     pub fn take_said(&mut self) -> Vec<u8> {
         self.take_said_with_times().into_iter().map(|(_, byte)| byte).collect()
     }
@@ -199,13 +199,13 @@ impl Chip {
         said.drain(..complete).collect()
     }
 
-    /// Everything that has begun to be sent, also what is not complete yet.
+    /// All bytes whose sending has begun, even if not complete.
     pub(crate) fn take_begun(&mut self) -> Vec<(u64, u8)> {
         self.probes.heard.said.drain(..).collect()
     }
 
-    /// Sends a line with its CR and waits for the answer, which comes without
-    /// its CR; `None` if it does not come within 50 ms.
+    /// Sends a line with its CR and waits for the answer, which is returned without its CR; `None`
+    /// if it does not come within 50 ms.
     pub fn ask(&mut self, line: &str) -> Option<String> {
         self.take_said();
         self.send(line.as_bytes());
@@ -223,14 +223,14 @@ impl Chip {
             .then(|| String::from_utf8_lossy(&answer).into_owned())
     }
 
-    /// Asks, and panics if the answer is another one: for tests.
+    /// Sends a line, and panics if the answer is a different one: for tests.
     #[track_caller]
     pub fn expect(&mut self, line: &str, answer: &str) {
         let got = self.ask(line);
         assert_eq!(got.as_deref(), Some(answer), "the answer to {line:?} at {}", self.now());
     }
 
-    /// Asks `F` until it is `R`; false if that takes longer than `limit`.
+    /// Sends `F` until the answer is `R`; false if that takes longer than `limit`.
     pub fn run_to_rest(&mut self, limit: Duration) -> bool {
         let end = self.now() + cycles(limit);
         while self.now() < end {
@@ -243,8 +243,8 @@ impl Chip {
         false
     }
 
-    /// Lets time pass without a word until no pin of a drive has moved for
-    /// `quiet` cycles; false if that takes longer than `limit`.
+    /// Lets time pass without a line until no pin of a drive has changed for `quiet` cycles; false
+    /// if that takes longer than `limit`.
     pub fn run_to_silence(&mut self, quiet: u64, limit: u64) -> bool {
         let mut seen = self.edges().len();
         let end = self.now() + limit;
@@ -263,13 +263,13 @@ impl Chip {
         &self.probes.heard.edges
     }
 
-    /// Forgets the edges so far and returns them.
+    /// Returns the edges so far, and clears them.
     pub fn take_edges(&mut self) -> Vec<Edge> {
         std::mem::take(&mut self.probes.heard.edges)
     }
 
-    /// Every change of ENABLE so far: cycle and level. It is low at first, as
-    /// a pin that is not driven is taken to be.
+    /// Every change of ENABLE so far: cycle and level. It is low at first, because a pin that is
+    /// not driven counts as low.
     pub fn enable_changes(&self) -> &[(u64, bool)] {
         &self.probes.heard.enable
     }
@@ -279,17 +279,17 @@ impl Chip {
         &self.probes.heard.led
     }
 
-    /// Takes down the levels of these pins from now on: they are low until they rise.
+    /// Records the levels of these pins from now on: they are low until they rise.
     pub fn watch_pins(&mut self, pins: &[Pin]) {
         self.probes.watch(&self.silicon, pins);
     }
 
-    /// Every change of a watched pin: its cycle, which pin, its level.
+    /// Every change of a watched pin: its cycle, the pin's index, its level.
     pub fn watched_changes(&self) -> &[(u64, u8, bool)] {
         &self.probes.heard.watched
     }
 
-    /// The same, which it forgets.
+    /// The same, and clears them.
     pub fn take_watched_changes(&mut self) -> Vec<(u64, u8, bool)> {
         std::mem::take(&mut self.probes.heard.watched)
     }
@@ -299,31 +299,30 @@ impl Chip {
         self.silicon.pull(self.board.switch()[axis], closed);
     }
 
-    /// Pulls a pin to ground, or lets its pull-up have it.
+    /// Pulls a pin to ground, or leaves it to its pull-up.
     pub fn pull(&mut self, pin: Pin, low: bool) {
         self.silicon.pull(pin, low);
     }
 
-    /// Somebody presses RESET: RAM and EEPROM stay.
+    /// Presses RESET: RAM and EEPROM keep their contents.
     pub fn reset(&mut self) {
         self.reset_by(Cause::Button);
     }
 
-    /// A reset for a reason: RAM and EEPROM stay.
+    /// A reset for a reason: RAM and EEPROM keep their contents.
     pub fn reset_by(&mut self, cause: Cause) {
         let before = self.silicon.cycle();
         self.silicon.reset(cause);
         self.restarted(before);
     }
 
-    /// Takes the reason of the reset away, before the program has run: many boot
-    /// loaders do.
+    /// Clears the reason of the reset, before the program has run, as many boot loaders do.
     pub fn clear_cause(&mut self) {
         self.silicon.clear_cause();
     }
 
-    /// The power goes and comes back: only flash and EEPROM stay. A byte that
-    /// was being written to the EEPROM is `spoilt` then.
+    /// Switches the power off and on: only flash and EEPROM keep their contents. A byte of the
+    /// EEPROM that was being written becomes `spoilt`.
     pub fn power_loss(&mut self, spoilt: u8) {
         if let Some(address) = self.probes.heard.eeprom.cut() {
             self.silicon.set_eeprom(address, &[spoilt]);
@@ -346,7 +345,7 @@ impl Chip {
         }
     }
 
-    /// Resets of every kind since it was switched on.
+    /// The resets of every kind since it was switched on.
     pub fn resets(&self) -> u32 {
         self.resets
     }
@@ -356,7 +355,7 @@ impl Chip {
         self.silicon.eeprom()
     }
 
-    /// Puts bytes into the EEPROM.
+    /// Writes bytes to the EEPROM.
     pub fn set_eeprom(&mut self, offset: u16, bytes: &[u8]) {
         self.silicon.set_eeprom(offset, bytes);
     }
@@ -366,14 +365,13 @@ impl Chip {
         self.probes.heard.eeprom.is_busy()
     }
 
-    /// Bytes written to the EEPROM.
+    /// The number of bytes written to the EEPROM.
     pub fn eeprom_written(&self) -> u64 {
         self.probes.heard.eeprom.written()
     }
 
-    /// Burns the low fuse byte, before the chip has run. It is 0 at first, and only tells the
-    /// firmware what clock it has: the cycles go on as before. Its bit CKDIV8 sets CLKPR, as
-    /// a reset does.
+    /// Sets the low fuse byte, before the chip has run. It is 0 at first, and only tells the
+    /// firmware its clock: the cycles are not affected. Its bit CKDIV8 sets CLKPR, as a reset does.
     pub fn set_low_fuse(&mut self, byte: u8) {
         self.silicon.set_low_fuse(byte);
     }
@@ -391,8 +389,7 @@ impl Chip {
         self.silicon.set_byte(address, byte);
     }
 
-    /// Puts other code into the flash from `address` on, and returns what was
-    /// there.
+    /// Writes other code to the flash from `address` on, and returns the previous code.
     ///
     /// # Panics
     /// The flash ends before.
@@ -400,14 +397,13 @@ impl Chip {
         self.silicon.set_code(address, code)
     }
 
-    /// Calls the function at `address` on a chip that has just been switched on,
-    /// and whose program is not to run: arguments and results are in its
-    /// registers, bytes 0 to 31. False if it does not come back, with the stack
-    /// as it was, within `limit` cycles.
+    /// Calls the function at `address` on a chip that has just been switched on, without running
+    /// its program: arguments and results are in its registers, bytes 0 to 31. False if it does not
+    /// return, with the stack unchanged, within `limit` cycles.
     pub fn call(&mut self, address: u32, limit: u64) -> bool {
         let sp = self.silicon.sp();
         self.silicon.enter(address);
-        // It returns to where the chip begins.
+        // It returns to the reset address.
         self.run_to(limit, |chip| chip.pc() == 0) && self.silicon.sp() == sp
     }
 
@@ -416,76 +412,75 @@ impl Chip {
         self.silicon.pc()
     }
 
-    /// Bytes of RAM in statics, and the most that the stack has taken.
+    /// The bytes of RAM in statics, and the largest stack so far.
     pub fn ram(&self) -> (u32, u32) {
         (self.ram, self.silicon.stack(self.ram))
     }
 
-    /// Looks at the stack pointer after each instruction from now on.
+    /// Checks the stack pointer after each instruction from now on.
     pub fn watch_stack(&mut self) {
         self.stack = Some(Stack::new(self.timers.iter().copied()));
     }
 
-    /// Bytes that were free between the statics and the stack at its deepest: as far as was
-    /// written, and where the pointer is watched, with the deepest interrupt on top of the
-    /// deepest place that lets a step interrupt in.
+    /// The free bytes between the statics and the deepest stack: as far as was written, and where
+    /// the pointer is checked, with the deepest interrupt on top of the deepest place that lets a
+    /// step interrupt in.
     pub fn spare(&self) -> i64 {
         let (room, end) = self.silicon.room();
         let met = self.stack.as_ref().map_or(0, |stack| stack.met(end));
         i64::from(room) - i64::from(self.ram) - i64::from(self.silicon.stack(self.ram).max(met))
     }
 
-    /// Bytes that were lost on the way to the firmware.
+    /// The bytes that were lost on the way to the firmware.
     pub fn lost(&self) -> u64 {
         self.line.lost
     }
 
-    /// Whether all that was sent has reached the firmware.
+    /// Whether all sent bytes have reached the firmware.
     pub fn has_taken_all(&self) -> bool {
         self.line.is_idle()
     }
 
-    /// The longest stretch with interrupts off so far: cycles, and the address
-    /// after it.
+    /// The longest time with interrupts off so far: cycles, and the address after it.
     pub fn longest_off(&self) -> (u64, u32) {
         self.off_longest
     }
 
-    /// Forgets the longest stretch: boot is not motion.
+    /// Resets the longest time, to exclude the boot.
     pub fn clear_longest_off(&mut self) {
         self.off_longest = (0, 0);
     }
 
-    /// Cycles in interrupts so far.
+    /// The cycles in interrupts so far.
     pub fn inside_interrupts(&self) -> u64 {
         self.probes.heard.inside
     }
 
-    /// Keeps every stay in the step interrupt from now on.
+    /// Records every stay in the step interrupt from now on.
     pub fn keep_visits(&mut self) {
         self.probes.heard.keep_visits = true;
     }
 
-    /// The stays in the step interrupt since they are kept, or were taken.
+    /// The stays in the step interrupt that were recorded and not taken.
     pub fn take_visits(&mut self) -> Vec<IsrSpan> {
         std::mem::take(&mut self.probes.heard.visits)
     }
 
     /// Times every call of the function at `address` from now on.
     pub fn watch_calls(&mut self, address: u32) {
-        // 22 bits of a program counter take three.
+        // A program counter of 22 bits takes three.
         let bytes = if self.board() == Board::Mega { 3 } else { 2 };
         self.watch = Some(Watch { begin: address, address: bytes, ..Watch::default() });
     }
 
-    /// Cycles of each call of the watched function, without interrupts.
+    /// The cycles of each call of the timed function, without interrupts.
     pub fn take_calls(&mut self) -> Vec<u64> {
         self.watch.as_mut().map(|watch| std::mem::take(&mut watch.calls)).unwrap_or_default()
     }
 }
 
 impl Drop for Chip {
-    /// Whatever a test is about, the stack must not have come near the statics.
+    /// Checks after every test that the stack has not come near the statics.
     fn drop(&mut self) {
         let spare = self.spare();
         assert!(
@@ -499,8 +494,8 @@ impl Watch {
     fn look(&mut self, silicon: &Silicon, now: u64, inside: u64) {
         match self.open {
             None if silicon.pc() == self.begin => self.open = Some((silicon.sp(), now, inside)),
-            // Its return address has been popped. A pointer that is merely above is one that a
-            // callee has half written, where its frame ends on another page.
+            // The return address has been popped. A pointer that is merely above this is one that a
+            // callee has half written, when its frame ends on another page.
             Some((sp, begun, then)) if silicon.sp() == sp + self.address => {
                 self.calls.push((now - begun).saturating_sub(inside - then));
                 self.open = None;

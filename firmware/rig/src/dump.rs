@@ -9,21 +9,21 @@ use crate::board::HZ;
 /// Writes changes as they come, in the order of their times.
 pub struct PinDump<W> {
     out: W,
-    /// Units of time in a second.
+    /// The units of time in a second.
     units: u128,
     time: Option<u64>,
 }
 
-/// The character that stands for a pin: those of a Mega are 68.
+/// The character that represents a pin; a Mega has 68 pins.
 fn letter(which: u8) -> char {
     char::from(b'!' + which)
 }
 
 impl<W: Write> PinDump<W> {
-    /// Begins a dump of the pins of these names, all low; 94 at most.
+    /// Begins a dump of pins with these names, all low; 94 at most.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// Errors of `out`.
     pub fn begin(mut out: W, names: &[String]) -> io::Result<PinDump<W>> {
         let (units, unit) = unit(HZ);
         writeln!(out, "$version stepwright {} $end", env!("CARGO_PKG_VERSION"))?;
@@ -39,10 +39,10 @@ impl<W: Write> PinDump<W> {
         Ok(PinDump { out, units, time: None })
     }
 
-    /// Takes down that pins changed: cycle, which, level.
+    /// Writes changes of pins: cycle, index, level.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn changes(&mut self, changes: &[(u64, u8, bool)]) -> io::Result<()> {
         for &(time, which, level) in changes {
             self.at(time)?;
@@ -58,10 +58,10 @@ impl<W: Write> PinDump<W> {
         writeln!(self.out, "#{}", u128::from(time) * self.units / u128::from(HZ))
     }
 
-    /// Ends it at this cycle.
+    /// Ends the dump at this cycle.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn finish(mut self, time: u64) -> io::Result<W> {
         self.at(time)?;
         self.out.flush()?;

@@ -1,4 +1,4 @@
-//! What the drivers saw: steps, positions and times from the edges alone.
+//! The drivers' view: steps, positions and times from the edges alone.
 
 use stepwright_sim::{Edge, Pin};
 
@@ -7,7 +7,7 @@ use stepwright_sim::{Edge, Pin};
 pub struct Step {
     /// The cycle of its rising edge.
     pub time: u64,
-    /// Steps forward minus steps backward up to it.
+    /// The steps forward minus the steps backward so far.
     pub position: i64,
 }
 
@@ -28,7 +28,7 @@ pub fn steps_of(edges: &[Edge], axis: u8) -> Vec<Step> {
     steps
 }
 
-/// Where one axis is after all of `edges`.
+/// The position of one axis after all of `edges`.
 pub fn position_of(edges: &[Edge], axis: u8) -> i64 {
     steps_of(edges, axis).last().map_or(0, |step| step.position)
 }
@@ -38,29 +38,28 @@ pub fn intervals_of(edges: &[Edge], axis: u8) -> Vec<u64> {
     steps_of(edges, axis).windows(2).map(|pair| pair[1].time - pair[0].time).collect()
 }
 
-/// What a driver asks of its pins, in cycles.
+/// The requirements of a driver for its pins, in cycles.
 #[derive(Clone, Copy, Debug)]
 pub struct Needs {
-    /// STEP stays high for at least this long.
+    /// The least time for which STEP stays high.
     pub pulse: u64,
-    /// From DIR to the rising edge of STEP.
+    /// The time from DIR to the rising edge of STEP.
     pub setup: u64,
-    /// From the rising edge of STEP to DIR.
+    /// The time from the rising edge of STEP to DIR.
     pub hold: u64,
-    /// From one rising edge of STEP to the next.
+    /// The time from one rising edge of STEP to the next.
     pub interval: u64,
 }
 
 impl Needs {
-    /// What the firmware promises by default: 2 µs, 1 µs, 1 µs, and no closer
-    /// than pulse and pause.
+    /// The firmware's default: 2 µs, 1 µs, 1 µs, and at least a pulse and a pause between steps.
     pub const DEFAULT: Needs = Needs { pulse: 32, setup: 16, hold: 16, interval: 64 };
 }
 
-/// Looks whether every driver got what it needs.
+/// Checks that every driver's requirements were met.
 ///
 /// # Errors
-/// What was broken first, in a sentence.
+/// A sentence about the first violation.
 pub fn check(edges: &[Edge], needs: Needs) -> Result<(), String> {
     let axes = edges.iter().map(|edge| edge.axis).max().map_or(0, |axis| axis + 1);
     (0..axes).try_for_each(|axis| check_axis(edges, axis, needs))
@@ -93,7 +92,7 @@ fn check_axis(edges: &[Edge], axis: u8, needs: Needs) -> Result<(), String> {
                 long_enough("a hold", rise, now, needs.hold)?;
                 turn = Some(now);
             }
-            // Enables and switches have no such needs.
+            // Enables and switches have no such requirements.
             (Pin::Coil(_) | Pin::Enable | Pin::Min | Pin::Max, _) => {}
         }
     }

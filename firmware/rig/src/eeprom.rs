@@ -1,4 +1,4 @@
-//! How long the EEPROM is busy, and what a power loss leaves in it.
+//! The time for which the EEPROM is busy, and the effect of a loss of power on it.
 
 /// A byte takes 3.4 ms to write (ATmega328P data sheet, table 8-2).
 const WRITE: u64 = 54_400;
@@ -28,12 +28,12 @@ impl Eeprom {
         self.written += 1;
     }
 
-    /// Bytes written to the end.
+    /// The number of completely written bytes.
     pub(crate) fn written(&self) -> u64 {
         self.written
     }
 
-    /// The power has gone: the address of the byte that is spoilt, if one is.
+    /// Handles a loss of power: the address of the spoilt byte, if there is one.
     pub(crate) fn cut(&mut self) -> Option<u16> {
         self.busy.take().map(|(_, address)| address)
     }

@@ -1,4 +1,4 @@
-//! Reads the few things of an ELF file that a chip needs.
+//! Reads the parts of an ELF file that a chip needs.
 //!
 //! 32 bits, little endian, AVR. RAM is at 0x800000 and the EEPROM at 0x810000
 //! in the addresses of the AVR linker; below that is flash.
@@ -8,31 +8,30 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 
-/// Where the linker puts RAM.
+/// The linker's address of RAM.
 const DATA: u32 = 0x80_0000;
-/// Where the linker puts the EEPROM.
+/// The linker's address of the EEPROM.
 const EEPROM: u32 = 0x81_0000;
 
 /// A named address.
 #[derive(Clone, Debug)]
 pub struct Symbol {
-    /// As the linker has it, mangled.
+    /// The linker's name, mangled.
     pub name: String,
-    /// In bytes; of flash, if below 0x800000.
+    /// The address in bytes; in flash, if below 0x800000.
     pub address: u32,
-    /// In bytes; 0 if unknown.
+    /// The size in bytes; 0 if unknown.
     pub size: u32,
-    /// Whether it stands for a definition that is missing: so do the vectors
-    /// that nobody handles.
+    /// Whether it stands in for a missing definition, as the unhandled vectors do.
     pub weak: bool,
 }
 
-/// A firmware as it lies in flash.
+/// A firmware as it is in flash.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// From address 0; gaps are 0xFF.
+    /// The bytes from address 0; gaps are 0xFF.
     pub flash: Vec<u8>,
-    /// Bytes of RAM in statics: `.data`, `.bss` and `.noinit`.
+    /// The bytes of RAM in statics: `.data`, `.bss` and `.noinit`.
     pub ram: u32,
     /// All named addresses.
     pub symbols: Vec<Symbol>,
@@ -42,7 +41,7 @@ impl Image {
     /// Reads a file.
     ///
     /// # Errors
-    /// The file can't be read, or is no ELF file for an AVR.
+    /// The file can't be read, or is not an ELF file for an AVR.
     pub fn read(path: &Path) -> Result<Image> {
         let bytes =
             std::fs::read(path).with_context(|| format!("no firmware at {}", path.display()))?;
@@ -58,7 +57,7 @@ impl Image {
         for n in 0..u32::from(count) {
             let at = segments + n * u32::from(size);
             let (kind, offset) = (file.word(at)?, file.word(at + 4)?);
-            // The place in flash: for initialised RAM that is where its copy lies.
+            // The address in flash: for initialised RAM, that of its copy.
             let (place, length) = (file.word(at + 12)?, file.word(at + 16)?);
             if kind != 1 || length == 0 || place >= DATA {
                 continue;
@@ -74,7 +73,7 @@ impl Image {
         Ok(Image { flash, ram, symbols })
     }
 
-    /// Reads the bytes of a flash from address 0. Nothing in it has a name.
+    /// Reads the bytes of a flash from address 0. It has no symbols.
     ///
     /// # Errors
     /// The file can't be read.
@@ -85,11 +84,11 @@ impl Image {
     }
 
     /// Reads a boot loader from an Intel HEX file, for a chip with `room` bytes of flash. The rest
-    /// of it is erased; at address 0 stands a jump to the boot loader, in place of the fuse that
-    /// has a chip begin there.
+    /// of the flash is erased; at address 0 is a jump to the boot loader, in place of the fuse that
+    /// makes a chip start there.
     ///
     /// # Errors
-    /// The file can't be read, or is none.
+    /// The file can't be read, or is not a boot loader.
     pub fn boot_loader(path: &Path, room: usize) -> Result<Image> {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("no boot loader at {}", path.display()))?;
@@ -102,7 +101,7 @@ impl Image {
                 .collect::<Result<_, _>>()?;
             let [_, high, low, kind, data @ .., _] = record.as_slice() else { continue };
             let at = base + usize::from(u16::from_be_bytes([*high, *low]));
-            // What the addresses behind it are counted from: in 16 bytes, or in 64 KiB.
+            // The base of the following addresses: in units of 16 bytes, or of 64 KiB.
             if let (2 | 4, [high, low]) = (*kind, data) {
                 let shift = if *kind == 2 { 4 } else { 16 };
                 base = usize::from(u16::from_be_bytes([*high, *low])) << shift;
@@ -110,13 +109,13 @@ impl Image {
             if *kind == 0 {
                 let place = flash.get_mut(at..at + data.len()).context("beyond the flash")?;
                 place.copy_from_slice(data);
-                // The one instruction at its end is its version.
+                // A single instruction at the end of the flash is the version.
                 if data.len() > 2 {
                     begin = begin.min(at);
                 }
             }
         }
-        // JMP has the 17th bit of its address, in words, as its own lowest one.
+        // JMP has the 17th bit of its word address as its own lowest bit.
         let [low, high, top, ..] = (begin / 2).to_le_bytes();
         flash[..4].copy_from_slice(&[0x0C | top & 1, 0x94, low, high]);
         Ok(Image { flash, ram: 0, symbols: Vec::new() })
@@ -129,12 +128,12 @@ impl Image {
         })
     }
 
-    /// Whether it has a definition of its own of `name`.
+    /// Whether it has its own definition of `name`.
     pub fn defines(&self, name: &str) -> bool {
         self.symbols.iter().any(|symbol| symbol.name == name && !symbol.weak)
     }
 
-    /// The one function whose name ends so: address and size in bytes.
+    /// The only function whose name ends in this: address and size in bytes.
     ///
     /// # Panics
     /// There is none, or more than one: for tests.
@@ -143,7 +142,7 @@ impl Image {
         self.only(end, 0..DATA)
     }
 
-    /// The one static whose name ends so: address in the data space, and size.
+    /// The only static whose name ends in this: address in the data space, and size.
     ///
     /// # Panics
     /// As [`function`](Image::function).
@@ -180,7 +179,7 @@ impl File<'_> {
         Ok(u32::from_le_bytes(self.bytes(at, 4)?.try_into()?))
     }
 
-    /// Bytes of RAM in use, and the symbols.
+    /// The bytes of RAM in use, and the symbols.
     fn sections(&self) -> Result<(u32, Vec<Symbol>)> {
         let (table, size, count) = (self.word(32)?, self.half(46)?, self.half(48)?);
         let header = |n: u32| table + n * u32::from(size);

@@ -1,4 +1,4 @@
-//! Where the firmwares are that the rig runs.
+//! The paths of the firmwares that the rig runs.
 
 use std::env;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use crate::elf::Image;
 /// The folder with `uno.elf`, `uno-bench.elf`, `mega.elf` and so on.
 pub const FOLDER: &str = "STEPWRIGHT_FIRMWARE";
 
-/// The file of a firmware: `uno`, `uno-bench`, `mega`, `uno-case1`.
+/// The file of a firmware, such as `uno`, `uno-bench`, `mega`, `uno-case1`.
 pub fn path(name: &str) -> PathBuf {
     let folder = env::var_os(FOLDER).map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/firmware")),
@@ -23,7 +23,7 @@ pub fn path(name: &str) -> PathBuf {
 /// Reads a firmware.
 ///
 /// # Errors
-/// It is not there, with what builds it.
+/// It is missing; the text says how to build it.
 pub fn load(name: &str) -> Result<Image> {
     let (rest, bench) = match name.strip_suffix("-bench") {
         Some(rest) => (rest, " --bench"),
@@ -46,7 +46,7 @@ pub fn load(name: &str) -> Result<Image> {
 /// The board's own firmware, for tests.
 ///
 /// # Panics
-/// It is not there.
+/// It is missing.
 pub fn built(board: Board) -> Image {
     load(board.name()).unwrap_or_else(|error| panic!("{error:#}"))
 }

@@ -1,35 +1,35 @@
-//! The host's end of the serial line: bytes at their true distance.
+//! The host's end of the serial line, with bytes at their real distance.
 
 use std::collections::VecDeque;
 
 use crate::silicon::Silicon;
 
-/// A chip's receiver holds two bytes, and a third in the register that the line is shifted into:
-/// until the next one begins there.
+/// A chip's receiver holds two bytes, and a third in the shift register until the next byte begins
+/// there.
 const RECEIVER: usize = 3;
 
-/// Bytes on their way to the chip.
+/// The bytes on their way to the chip.
 #[derive(Default)]
 pub(crate) struct Line {
-    /// To be sent, and the cycle before which the first may not begin.
+    /// The bytes to send, each with the earliest cycle at which it may begin.
     waiting: VecDeque<(u64, u8)>,
-    /// The line is free from then on.
+    /// The cycle from which the line is free.
     free: u64,
-    /// The byte on the line and the cycle at which it is complete.
+    /// The byte on the line, and the cycle at which it is complete.
     flying: Option<(u64, u8)>,
-    /// Complete, and not yet taken by the firmware.
+    /// Complete bytes that the firmware has not read.
     arrived: VecDeque<u8>,
-    /// Bytes lost because the firmware did not take them in time.
+    /// The bytes lost because the firmware did not read them in time.
     pub(crate) lost: u64,
-    /// Lines to send in turn, each when the last answer is complete.
+    /// The lines to send in turn, each when the previous answer is complete.
     poll: Vec<Vec<u8>>,
     turn: usize,
-    /// Answers to those lines.
+    /// The number of answers to those lines.
     pub(crate) polled: u64,
 }
 
 impl Line {
-    /// Sends `bytes` one behind the other, not before `from`.
+    /// Sends `bytes` one after the other, not before `from`.
     pub(crate) fn send(&mut self, from: u64, bytes: &[u8]) {
         self.waiting.extend(bytes.iter().map(|&byte| (from, byte)));
     }
@@ -47,7 +47,7 @@ impl Line {
         !self.poll.is_empty()
     }
 
-    /// An answer is complete at `from`.
+    /// Notes that an answer is complete at `from`.
     pub(crate) fn answered(&mut self, from: u64) {
         if self.is_polling() {
             self.polled += 1;
@@ -64,17 +64,17 @@ impl Line {
         self.send(from, &line);
     }
 
-    /// The power has gone: what was under way is lost.
+    /// Handles a loss of power: bytes on the way are lost.
     pub(crate) fn cut(&mut self) {
         *self = Line { lost: self.lost, ..Line::default() };
     }
 
-    /// Whether nothing is under way to the chip.
+    /// Whether no bytes are on the way to the chip.
     pub(crate) fn is_idle(&self) -> bool {
         self.waiting.is_empty() && self.flying.is_none() && self.arrived.is_empty()
     }
 
-    /// The next cycle at which there is something to do here.
+    /// The cycle of the next event here.
     #[inline(always)]
     pub(crate) fn due(&self) -> u64 {
         if !self.arrived.is_empty() {
@@ -87,7 +87,7 @@ impl Line {
         }
     }
 
-    /// Does what is due at `now`.
+    /// Handles the events that are due at `now`.
     pub(crate) fn tick(&mut self, now: u64, silicon: &mut Silicon) {
         if let Some((done, byte)) = self.flying
             && done <= now
@@ -105,7 +105,7 @@ impl Line {
                 self.lost += 1;
                 silicon.overrun();
             }
-            // From when it could begin, so that bytes lie exactly side by side.
+            // From the earliest cycle on, so that bytes follow each other exactly.
             let begin = from.max(self.free);
             self.free = begin + silicon.byte_time();
             self.flying = Some((self.free, byte));

@@ -2,8 +2,7 @@
 
 use crate::chip::Chip;
 
-/// A slice of time in which each chip runs alone: less than a byte takes, so
-/// that none can come too late.
+/// The time for which each chip runs alone: less than a byte takes, so that no byte comes too late.
 const SLICE: u64 = 500;
 
 /// A master and a slave on one cable.
@@ -19,7 +18,7 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Joins two chips; both clocks go on from where they are.
+    /// Joins two chips; both clocks continue from their present values.
     pub fn new(master: Chip, slave: Chip) -> Pair {
         Pair { master, slave, orders: Vec::new(), answers: Vec::new() }
     }
@@ -39,8 +38,8 @@ impl Pair {
     }
 }
 
-/// Hands over what has begun to be sent. `from_begin` and `to_begin` are the
-/// same moment on both clocks.
+/// Passes on the bytes whose sending has begun. `from_begin` and `to_begin` are the same moment on
+/// both clocks.
 fn carry(from: &mut Chip, from_begin: u64, to: &mut Chip, to_begin: u64) -> Vec<u8> {
     let sent = from.take_begun();
     for &(done, byte) in &sent {

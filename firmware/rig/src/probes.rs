@@ -1,8 +1,7 @@
-//! What the rig hears from inside the simulator: pins, bytes, interrupts.
+//! The rig's connections to the simulator: pins, bytes, interrupts.
 //!
-//! simavr calls back in the middle of an instruction; the cycle is the one at
-//! which the instruction began. All callbacks write into one [`Heard`], which
-//! lives as long as the chip.
+//! simavr calls back in the middle of an instruction; the cycle is the one at which the instruction
+//! began. All callbacks write to one [`Heard`], which lives as long as the chip.
 
 use std::collections::VecDeque;
 use std::os::raw::c_void;
@@ -14,8 +13,8 @@ use crate::board::{AXES, Board, Pin, StepTimer};
 use crate::eeprom::Eeprom;
 use crate::silicon::{Silicon, opaque};
 
-/// One stay in an interrupt: cycles of its first instruction and of the first
-/// one after its RETI.
+/// One stay in an interrupt: the cycles of its first instruction and of the first one after its
+/// RETI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IsrSpan {
     /// The first cycle inside.
@@ -24,27 +23,26 @@ pub struct IsrSpan {
     pub exit: u64,
 }
 
-/// Everything heard since the chip was made, with cycles that go on through
-/// resets.
+/// Everything observed since the chip was created, with cycles that continue through resets.
 pub(crate) struct Heard {
     avr: *mut ffi::avr_t,
-    /// Cycles before the last reset.
+    /// The cycles before the last reset.
     pub base: u64,
     pub edges: Vec<Edge>,
     /// Levels of ENABLE.
     pub enable: Vec<(u64, bool)>,
     /// Levels of the LED.
     pub led: Vec<(u64, bool)>,
-    /// Levels of the pins that are watched: cycle, which, level.
+    /// The levels of the watched pins: cycle, index, level.
     pub watched: Vec<(u64, u8, bool)>,
-    /// Bytes from USART0 with the cycle at which they are complete.
+    /// The bytes from USART0 with the cycle at which they are complete.
     pub said: VecDeque<(u64, u8)>,
-    /// Stays in the step interrupt, if asked for.
+    /// The stays in the step interrupt, if requested.
     pub visits: Vec<IsrSpan>,
     pub keep_visits: bool,
-    /// Cycles in all interrupts together.
+    /// The cycles in all interrupts together.
     pub inside: u64,
-    /// Whether one runs now.
+    /// Whether an interrupt runs now.
     pub running: bool,
     entry: u64,
     step_entry: u64,
@@ -53,20 +51,20 @@ pub(crate) struct Heard {
     silicon: *const Silicon,
 }
 
-/// A timer one of whose compare matches is computed here as well.
+/// A timer whose compare match is also computed here.
 struct Match {
     timer: *mut ffi::avr_timer_t,
     of: StepTimer,
 }
 
 impl Match {
-    /// Cycles in which the counter comes round.
+    /// The cycles after which the counter wraps.
     fn round(&self) -> u64 {
         1 << (self.of.bits + self.of.prescaler)
     }
 }
 
-/// A pin and what it is for.
+/// A pin with its purpose.
 struct Tap {
     heard: *mut Heard,
     wire: Wire,
@@ -78,23 +76,23 @@ enum Wire {
     Drive(u8, Role),
     Enable,
     Led,
-    /// A pin that a test watches: its place among them.
+    /// A pin that a test watches: its index.
     Watched(u8),
 }
 
-/// Keeps what simavr holds pointers to.
+/// Owns the objects that simavr has pointers to.
 pub(crate) struct Taps {
     pub heard: Box<Heard>,
     probes: Box<[Tap]>,
-    /// Those of the pins that a test watches.
+    /// The taps of the pins that a test watches.
     watched: Vec<Box<[Tap]>>,
-    /// The mended timers.
+    /// The corrected timers.
     _matches: Box<[Match]>,
     #[expect(clippy::vec_box, reason = "the simulator knows their addresses")]
     _watches: Vec<Box<Watch>>,
 }
 
-/// What is called when a register is written.
+/// A callback for the write of a register.
 type OnWrite = unsafe extern "C" fn(*mut ffi::avr_t, ffi::avr_io_addr_t, u8, param: *mut c_void);
 
 /// A register that is watched: simavr's own way to share one has room for four.
@@ -113,8 +111,8 @@ impl Watch {
         then: OnWrite,
         param: *mut c_void,
     ) -> Box<Watch> {
-        // SAFETY: the registers begin behind the 32 of the processor; the box does not
-        // move and lives as long as the chip.
+        // SAFETY: the registers begin after the 32 of the processor; the box does not move and
+        // lives as long as the chip.
         unsafe {
             let write = &raw mut (*avr).io[usize::from(register) - 32].w;
             let (own, own_param) = ((*write).c, (*write).param);
@@ -132,7 +130,7 @@ unsafe extern "C" fn on_write(
     value: u8,
     param: *mut c_void,
 ) {
-    // SAFETY: `param` is a watch, and its callbacks get what they were registered with.
+    // SAFETY: `param` is a watch, and its callbacks get the values that they were registered with.
     unsafe {
         let watch = &*param.cast::<Watch>();
         if let Some(own) = watch.own {
@@ -145,7 +143,7 @@ unsafe extern "C" fn on_write(
 }
 
 impl Taps {
-    /// Listens to `silicon`, which must stay where it is.
+    /// Connects to `silicon`, which must not move.
     pub(crate) fn new(board: Board, timers: &[StepTimer], silicon: &Silicon) -> Taps {
         let avr = silicon.avr;
         let mut heard = Box::new(Heard {
@@ -196,7 +194,7 @@ impl Taps {
             watches.push(Watch::new(avr, register, on_timer_mask, param));
         }
         watches.push(Watch::new(avr, EECR, on_eeprom, param));
-        // The firmware's own.
+        // The firmware's own timers.
         let mut matches: Box<[Match]> =
             timers.iter().map(|&of| Match { timer: silicon.timer(of.number), of }).collect();
         for (timer, matched) in timers.iter().zip(&mut matches) {
@@ -205,7 +203,7 @@ impl Taps {
         Taps { heard, probes, watched: Vec::new(), _matches: matches, _watches: watches }
     }
 
-    /// Takes down the levels of these pins from now on.
+    /// Records the levels of these pins from now on.
     pub(crate) fn watch(&mut self, silicon: &Silicon, pins: &[Pin]) {
         let all = &raw mut *self.heard;
         let tap = |which| Tap { heard: all, wire: Wire::Watched(which), level: false };
@@ -217,7 +215,7 @@ impl Taps {
         self.watched.push(probes);
     }
 
-    /// After a reset every pin is an input: what was high has fallen.
+    /// After a reset every pin is an input: high pins have fallen.
     pub(crate) fn release(&mut self) {
         for tap in self.probes.iter_mut().chain(self.watched.iter_mut().flatten()) {
             if std::mem::take(&mut tap.level) {
@@ -246,8 +244,8 @@ impl Heard {
 }
 
 unsafe extern "C" fn on_pin(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
-    // SAFETY: `param` is the tap that was registered with this function; both
-    // it and `Heard` are only used while no instruction runs, or in here.
+    // SAFETY: `param` is the tap that was registered with this function; both it and `Heard` are
+    // only used while no instruction runs, or in here.
     unsafe {
         let tap = &mut *param.cast::<Tap>();
         let level = value & 1 != 0;
@@ -260,8 +258,8 @@ unsafe extern "C" fn on_pin(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_vo
 }
 
 unsafe extern "C" fn on_byte(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
-    // SAFETY: as in `on_pin`. simavr takes a byte as 11 bits; it reads the time of a
-    // byte after this call.
+    // SAFETY: as in `on_pin`. simavr assumes 11 bits for a byte; it reads the time of a byte after
+    // this call.
     unsafe {
         let heard = &mut *param.cast::<Heard>();
         let time = (*heard.silicon).byte_time();
@@ -271,8 +269,8 @@ unsafe extern "C" fn on_byte(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_v
     }
 }
 
-/// `value` is the vector that runs now, or 0. One may come in between another,
-/// which is told of again when that goes on.
+/// `value` is the vector that runs now, or 0. Interrupts may nest; when the outer one continues, it
+/// is reported again.
 unsafe extern "C" fn on_interrupt(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
     // SAFETY: as in `on_pin`.
     let heard = unsafe { &mut *param.cast::<Heard>() };
@@ -296,8 +294,8 @@ unsafe extern "C" fn on_step_interrupt(_: *mut ffi::avr_irq_t, value: u32, param
     }
 }
 
-/// An interrupt that is enabled while its flag is up comes at once on a chip;
-/// simavr forgets it.
+/// An interrupt that is enabled while its flag is set comes at once on a chip; simavr does not
+/// raise it.
 unsafe extern "C" fn on_timer_mask(
     avr: *mut ffi::avr_t,
     register: ffi::avr_io_addr_t,
@@ -322,8 +320,8 @@ unsafe extern "C" fn on_timer_mask(
     }
 }
 
-/// simavr misses a match that comes within an instruction of the counter's
-/// overflow; the chip does not. So the match is computed here as well.
+/// simavr misses a match within an instruction after the counter's overflow; the chip does not. So
+/// the match is computed here as well.
 unsafe extern "C" fn on_compare_value(
     avr: *mut ffi::avr_t,
     register: ffi::avr_io_addr_t,
@@ -337,7 +335,7 @@ unsafe extern "C" fn on_compare_value(
         let high = if matched.of.bits > 8 { *low.add(1) } else { 0 };
         let value = u64::from(u16::from_le_bytes([*low, high]));
         let count = (*avr).cycle.wrapping_sub((*matched.timer).tov_base);
-        // The flag goes up one count after the counter has the value.
+        // The flag is set one count after the counter has the value.
         let round = matched.round();
         let ahead = ((value + 1) << matched.of.prescaler).wrapping_sub(count) % round;
         let ahead = if ahead == 0 { round } else { ahead };
@@ -350,7 +348,7 @@ unsafe extern "C" fn on_match(
     when: ffi::avr_cycle_count_t,
     param: *mut c_void,
 ) -> ffi::avr_cycle_count_t {
-    // SAFETY: as in `on_pin`; raising twice in a cycle is raising once.
+    // SAFETY: as in `on_pin`; raising twice in a cycle has the effect of once.
     unsafe {
         let matched = &*param.cast::<Match>();
         let channel = &raw mut (*matched.timer).comp[matched.of.channel];
@@ -361,12 +359,12 @@ unsafe extern "C" fn on_match(
 
 /// EEPROM control register, the same on both chips.
 const EECR: u16 = 0x3F;
-/// Its bit EEPE: a byte is being written.
+/// Bit EEPE: a byte is being written.
 const EEPE: u8 = 1 << 1;
-/// Its bit EEMPE: the next EEPE counts.
+/// Bit EEMPE: enables the next EEPE.
 const EEMPE: u8 = 1 << 2;
 
-/// simavr has written the byte in an instant; here it goes on for 3.4 ms.
+/// simavr has written the byte at once; here the write continues for 3.4 ms.
 unsafe extern "C" fn on_eeprom(
     avr: *mut ffi::avr_t,
     _: ffi::avr_io_addr_t,

@@ -1,7 +1,7 @@
-//! A pseudo-terminal, which serial programs open as if it were a port.
+//! A pseudo-terminal, which serial programs open like a port.
 //!
-//! Programs come and go. While none has it open, reading fails (`EIO`), and
-//! what the board says is lost, as on a cable that nobody listens to.
+//! Programs come and go. While none has it open, reading fails (`EIO`), and the board's output is
+//! lost, as on a cable without a listener.
 
 use std::io;
 use std::os::fd::OwnedFd;
@@ -17,7 +17,7 @@ use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcseta
 pub struct Pty {
     master: OwnedFd,
     path: PathBuf,
-    /// Whether a program has it open, as far as the last look showed.
+    /// Whether a program had it open at the last check.
     visited: bool,
 }
 
@@ -39,13 +39,13 @@ impl Pty {
         Ok(pty)
     }
 
-    /// What a program opens.
+    /// The path for a program to open.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Makes the line as the next program should find it: raw, so that answers
-    /// don't come back as an echo, and without old ones.
+    /// Sets up the line for the next program: raw, so that answers don't come back as an echo, and
+    /// without old answers.
     fn freshen(&self) {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
         // If it fails, the next program finds the line as the last one left it.
@@ -57,7 +57,7 @@ impl Pty {
         }
     }
 
-    /// What has come since the last look; does not wait.
+    /// The bytes received since the last call; does not wait.
     ///
     /// # Errors
     /// The pseudo-terminal is broken.
@@ -82,7 +82,7 @@ impl Pty {
         }
     }
 
-    /// Says `bytes`; what the line does not take is lost.
+    /// Writes `bytes`; bytes that the line does not accept are lost.
     pub fn write(&mut self, bytes: &[u8]) {
         if self.visited && !bytes.is_empty() {
             let _ = rustix::io::write(&self.master, bytes);

@@ -1,6 +1,6 @@
-//! The simulator behind a safe face: one chip, one instruction at a time.
+//! The simulator behind a safe interface: one chip, one instruction at a time.
 //!
-//! Everything unsafe of the rig is here and in `probes.rs`.
+//! All unsafe code of the rig is here and in `probes.rs`.
 
 use std::ffi::{CStr, CString};
 use std::os::raw::c_void;
@@ -11,27 +11,27 @@ use simavr_ffi as ffi;
 use crate::board::{HZ, Pin};
 use crate::elf::Image;
 
-/// RAM is full of this when the power comes: what still is has not been used.
+/// The contents of RAM at power-up: bytes that still have this value have not been used.
 const PAINT: u8 = 0xA5;
 
 /// USART0's registers, the same on both chips.
 const UCSR0A: usize = 0xC0;
 const UBRR0: usize = 0xC4;
 
-/// Why a chip is reset.
+/// The reason of a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// Its supply was gone, for so short a time that RAM has kept everything.
+    /// The supply was gone, but so briefly that RAM has kept everything.
     Power,
     /// RESET was low: the button, or the host's DTR.
     Button,
     /// Its supply was too low.
     BrownOut,
-    /// The watchdog. Not by itself: a program that hangs shows that.
+    /// The watchdog. Only for a reset by the rig: the rig also tests a program that hangs.
     Watchdog,
 }
 
-/// simavr's name of a request.
+/// simavr's number of a request.
 const fn request(name: [u8; 4]) -> u32 {
     u32::from_be_bytes(name)
 }
@@ -40,7 +40,7 @@ const fn request(name: [u8; 4]) -> u32 {
 pub(crate) struct Silicon {
     pub(crate) avr: *mut ffi::avr_t,
     uart: *mut ffi::avr_uart_t,
-    /// Closed switches: per port, the pins that are pulled from outside.
+    /// The closed switches: per port, the pins that are pulled from outside.
     pulled: Vec<(char, u8, u8)>,
 }
 
@@ -51,8 +51,8 @@ impl Silicon {
         // SAFETY: the name is a C string; simavr allocates, and Drop frees.
         let avr = unsafe { ffi::avr_make_mcu_by_name(name.as_ptr()) };
         assert!(!avr.is_null(), "simavr has no {chip}");
-        // SAFETY: `avr` is fresh from simavr. The code is copied, and simavr
-        // aborts if it is too long, which is tested before.
+        // SAFETY: `avr` is fresh from simavr. The code is copied, and simavr aborts if it is too
+        // long, which is checked before.
         unsafe {
             (*avr).frequency = HZ as u32;
             assert_eq!(ffi::avr_init(avr), 0, "simavr can't set up the chip");
@@ -70,7 +70,7 @@ impl Silicon {
         silicon
     }
 
-    /// Fills the RAM with a pattern, as power-up would with noise.
+    /// Fills the RAM with a pattern, in place of the noise at power-up.
     fn paint(&mut self) {
         // SAFETY: `data` has `ramend` + 1 bytes, registers first.
         unsafe {
@@ -80,15 +80,15 @@ impl Silicon {
         }
     }
 
-    /// Bytes from the end of RAM down to the deepest one that was written;
-    /// `statics` bytes at its beginning don't count.
+    /// The bytes from the end of RAM down to the deepest one that was written; `statics` bytes at
+    /// its beginning are not counted.
     pub(crate) fn stack(&self, statics: u32) -> u32 {
         let free = self.ram().get(statics as usize..).unwrap_or(&[]);
         let deepest = free.iter().position(|&byte| byte != PAINT).unwrap_or(free.len());
         (free.len() - deepest) as u32
     }
 
-    /// Bytes of RAM, and the address of the last.
+    /// The bytes of RAM, and the address of the last.
     pub(crate) fn room(&self) -> (u32, u16) {
         // SAFETY: `avr` is alive.
         (self.ram().len() as u32, unsafe { (*self.avr).ramend })
@@ -111,7 +111,7 @@ impl Silicon {
 
     /// Sets a byte of RAM, or one of the registers r0 to r31.
     pub(crate) fn set_byte(&mut self, address: u16, byte: u8) {
-        // SAFETY: no register that the hardware looks at, and below the end.
+        // SAFETY: not a register of the hardware, and below the end.
         unsafe {
             let avr = &*self.avr;
             assert!(
@@ -123,7 +123,7 @@ impl Silicon {
     }
 
     pub(crate) fn set_low_fuse(&mut self, byte: u8) {
-        /// CLKPR, and what it divides by as a power of 2 if CKDIV8 is programmed: 0.
+        /// CLKPR; its divider as a power of 2 if CKDIV8 is programmed (0).
         const CLKPR: usize = 0x61;
         let divider = if byte & 0x80 == 0 { 3 } else { 0 };
         // SAFETY: a live chip, and no instruction runs; the register is inside `data`.
@@ -133,8 +133,7 @@ impl Silicon {
         }
     }
 
-    /// Puts other code into the flash from `address` on, and returns what was
-    /// there.
+    /// Writes other code to the flash from `address` on, and returns the previous code.
     pub(crate) fn set_code(&mut self, address: u32, code: &[u8]) -> Vec<u8> {
         // SAFETY: `flash` has `flashend` + 1 bytes.
         unsafe {
@@ -147,7 +146,7 @@ impl Silicon {
         }
     }
 
-    /// The next instruction is the one at `address`; its RET leads to address 0.
+    /// Makes the instruction at `address` the next one; its RET leads to address 0.
     pub(crate) fn enter(&mut self, address: u32) {
         // SAFETY: `avr` is alive, and no instruction runs.
         unsafe {
@@ -162,7 +161,7 @@ impl Silicon {
         }
     }
 
-    /// Executes one instruction and what the hardware does meanwhile.
+    /// Executes one instruction, with the activity of the hardware meanwhile.
     #[inline(always)]
     pub(crate) fn step(&mut self) {
         // SAFETY: `avr` is alive; its callbacks are ours, see `probes.rs`.
@@ -201,7 +200,7 @@ impl Silicon {
         unsafe { (*self.avr).sreg[7] != 0 }
     }
 
-    /// A reset for a reason: RAM and EEPROM stay.
+    /// A reset for a reason: RAM and EEPROM keep their contents.
     pub(crate) fn reset(&mut self, cause: Cause) {
         // SAFETY: `avr` is alive, and no callback runs.
         unsafe {
@@ -219,7 +218,7 @@ impl Silicon {
         }
     }
 
-    /// Takes the reason of the reset away, as a boot loader does before the program.
+    /// Clears the reason of the reset, as a boot loader does before the program.
     pub(crate) fn clear_cause(&mut self) {
         // SAFETY: as above.
         unsafe {
@@ -230,13 +229,13 @@ impl Silicon {
         }
     }
 
-    /// The power goes and comes: only flash and EEPROM stay.
+    /// Switches the power off and on: only flash and EEPROM keep their contents.
     pub(crate) fn power_cycle(&mut self) {
         self.paint();
         self.reset(Cause::Power);
     }
 
-    /// Cycles of a byte on the line, as the firmware has set up USART0.
+    /// The cycles of a byte on the line, as the firmware has set up USART0.
     pub(crate) fn byte_time(&self) -> u64 {
         let divider =
             u64::from(self.byte(UBRR0 as u16)) | u64::from(self.byte(UBRR0 as u16 + 1)) << 8;
@@ -244,16 +243,16 @@ impl Silicon {
         10 * bit
     }
 
-    /// Whether USART0 has handed out every byte that it was given.
+    /// Whether the firmware has read every byte that USART0 got.
     pub(crate) fn receiver_is_empty(&self) -> bool {
         // SAFETY: `uart` belongs to `avr`.
         unsafe { (*self.uart).input.read == (*self.uart).input.write }
     }
 
-    /// A byte has arrived, now. Call it with an empty receiver only.
+    /// Delivers a byte now. Only while the receiver is empty.
     pub(crate) fn receive(&mut self, byte: u8) {
-        // SAFETY: as above; the irq was made by simavr. The receiver takes the
-        // time of a byte from its arrival; it has passed already.
+        // SAFETY: as above; simavr created the irq. The receiver counts the time of a byte from its
+        // arrival, but that time has passed already.
         unsafe {
             (*self.uart).cycles_per_byte = 1;
             ffi::avr_raise_irq((*self.uart).io.irq, u32::from(byte));
@@ -261,19 +260,19 @@ impl Silicon {
         }
     }
 
-    /// Tells simavr how long a byte takes.
+    /// Sets simavr's time for a byte.
     pub(crate) fn set_byte_time(&self, cycles: u64) {
         // SAFETY: `uart` belongs to `avr`.
         unsafe { (*self.uart).cycles_per_byte = cycles }
     }
 
-    /// A byte was lost for want of room: data overrun.
+    /// Reports a data overrun: a byte was lost.
     pub(crate) fn overrun(&mut self) {
         // SAFETY: UCSR0A is inside `data`; its bit 3 is DOR.
         unsafe { *(*self.avr).data.add(UCSR0A) |= 1 << 3 }
     }
 
-    /// Holds an input pin low, or lets its pull-up have it.
+    /// Holds an input pin low, or leaves it to its pull-up.
     pub(crate) fn pull(&mut self, pin: Pin, low: bool) {
         let Pin(port, bit) = pin;
         let index = self.pulled.iter().position(|(name, ..)| *name == port).unwrap_or_else(|| {
@@ -284,7 +283,7 @@ impl Silicon {
         *mask |= 1 << bit;
         *value = *value & !(1 << bit) | u8::from(!low) << bit;
         let (mask, value) = (u64::from(*mask), u64::from(*value));
-        // SAFETY: the structure is simavr's, and it copies it.
+        // SAFETY: the structure is simavr's, and simavr copies it.
         unsafe {
             let mut external: ffi::avr_ioport_external_t = std::mem::zeroed();
             external.set_name(u64::from(port as u8));
@@ -311,9 +310,9 @@ impl Silicon {
         unsafe { (*self.uart).io.irq.add(ffi::UART_IRQ_OUTPUT as usize) }
     }
 
-    /// The timer of a number.
+    /// The timer with this number.
     pub(crate) fn timer(&self, number: u8) -> *mut ffi::avr_timer_t {
-        // SAFETY: `find` gives live ones.
+        // SAFETY: `find` returns live ones.
         find(self.avr, c"timer", |timer: *mut ffi::avr_timer_t| unsafe {
             (*timer).name as u8 == b'0' + number
         })
@@ -334,11 +333,10 @@ impl Silicon {
         }
     }
 
-    /// Puts `bytes` into the EEPROM from `offset` on.
+    /// Writes `bytes` to the EEPROM from `offset` on.
     pub(crate) fn set_eeprom(&mut self, offset: u16, bytes: &[u8]) {
         let mut bytes = bytes.to_vec();
-        // SAFETY: the description's length is the buffer's; simavr refuses
-        // what lies beyond the end.
+        // SAFETY: the description's length is the buffer's; simavr refuses bytes beyond the end.
         let result = unsafe {
             let mut what =
                 ffi::avr_eeprom_desc_t { ee: bytes.as_mut_ptr(), offset, size: bytes.len() as u32 };
@@ -359,8 +357,8 @@ impl Drop for Silicon {
 
 /// The module of a kind and name in simavr's list, as its own structure.
 fn find<T>(avr: *mut ffi::avr_t, kind: &CStr, is_it: impl Fn(*mut T) -> bool) -> *mut T {
-    // SAFETY: the list ends with null; a module of a kind is the beginning of
-    // that kind's structure, and the callers name the right one.
+    // SAFETY: the list ends with null; a module of a kind is the beginning of that kind's
+    // structure, and the callers pass the right one.
     unsafe {
         let mut module = (*avr).io_port;
         while !module.is_null() {
@@ -375,7 +373,7 @@ fn find<T>(avr: *mut ffi::avr_t, kind: &CStr, is_it: impl Fn(*mut T) -> bool) ->
 
 /// USART0.
 fn find_uart(avr: *mut ffi::avr_t) -> *mut ffi::avr_uart_t {
-    // SAFETY: `find` gives live ones.
+    // SAFETY: `find` returns live ones.
     find(avr, c"uart", |uart: *mut ffi::avr_uart_t| unsafe { (*uart).name as u8 == b'0' })
 }
 
@@ -388,7 +386,7 @@ unsafe fn set(avr: *mut ffi::avr_t, bit: ffi::avr_regbit_t, to: bool) {
     if register == 0 {
         return;
     }
-    // SAFETY: the caller's word.
+    // SAFETY: the caller's promise.
     unsafe {
         let byte = (*avr).data.add(register);
         *byte = if to { *byte | mask } else { *byte & !mask };

@@ -1,16 +1,16 @@
-//! How deep the stack goes, against the end of the statics below it.
+//! The depth of the stack, compared with the end of the statics below it.
 //!
-//! Two figures, and the larger counts: the deepest byte that was written, and the deepest push
-//! of the main program where it lets a step interrupt in, with the deepest interrupt on top of
-//! it, whether the two ever met or not.
+//! Two figures, of which the larger counts: the deepest byte that was written, and the deepest push
+//! of the main program where it lets a step interrupt in, plus the deepest interrupt, whether the
+//! two ever coincided or not.
 
 use crate::silicon::Silicon;
 
-/// Bytes that every firmware leaves free between its statics and its stack, in its worst case.
-/// An interrupt of the line, which may come on top of all, takes fewer.
+/// The bytes that every firmware leaves free between its statics and its stack, in its worst case.
+/// An interrupt of the line, which may nest in addition, takes fewer.
 pub const RESERVE: u32 = 48;
 
-/// The most that a push, a call and the way into an interrupt take at once.
+/// The most that a push, a call and the entry of an interrupt take at once.
 const PUSH: u16 = 6;
 
 /// The stack pointer, instruction by instruction.
@@ -18,9 +18,9 @@ const PUSH: u16 = 6;
 pub(crate) struct Stack {
     /// The mask registers of the step timers.
     masks: Vec<u16>,
-    /// At the instruction before.
+    /// The stack pointer after the previous instruction.
     last: u16,
-    /// Where it was as the interrupt came that runs now.
+    /// The stack pointer at the entry of the running interrupt.
     entry: Option<u16>,
     /// The deepest push of the main program where it lets a step interrupt in.
     open: u16,
@@ -29,15 +29,14 @@ pub(crate) struct Stack {
 }
 
 impl Stack {
-    /// With step timers of these numbers.
+    /// For step timers with these numbers.
     pub(crate) fn new(timers: impl Iterator<Item = u8>) -> Stack {
         // TIMSK0 …
         let masks = timers.map(|number| 0x6E + u16::from(number)).collect();
         Stack { masks, last: 0, entry: None, open: u16::MAX, depth: 0 }
     }
 
-    /// After an instruction. Only what is pushed counts: a pointer of which one half was
-    /// written is none.
+    /// Called after an instruction. Only pushes count: a half-written pointer is ignored.
     pub(crate) fn look(&mut self, silicon: &Silicon, inside: bool) {
         let sp = silicon.sp();
         let pushed = self.last.wrapping_sub(sp);
@@ -60,8 +59,8 @@ impl Stack {
         self.last = sp;
     }
 
-    /// Bytes of the deepest push of the main program with the deepest interrupt on top, for a
-    /// RAM that ends at `end`.
+    /// The bytes of the deepest push of the main program plus the deepest interrupt, for a RAM that
+    /// ends at `end`.
     pub(crate) fn met(&self, end: u16) -> u32 {
         u32::from(end.saturating_sub(self.open)) + u32::from(self.depth)
     }

@@ -1,4 +1,4 @@
-//! Random stories on a simulated chip, judged as on the virtual board: from outside.
+//! Random stories on a simulated chip, judged from outside as on the virtual board.
 
 use std::collections::VecDeque;
 
@@ -10,18 +10,18 @@ use stepwright_stress::{Bench, Board as Nature, Fault, Player, Reset, Rules, Sto
 use crate::board::{AXES, HZ};
 use crate::{Board, Cause, Chip, Image};
 
-/// Cycles of a byte on the line, rounded up.
+/// The cycles of a byte on the line, rounded up.
 const BYTE: u64 = 1389;
 
-/// What is known of a board from outside.
+/// The properties of a board as seen from outside.
 pub fn nature(board: Board) -> Nature {
-    // Every board of ours has the same costs, and the virtual Uno too.
+    // All of our boards have the same costs, and so does the virtual Uno.
     let cost = Description::uno().board.cost;
     Nature {
         longer: cost.longer,
         can: Can { jerk: board == Board::Mega },
-        // An interrupt of the line in front of a step; beside other axes also their rare
-        // events, which are compiled.
+        // An interrupt of the line before a step; with other axes moving also their rare events,
+        // which are compiled.
         jitter: (200.0, 2500.0),
         slack: 8,
         plans: true,
@@ -34,11 +34,11 @@ pub fn story(board: Board, seed: u64) -> Story {
     story_on(seed, nature(board), Taste::CHIP)
 }
 
-/// Plays a story on a chip with this firmware, whatever board it was told of: a text says less of
-/// one than is known of a chip.
+/// Plays a story on a chip with this firmware, whatever board the story was made for: its text
+/// contains less than what is known of a chip.
 ///
 /// # Errors
-/// The first broken rule.
+/// The first violated rule.
 pub fn play(board: Board, image: &Image, story: &Story, rules: Rules) -> Result<Sum, Fault> {
     let mut bench = OnChip { chip: Chip::new(board, image), said: VecDeque::new(), low: 0 };
     bench.wake();
@@ -56,19 +56,19 @@ pub fn play(board: Board, image: &Image, story: &Story, rules: Rules) -> Result<
     Ok(player.sum(&bench))
 }
 
-/// A chip from outside.
+/// A chip as seen from outside.
 struct OnChip {
     chip: Chip,
     said: VecDeque<(u64, u8)>,
-    /// When the power came on: all pins were low.
+    /// The time of power-up, when all pins were low.
     low: u64,
 }
 
 impl OnChip {
-    /// A board takes a few milliseconds to start; then it answers.
+    /// Waits for the start of the board, a few milliseconds, until it answers.
     fn wake(&mut self) {
         self.low = self.chip.now();
-        // A line sent into that would be waited for without success.
+        // A line sent during the start would never be answered.
         self.chip.run_for(HZ / 200);
         for _ in 0..10 {
             if self.chip.ask("").is_some() {

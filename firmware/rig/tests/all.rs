@@ -1,4 +1,4 @@
-//! All tests of this crate, but for conversation.rs, in one program, which is built and linked once.
+//! All tests of this crate except conversation.rs in one program, which is built and linked once.
 
 // Private to the core, which uses more of it: tests/numbers.rs.
 #[allow(dead_code)]

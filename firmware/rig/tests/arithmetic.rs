@@ -1,6 +1,6 @@
-//! What the compiler makes of wide numbers on the chip: the same results as on the host, bit
-//! for bit, for random operands of every length. (Arguments on the stack, which it gets wrong
-//! on a Mega, are refused when a firmware is built: `cargo xtask check`.)
+//! Tests the compiled arithmetic of wide numbers on the chip: the same results as on the host, bit
+//! for bit, for random operands of every length. (Arguments on the stack, which the compiler gets
+//! wrong on a Mega, are refused when a firmware is built: `cargo xtask check`.)
 
 use std::cell::RefCell;
 
@@ -11,7 +11,7 @@ use stepwright_rig::{Chip, firmware};
 
 include!("../../avr/examples/arithmetic/operations.rs");
 
-/// A name, and what two operands give.
+/// A name, and the function of two operands.
 type Operation = (&'static str, fn(u64, u64) -> (u64, u64));
 
 macro_rules! table {
@@ -21,12 +21,12 @@ macro_rules! table {
 }
 operations!(table);
 
-/// Pairs of operands of each operation.
+/// The pairs of operands for each operation.
 const PAIRS: u32 = 300;
-/// Cycles that the longest of them, a division, stays below.
+/// An upper bound for the cycles of the slowest, a division.
 const LIMIT: u64 = 100_000;
 
-/// Numbers of every length, either sign, and their neighbours at powers of two.
+/// Numbers of every length, of either sign, and neighbours of powers of two.
 fn operand() -> impl Strategy<Value = u64> {
     prop_oneof![
         any::<u64>(),

@@ -1,19 +1,18 @@
-//! A change of mind on the way, on the real binary: against the virtual board,
-//! edge by edge.
+//! Changes during a travel, on the real binary: compared with the virtual board, edge by edge.
 //!
-//! When a change takes hold depends on what was planned when its line came. A
-//! chip takes its time for a line and for planning, the virtual board none; so
-//! the virtual one is told at some moment near that of the chip, and at one of
-//! them every edge must be the chip's. Legs are compared from their first step
-//! on: what begins after a turn begins when the foreground comes by.
+//! The moment at which a change takes effect depends on what was planned when its line came. A chip
+//! needs time for a line and for planning, the virtual board none. So the virtual board gets the
+//! change at several moments near that of the chip, and at one of them every edge must be the
+//! chip's. Legs are compared from their first step on, because a leg after a turn begins when the
+//! foreground reaches it.
 
 use crate::common::{self, LATENCY, board, chip, rest, say, steps};
 use stepwright_rig::edges::Step;
 use stepwright_rig::{Board, Chip};
 use stepwright_sim::{Description, Edge, Pin, Queues, VirtualBoard};
 
-/// Steps of axis 1 of a virtual Uno, which is told `order` at once and `change`
-/// this many cycles after its first step.
+/// The steps of axis 1 of a virtual Uno, which gets `order` at once and `change` this many cycles
+/// after its first step.
 fn virtual_steps(order: &str, change: &str, after: u64) -> Vec<Step> {
     let mut queues = Queues::default();
     let mut board: VirtualBoard<u16, Vec<Edge>> =
@@ -46,8 +45,8 @@ fn virtual_steps(order: &str, change: &str, after: u64) -> Vec<Step> {
     steps
 }
 
-/// How far apart the same steps are, at most, in cycles; each leg from its
-/// first step on. `None` if they are not the same.
+/// The largest distance of corresponding steps, in cycles; each leg from its first step on. `None`
+/// if the steps differ.
 fn apart(real: &[Step], ideal: &[Step]) -> Option<i64> {
     let same = |(a, b): (&Step, &Step)| a.position == b.position;
     if real.len() != ideal.len() || !real.iter().zip(ideal).all(same) {
@@ -65,7 +64,7 @@ fn apart(real: &[Step], ideal: &[Step]) -> Option<i64> {
     Some(worst)
 }
 
-/// Gives the order, and this many cycles later the change. The last position.
+/// Sends the order, and this many cycles later the change. Returns the last position.
 #[track_caller]
 fn changed(order: &str, wait: u64, change: &str) -> (Chip, i64) {
     let mut chip = chip();
@@ -76,8 +75,8 @@ fn changed(order: &str, wait: u64, change: &str) -> (Chip, i64) {
     rest(&mut chip);
     let real = steps(&chip, 0);
     let told = told - real[0].time;
-    // The line was heard before its answer was: at 115,200 baud some 90 µs a
-    // byte. And the virtual board is fed as often as it looks.
+    // The line was received before its answer was sent: at 115,200 baud some 90 µs a byte. The
+    // virtual board is fed as often as it polls.
     let tries = (0..160).map(|n| (told + 40_000).saturating_sub(n * 2_000));
     let best = tries.filter_map(|at| apart(&real, &virtual_steps(order, change, at))).min();
     let best = best.expect("no moment makes the virtual board do the same");
@@ -175,7 +174,7 @@ fn without_a_jerk_its_ramps_are_straight() {
         common::follows(&common::steps(&chip, 0), &path, common::FIT + LATENCY);
         assert!(chip.ask("?").unwrap().contains(" late=0 "));
     }
-    // A change takes hold at the next whole step.
+    // A change takes effect at the next whole step.
     let mut chip = chip();
     say(&mut chip, ORDER);
     chip.run_for(6_000_000);
@@ -229,8 +228,8 @@ fn s_curves_that_are_admitted_are_on_time() {
     }
 }
 
-/// Nothing is planned while a line is obeyed: a target behind all three axes in no more time than
-/// three of a straight ramp take.
+/// Nothing is planned while a line is obeyed: a new target behind all three axes takes no more time
+/// than three changes of a straight ramp.
 #[test]
 fn a_target_of_three_s_curves_takes_less_than_a_quarter_of_what_is_queued() {
     if board() != Board::Mega {
@@ -244,14 +243,14 @@ fn a_target_of_three_s_curves_takes_less_than_a_quarter_of_what_is_queued() {
     chip.watch_calls(work);
     chip.expect("@+15", "Y");
     let longest = chip.take_calls().into_iter().max().unwrap();
-    // 4 of 16 ms.
+    // 4 ms of 16,000 cycles each.
     assert!(longest < 64_000, "{longest} cycles");
     rest(&mut chip);
     assert!(chip.ask("?").unwrap().contains(" late=0 "));
 }
 
-/// Three axes whose bends are over in a few steps: two bends and two corners, a run for each step, were
-/// late where something changed soon.
+/// Three axes whose bends last only a few steps: two bends and two corners, with a run for each
+/// step, were late if something changed soon.
 #[test]
 fn sharp_bends_of_three_axes_are_on_time_or_refused() {
     if board() != Board::Mega {

@@ -161,14 +161,14 @@ fn the_longest_travel_begins_and_brakes() {
 #[test]
 fn bytes_lost_on_the_line_are_no_order() {
     let mut chip = chip();
-    // Noise back to back, far more than a buffer holds.
+    // Noise without a pause, far more than a buffer holds.
     chip.send(&[0xFF; 300]);
     chip.run_for(600_000);
     chip.ask("");
     talk(&mut chip, "F R\nV1 0\nPO Y\nG+3 Y\nE Y\n*rest\nV1 3");
 }
 
-/// DIR is kept for `hold-us`, 1 ms at most, also where the setting comes with the last step.
+/// DIR is kept for `hold-us`, 1 ms at most, even if the setting comes with the last step.
 #[test]
 fn a_pin_is_turned_round_no_sooner_than_after_the_last_step() {
     let mut chip = chip();

@@ -1,8 +1,8 @@
-//! stepper_h's basic example on the chip: its 21 lines, and its edges against the
-//! virtual board, which plays the same cycle.
+//! stepper_h's basic example on the chip: its 21 lines, and its edges compared with the virtual
+//! board, which plays the same cycle.
 //!
-//! A late step would cancel the cycle: that is the strategy that the example leaves as it
-//! is. So where the last positions are reached, none was.
+//! A late step would cancel the cycle, by the default strategy, which the example uses. So if the
+//! last positions are reached, no step was late.
 
 use crate::common::{self, BESIDE, board, steps};
 use stepwright_cycle::{Calibration, Clock, Motor, Program};
@@ -10,7 +10,7 @@ use stepwright_rig::edges::{Needs, check, steps_of};
 use stepwright_rig::{Chip, firmware};
 use stepwright_sim::{CycleBoard, Edge, Stand};
 
-/// Cycles of a second.
+/// The cycles of a second.
 const SECOND: u64 = 16_000_000;
 
 fn chip() -> Chip {
@@ -20,13 +20,13 @@ fn chip() -> Chip {
     Chip::new(board, &image)
 }
 
-/// The lines with positions among what it has said.
+/// The lines with positions in the output.
 fn lines(said: &[u8]) -> Vec<String> {
     let text = std::str::from_utf8(said).expect("no ASCII");
     text.lines().filter(|line| line.starts_with("X.pos=")).map(String::from).collect()
 }
 
-/// X of a line, in steps.
+/// X in a line, in steps.
 fn x_of(line: &str) -> i64 {
     let at = line.split(['=', ',']).nth(1).unwrap().parse::<i64>().unwrap();
     assert_eq!(at % 7_500, 0, "{line}");
@@ -100,7 +100,7 @@ fn its_edges_are_those_of_the_virtual_board() {
     }
 }
 
-/// `CYCLE_COST` of the firmware: what a step may take.
+/// `CYCLE_COST` of the firmware: the cycles allowed for a step.
 const COST: u64 = 1_600;
 
 #[test]

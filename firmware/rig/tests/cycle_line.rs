@@ -1,5 +1,5 @@
-//! The program `cycles` by its lines alone: positions of 64 bits on the way, inverted directions,
-//! an ENABLE for each motor, the longest time of its handler.
+//! The program `cycles` through its lines only: positions of 64 bits during motion, inverted
+//! directions, an ENABLE for each motor, the longest time of its handler.
 
 use crate::common;
 use crate::common::cycles::{look, prepare, say, wire};
@@ -9,20 +9,20 @@ use stepwright_protocol::crc;
 use stepwright_rig::Chip;
 use stepwright_rig::board::Pin;
 
-/// STEP, DIR and ENABLE of a motor, as they are watched.
+/// The watched pins of a motor: STEP, DIR and ENABLE.
 fn wires(motor: usize) -> [Pin; 3] {
     common::cycles::wires(common::board(), motor)
 }
 
-/// When a watched pin changed to a level.
+/// The times when a watched pin changed to a level.
 fn changes(chip: &Chip, which: usize, level: bool) -> Vec<u64> {
     let all = chip.watched_changes().iter();
     let all = all.filter(|change| usize::from(change.1) == which && change.2 == level);
     all.map(|change| change.0).collect()
 }
 
-/// With the first every step leaves the motor at its minimum; with the second, beyond every
-/// bound, it takes the maximum along.
+/// With the first calibration every step leaves the motor at its minimum; with the second, beyond
+/// every bound, it moves the maximum along.
 #[test]
 fn calibrations_stay_at_the_minimum_and_take_the_maximum_along() {
     let mut chip = common::program("cycles");
@@ -82,8 +82,8 @@ fn positions_have_64_bits_and_each_motor_its_enable_and_direction() {
         assert!(on_the_way > 10);
         assert_eq!(look(&mut chip).motors[motor].position, 0);
     }
-    // The longest time of the handler, in µs: that of the last step, without what ends the cycle
-    // behind it. So it lies between the longest that ended none of the two and the longest.
+    // The longest time of the handler, in µs: that of the last step, without the part that ends the
+    // cycle. So it lies between the longest stay that ended neither cycle and the longest of all.
     let longest = u64::from(look(&mut chip).longest);
     let mut seen: Vec<u64> = chip.take_visits().iter().map(|v| (v.exit - v.entry) / 16).collect();
     seen.sort_unstable_by(|a, b| b.cmp(a));
@@ -94,7 +94,7 @@ fn positions_have_64_bits_and_each_motor_its_enable_and_direction() {
         let rises = changes(&chip, step, true);
         assert_eq!(rises.len(), STEPS as usize);
         let (first, last) = (rises[0], rises[rises.len() - 1]);
-        // Low is on: from before the first step of its own cycle to behind the last.
+        // Low is on: from before the first step of its own cycle until after the last.
         let (on, off) = (changes(&chip, enable, false), changes(&chip, enable, true));
         let [on] = on[..] else { panic!("motor {motor}: on {on:?}") };
         let off = off.into_iter().find(|off| *off > on).expect("it is never off");
@@ -106,7 +106,7 @@ fn positions_have_64_bits_and_each_motor_its_enable_and_direction() {
     }
 }
 
-/// Asked back to back, while three motors turn every few steps and one step comes every 300 µs:
+/// Queried back to back, while three motors turn every few steps and one step comes every 300 µs:
 /// the step interrupt takes a millisecond, and the receiver holds three bytes.
 #[test]
 fn no_byte_is_lost_while_motors_turn() {
@@ -122,21 +122,21 @@ fn no_byte_is_lost_while_motors_turn() {
         say(&mut chip, CycleLine::New);
         prepare(&mut chip, &[&legs, &legs, &legs]);
         say(&mut chip, CycleLine::Start(number));
-        // With a checksum a question is longer than what the receiver holds. It comes in other
-        // moments of the cycle each time.
+        // With a checksum a query is longer than the receiver's buffer. It comes at other moments
+        // of the cycle each time.
         chip.run_for(48_000 + 2_000 * u64::from(number));
         let asked = format!(":?*{:02X}", b":?".iter().fold(0, |sum, byte| crc(sum, *byte)));
         let answer = chip.ask(&asked).expect("an answer");
         assert!(answer.starts_with("1,"), "{answer}");
-        // Behind a common line without a checksum rows need none.
+        // After a common line without a checksum rows need none.
         chip.ask("F");
         while look(&mut chip).running {}
     }
     assert_eq!((chip.lost(), look(&mut chip).motors[2].position), (0, 40 * 3 * 10));
 }
 
-/// With checksums, every bit of the line that starts a cycle, its end too: it starts as it was
-/// meant, or not at all.
+/// With checksums, every bit of the line that starts a cycle, its end too: it starts as sent, or
+/// not at all.
 #[test]
 fn a_flipped_bit_of_a_start_moves_nothing() {
     let mut chip = common::program("cycles");
@@ -148,7 +148,7 @@ fn a_flipped_bit_of_a_start_moves_nothing() {
     let moves = |chip: &mut Chip, line: &[u8]| {
         chip.send(line);
         chip.run_for(5 * 16_000);
-        // Half a line may stand there.
+        // The board may hold half a line.
         chip.ask("");
         let moves = chip.ask("F").as_deref() == Some("B");
         assert_eq!(chip.ask("Z").as_deref(), Some("Y"));
@@ -174,7 +174,7 @@ fn a_flipped_bit_of_a_start_moves_nothing() {
     }
 }
 
-/// K loses the position of what moved, and I1 gives it one.
+/// K makes the position of a moving motor unknown, and I1 sets it.
 #[test]
 fn a_kill_loses_the_position_of_a_motor_that_moved() {
     let mut chip = common::program("cycles");

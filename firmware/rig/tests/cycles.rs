@@ -2,8 +2,8 @@
 //! `examples/cycles` plays as on the virtual board, edge for edge and row for row of csv, or is
 //! refused before anything moves.
 //!
-//! The command talks to the simulated chip over a pseudo-terminal. The chip's time runs as fast
-//! as this machine lets it.
+//! The command talks to the simulated chip over a pseudo-terminal. The chip's time runs as fast as
+//! this machine allows.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -17,25 +17,25 @@ use stepwright_rig::board::Pin as ChipPin;
 use stepwright_rig::pty::Pty;
 use stepwright_rig::{Board, Chip};
 
-/// Cycles of a µs.
+/// The cycles of a µs.
 const MICRO: f64 = 16.0;
 /// The largest difference between an edge and the virtual board's, in cycles: a stay in the step
 /// interrupt that makes three steps takes 1,647 (`cycle_step`), and an edge may wait for it.
-/// 1,502 to 1,609 were seen, as the line's interrupts come.
+/// Measured: 1,502 to 1,609, depending on the line's interrupts.
 const EDGE: f64 = 1_700.0;
-/// Likewise beside a leg that turns, which takes that long.
+/// The same beside a leg that turns, which takes that long.
 const BESIDE_TURNS: f64 = 6_400.0;
-/// Likewise where a switch closes: the way to brake is planned then, in the step interrupt.
+/// The same where a switch closes: the brake is planned then, in the step interrupt.
 const BRAKES: f64 = 20_000.0;
-/// Likewise from one part of a homing to the next, which the main loop begins between two bytes
-/// of its answers.
+/// The same from one part of a homing to the next, which the main loop begins between two bytes of
+/// its answers.
 const PARTS: f64 = 80_000.0;
-/// Likewise after a pause, which the main loop begins and ends, between its answers: 1 ms.
-/// 2,600 to 7,700 were seen.
+/// The same after a pause, which the main loop begins and ends between its answers: 1 ms. Measured:
+/// 2,600 to 7,700.
 const AFTER_PAUSE: f64 = 16_000.0;
-/// And of a time that the board reports, in µs.
+/// The same for a time that the board reports, in µs.
 const REPORT: f64 = 1_000.0;
-/// From look to look at the switches, in cycles.
+/// The cycles between two checks of the switches.
 const SLICE: u64 = 400;
 /// On a busy machine.
 const LIMIT: Duration = Duration::from_secs(400);
@@ -51,7 +51,7 @@ fn example(name: &str) -> String {
     format!("{}/../../examples/cycles/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A switch between a pin and ground, closed where its motor is at `at` steps or beyond.
+/// A switch between a pin and ground, closed while its motor is at `at` steps or beyond.
 struct Switch {
     pin: ChipPin,
     motor: usize,
@@ -66,7 +66,7 @@ struct Wires {
     direction: ChipPin,
 }
 
-/// A step of the chip: when, and where it leads.
+/// A step of the chip: the time, and the position after it.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     time: f64,
@@ -78,7 +78,7 @@ struct Machine {
     chip: Chip,
     pty: Pty,
     switches: Vec<Switch>,
-    /// By motor.
+    /// The steps by motor.
     steps: Vec<Vec<Step>>,
     at: Vec<i64>,
     levels: Vec<bool>,
@@ -104,7 +104,7 @@ impl Machine {
         }
     }
 
-    /// A slice of time: the line, the motors, the switches.
+    /// Simulates a slice of time: the line, the motors, the switches.
     fn pass(&mut self) {
         let bytes = self.pty.read().unwrap();
         self.chip.send(&bytes);
@@ -143,7 +143,7 @@ impl Machine {
         self.pty.path().to_str().unwrap().to_owned()
     }
 
-    /// Lets time pass until a command has ended.
+    /// Simulates until a command has ended.
     fn until_ended(&mut self, mut child: Child) -> Output {
         let begun = Instant::now();
         while child.try_wait().unwrap().is_none() {
@@ -164,7 +164,7 @@ impl Machine {
     }
 }
 
-/// The shield's pins of three motors.
+/// The shield's pins for three motors.
 fn shield() -> Vec<Wires> {
     let board = board();
     let pins = board.step().into_iter().zip(board.direction());
@@ -194,8 +194,8 @@ fn rows(csv: &[u8]) -> Vec<Row> {
     lines.map(row).collect()
 }
 
-/// A cycle of the virtual board: its first step's time, the time from which on it was resumed,
-/// and the steps of each motor, by its place.
+/// A cycle of the virtual board: the time of its first step, the time at which it was resumed, and
+/// the steps of each motor, by its index.
 #[derive(Default)]
 struct Segment {
     steps: BTreeMap<usize, Vec<Step>>,
@@ -203,7 +203,7 @@ struct Segment {
     paused: f64,
 }
 
-/// Cycles one after another, with motors by their places in the file.
+/// The cycles one after another, with motors by their indices in the file.
 fn segments(rows: &[Row], names: &[&str]) -> Vec<Segment> {
     let (mut all, mut forward): (Vec<Segment>, Vec<bool>) = (Vec::new(), vec![false; names.len()]);
     for row in rows {
@@ -231,7 +231,8 @@ fn first(steps: &BTreeMap<usize, Vec<Step>>) -> f64 {
     steps.values().map(|steps| steps[0].time).fold(f64::MAX, f64::min)
 }
 
-/// Every step against the virtual board's. The largest difference, and that behind a pause.
+/// Compares every step with the virtual board's. Returns the largest difference, and the largest
+/// after a pause.
 fn compare_edges(machine: &Machine, ideal: &[Segment]) -> (f64, f64) {
     let mut done = vec![0; machine.steps.len()];
     let (mut worst, mut paused, mut early) = (0f64, 0f64, 0);
@@ -251,7 +252,7 @@ fn compare_edges(machine: &Machine, ideal: &[Segment]) -> (f64, f64) {
                 assert_eq!(real.forward, ideal.forward, "cycle {n}, motor {motor}, step {k}");
                 let off = ((real.time - begun) - (ideal.time - ideally)).abs();
                 match segment.resumed {
-                    // One that is due in the moment of the pause may be made before it.
+                    // A step that is due at the moment of the pause may be made before it.
                     Some(resumed) if ideal.time > resumed && off > AFTER_PAUSE => {
                         let late = (real.time - begun) - (segment.paused - ideally);
                         assert!((0.0..AFTER_PAUSE).contains(&late), "motor {motor}, step {k}");
@@ -270,25 +271,25 @@ fn compare_edges(machine: &Machine, ideal: &[Segment]) -> (f64, f64) {
     (worst, paused)
 }
 
-/// What the virtual board says of cycles and faults, and where its motors are, in the cycles of
-/// this file.
+/// Compares the reports of cycles and faults, and the positions of the motors, with the virtual
+/// board's, in the cycles of this file.
 fn compare_rows(real: &[Row], ideal: &[Row], text: &str) -> usize {
     let told = |rows: &[Row]| -> Vec<Row> {
-        // Of a homing the next look comes when its faults are over.
+        // During a homing the next report comes after its faults are over.
         let faults = !text.contains("home =");
         let told = |row: &&Row| row.event == "cycle" || row.event == "fault" && faults;
         rows.iter().filter(told).cloned().collect()
     };
     let (told_real, told_ideal) = (told(real), told(ideal));
     let what = |rows: &[Row]| -> Vec<String> {
-        // A board tells of a fault at the next look, with the position then: a motor may brake.
+        // A board reports a fault at the next poll, with the position then: a motor may brake.
         let left_out = |r: &Row| text.contains("\"brake-") && r.event == "fault";
         let at = |r: &Row| if left_out(r) { String::new() } else { r.position.clone() };
         let said = |r: &Row| [&*r.motor, &*r.event, &*r.value, &at(r)].join(",");
         rows.iter().map(said).collect()
     };
     assert_eq!(what(&told_real), what(&told_ideal));
-    // The errors of cycles one after another add up, and those of a homing's parts; a motor's last
+    // The errors of consecutive cycles add up, and so do those of a homing's parts; a motor's last
     // interval of braking is long.
     let apart = text.contains("home =") || text.contains("\"brake-");
     let mut cycles = if apart { 9.0 } else { 0.0 };
@@ -303,7 +304,7 @@ fn compare_rows(real: &[Row], ideal: &[Row], text: &str) -> usize {
         let steps: Vec<_> = ideal.iter().filter(of).collect();
         let near = REPORT * (1.0 + cycles);
         let at: i64 = row.position.parse().unwrap();
-        // Positions within the time that the report may be off, and the next one: a pause may
+        // Positions within the time by which the report may be off, and the next one: a pause may
         // come a step later.
         let from = steps.partition_point(|step| step.us < row.us - near).saturating_sub(1);
         let next = steps.partition_point(|step| step.us <= row.us + near);
@@ -316,7 +317,8 @@ fn compare_rows(real: &[Row], ideal: &[Row], text: &str) -> usize {
     looks
 }
 
-/// Plays a file there and here: what the chip did, what it was to do, and what either printed.
+/// Plays a file on the chip and on the virtual board. Returns the edges of both and the output of
+/// both.
 fn played(
     file: &str,
     names: &[&str],
@@ -332,7 +334,7 @@ fn played(
     (machine, segments(&ideal, names), rows(&ended.stdout), ideal)
 }
 
-/// What is printed of a file on the chip, and by the virtual board.
+/// The output for a file on the chip, and on the virtual board.
 fn agree(file: &str, real: &[Row], ideal: &[Row]) {
     let text = fs::read_to_string(file).unwrap();
     let looks = compare_rows(real, ideal, &text);
@@ -340,7 +342,7 @@ fn agree(file: &str, real: &[Row], ideal: &[Row]) {
     assert!(looks > 0);
 }
 
-/// Plays a file there and here, edge by edge.
+/// Plays a file on both, and compares edge by edge.
 fn agrees(file: &str, names: &[&str], wires: &[Wires], switches: Vec<Switch>, bound: f64) {
     let name = file.rsplit('/').next().unwrap_or(file);
     let (machine, segments, real, ideal) = played(file, names, wires, switches);
@@ -350,7 +352,7 @@ fn agrees(file: &str, names: &[&str], wires: &[Wires], switches: Vec<Switch>, bo
     agree(file, &real, &ideal);
 }
 
-/// What is refused, and that nothing has moved.
+/// Checks the refusal, and that nothing has moved.
 #[track_caller]
 fn refuses(program: &str, name: &str, message: &str, hint: &str) {
     refuses_file(program, &example(name), message, hint);
@@ -374,21 +376,21 @@ fn the_basic_example_plays_as_on_the_virtual_board() {
 #[test]
 fn calibrations_find_the_switches() {
     let board = board();
-    // 50 mm from where it stands, and 170: closed where the virtual ones are.
+    // 50 mm and 170 mm from its position: closed where the virtual switches are.
     let max = if board == Board::Uno { ChipPin('B', 4) } else { ChipPin('B', 6) };
     let switch = |pin, at, below| Switch { pin, motor: 0, at, below, closed: false };
     let switches = vec![switch(board.switch()[0], -3_000, true), switch(max, 13_600, false)];
     agrees(&example("calibrate"), &["X"], &shield()[..1], switches, EDGE);
 }
 
-/// A file of this test's own.
+/// A file of this test.
 fn written(name: &str, text: &str) -> String {
     let path = format!("{}/{name}.toml", env!("CARGO_TARGET_TMPDIR"));
     fs::write(&path, text).unwrap();
     path
 }
 
-/// Two motors, one of which closes a switch on its way at 2,000 steps/s.
+/// Two motors, one of which closes a switch during its motion at 2,000 steps/s.
 fn braking(strategy: &str) -> String {
     written(
         strategy,
@@ -403,7 +405,7 @@ fn braking(strategy: &str) -> String {
     )
 }
 
-/// 100 steps beyond it: one motor, while the other goes on, or both.
+/// 100 steps beyond the switch: one motor, while the other continues, or both.
 #[test]
 fn motors_brake_at_a_switch() {
     for strategy in ["brake-motor", "brake-all"] {
@@ -418,7 +420,7 @@ fn motors_brake_at_a_switch() {
     }
 }
 
-/// Quickly to the switch, back, slowly to it again; then a way from there.
+/// Fast to the switch, back, slowly to it again; then a move from there.
 #[test]
 fn a_motor_homes() {
     let text = "[[motor]]\nname = \"X\"\nstep = 1\nsmallest-delay-us = 300\nswitch-min = -350\n\
@@ -452,8 +454,8 @@ fn a_motor_homes() {
     assert!(parts <= 2 && worst <= EDGE, "{parts} parts, {worst} cycles");
 }
 
-/// From the Mega's memory, where a path is a few hundred runs: two motors at 4,800 steps/s along
-/// it, with turns, a pause, feeds and new ends on the way.
+/// From the Mega's memory, where a path is a few hundred runs: two motors along it at 4,800
+/// steps/s, with turns, a pause, feed rates and new targets on the way.
 #[test]
 fn lines_and_arcs_play_as_on_the_virtual_board() {
     if board() == Board::Uno {
@@ -461,14 +463,14 @@ fn lines_and_arcs_play_as_on_the_virtual_board() {
         return refuses("cycles", "drawing", "a uno has no room for homing", "on a Mega");
     }
     agrees(&example("feed"), &["X", "Y"], &shield()[..2], Vec::new(), BESIDE_TURNS);
-    // The drawing from where it stands: homing is another test's.
+    // The drawing from the present position: another test covers homing.
     let text = fs::read_to_string(example("drawing")).unwrap();
     let lines = text.lines().filter(|line| !line.starts_with("switch-min"));
     let text: Vec<_> = lines.filter(|line| !line.starts_with("home = ")).collect();
     let text = text.join("\n").replace("[[cycle]]\n\n[[cycle]]", "[[cycle]]");
     let file = written("drawing", &text);
     agrees(&file, &["X", "Y"], &shield()[..2], Vec::new(), BESIDE_TURNS);
-    // Where no step may be late: a circle at 600 steps/s.
+    // With a strategy that allows no late step: a circle at 600 steps/s.
     let motor = |name| format!("[[motor]]\nname = {name:?}\nstep = 1\nsmallest-delay-us = 300\n");
     let arc = "[[cycle]]\narc = { motors = [\"X\", \"Y\"], centre = [200, 0], degrees = 360, \
                speed = 600, accel = 9_000 }\n";
@@ -476,7 +478,7 @@ fn lines_and_arcs_play_as_on_the_virtual_board() {
     agrees(&file, &["X", "Y"], &shield()[..2], Vec::new(), BESIDE_TURNS);
 }
 
-/// More runs than the memory keeps; nearer steps than the board plays.
+/// More runs than the memory holds; steps closer together than the board can play.
 #[test]
 fn paths_too_long_or_too_fast_are_refused() {
     if board() == Board::Uno {
@@ -520,8 +522,8 @@ fn the_fixed_tick_plays_as_on_the_virtual_board() {
     agrees(&example("triangle"), &["X", "Y", "Z"], &shield(), Vec::new(), EDGE);
 }
 
-/// Delays that are no multiples of it, waits and turns: STEP rises on the grid of the first, also
-/// behind a pause of any length.
+/// Delays that are not multiples of the grid, waits and turns: STEP rises on the grid of the first
+/// step, even after a pause of any length.
 #[test]
 fn a_pause_of_the_fixed_tick_ends_on_its_grid() {
     if board() == Board::Uno {
@@ -549,7 +551,7 @@ fn a_pause_of_the_fixed_tick_ends_on_its_grid() {
     assert!(worst <= EDGE && paused <= AFTER_PAUSE && off <= EDGE);
 }
 
-/// Four motors on the Mega, one of them on pins of its own.
+/// Four motors on the Mega, one of them on its own pins.
 #[test]
 fn every_way_of_preparing_plays_as_on_the_virtual_board() {
     if board() == Board::Uno {
@@ -585,7 +587,7 @@ fn ctrl_c_ends_the_cycle() {
         machine.pass();
     }
     assert_eq!(machine.steps[0].len(), made);
-    // The last line says where they stand: X counts 7500 nm a step.
+    // The last line has the final positions: X counts 7500 nm a step.
     let text = String::from_utf8_lossy(&ended.stdout).into_owned();
     let last = text.lines().last().unwrap_or_default().to_owned();
     assert!(last.starts_with(&format!("X.pos={},", made * 7_500)), "{last}");

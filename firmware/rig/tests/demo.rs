@@ -11,11 +11,11 @@ use stepwright_rig::{Board, Chip, firmware};
 use crate::common::board;
 
 const MILLIS: u64 = 16_000;
-/// The largest difference between an edge and the host's delays, in cycles: nothing else
-/// interrupts.
+/// The largest difference between an edge and the host's delays, in cycles: there is no other
+/// interrupt.
 const EDGE: u64 = 20;
 
-/// From when on which levels, from one change to the next; `before` first.
+/// The levels from each change to the next; `before` first.
 fn levels(changes: &[(u64, u8, bool)]) -> Vec<(u64, u8)> {
     let (mut all, mut now): (Vec<(u64, u8)>, u8) = (Vec::new(), 0);
     for (time, which, level) in changes {
@@ -28,7 +28,7 @@ fn levels(changes: &[(u64, u8, bool)]) -> Vec<(u64, u8)> {
     all
 }
 
-/// When the steps come, from the first.
+/// The times of the steps, from the first.
 fn times() -> Vec<u64> {
     let mut time = 0;
     let delays = Fixed::new(1_000, 50_000, 2_500);
@@ -66,7 +66,7 @@ fn the_articles_demo_on_six_drives() {
     let wanted = times();
     assert_eq!(wanted.len(), 1_000);
 
-    // Step and direction: DIR well before the first step, the pulse at least 2 µs.
+    // Step and direction: DIR well before the first step, pulses of at least 2 µs.
     let rises: Vec<u64> =
         changes.iter().filter(|(_, pin, level)| *pin == 6 && *level).map(|c| c.0).collect();
     let falls = changes.iter().filter(|(_, pin, level)| *pin == 6 && !*level).map(|c| c.0);
@@ -96,7 +96,7 @@ fn the_articles_demo_on_six_drives() {
                 phase = sequence.after(phase, forward);
                 table.push(sequence.levels(phase));
             }
-            // The current comes on at a row, once the lines before have been left.
+            // The current comes on at a row, once the previous lines have been released.
             let begin = rest
                 .windows(2)
                 .position(|pair| pair[1].0 - pair[0].0 > 15_000 && pair[1].1 & mask == table[0])
@@ -106,7 +106,7 @@ fn the_articles_demo_on_six_drives() {
             assert_eq!(got, table, "{name}");
             let real: Vec<u64> = steps.iter().map(|(time, _)| *time).collect();
             compare(&real, &wanted, name);
-            // As long again as the last interval, then off, which a shield's first row is, too.
+            // The last interval again, then off, which is also a shield's first row.
             if table[999] != sequence.off() & mask {
                 let off = rest[begin + 1_001];
                 assert_eq!(off.1 & mask, sequence.off() & mask, "{name}");

@@ -1,5 +1,5 @@
-//! Planned moves and motor cycles on every drive: the lines of each table, row by row, at the
-//! times of the virtual board.
+//! Planned moves and motor cycles on every drive: the lines of each table, row by row, at the times
+//! of the virtual board.
 
 use stepwright::drive::Sequence;
 use stepwright::drive::sequence::{
@@ -14,8 +14,8 @@ use stepwright_sim::{CycleBoard, Description, Edge, Queues, Stand, virtual_stepp
 
 use crate::common::board;
 
-/// The largest difference between an edge and the virtual board's, in cycles: of planned moves,
-/// beside which the main loop plans, and of motor cycles, two motors at once.
+/// The largest difference between an edge and the virtual board's, in cycles: for planned moves,
+/// beside which the main loop plans, and for motor cycles with two motors at once.
 const PLANNED: u64 = 250;
 const CYCLE: u64 = 1_600;
 
@@ -29,11 +29,11 @@ const TABLES: [(&str, Sequence, u8); 7] = [
     ("L6219, quarter steps", L6219_QUARTER, 0b11_1111),
 ];
 
-/// What the pins of a program did.
+/// The observed pins of a program.
 struct Seen {
-    /// Steps by STEP: when, and which way.
+    /// The steps by STEP: the time and the direction.
     steps: Vec<(u64, bool)>,
-    /// The windings' port from each change on.
+    /// The levels of the windings' port from each change on.
     levels: Vec<(u64, u8)>,
 }
 
@@ -67,7 +67,7 @@ fn play(program: &str, seconds: u64) -> Seen {
     seen
 }
 
-/// The largest difference of times, each from its first.
+/// The largest difference of times, each relative to its first.
 #[track_caller]
 fn off(real: &[u64], ideal: &[u64], what: &str) -> u64 {
     assert_eq!(real.len(), ideal.len(), "{what}");
@@ -75,7 +75,7 @@ fn off(real: &[u64], ideal: &[u64], what: &str) -> u64 {
     real.iter().zip(ideal).map(off).max().unwrap()
 }
 
-/// Takes the next steps through a table from the windings' changes: when each came.
+/// Takes the next steps through a table from the windings' changes. Returns their times.
 #[track_caller]
 fn rows(rest: &mut &[(u64, u8)], table: &[u8], mask: u8, what: &str) -> Vec<u64> {
     let many = table.len();
@@ -87,7 +87,7 @@ fn rows(rest: &mut &[(u64, u8)], table: &[u8], mask: u8, what: &str) -> Vec<u64>
     times
 }
 
-/// The rows of these steps from a phase on, which is then where they lead.
+/// The rows of these steps from a phase on; updates the phase.
 fn table(sequence: Sequence, phase: &mut u8, steps: usize, forward: bool) -> Vec<u8> {
     let mut next = || {
         *phase = sequence.after(*phase, forward);
@@ -172,7 +172,7 @@ fn motor_cycles_on_every_drive() {
             assert!(steps.iter().all(|step| step.1 == forward), "{name}");
             let steps: Vec<u64> = steps.iter().map(|step| step.0).collect();
             let rows = rows(&mut rest, &table(sequence, &mut phase, 100, forward), mask, name);
-            // Both count from the first step of either.
+            // Both times count from the first step of either.
             let begun = (steps[0].min(rows[0]), first[0].min(second[0]));
             let off = |real: &[u64], ideal: &[u64]| {
                 let off = |(r, i): (&u64, &u64)| (r - begun.0).abs_diff(i - begun.1);

@@ -1,4 +1,4 @@
-//! What the program `timed` reports, field by field, and what it does but for steps: a call back
+//! The reports of the program `timed`, field by field, and its actions other than steps: a callback
 //! comes once, a shield's drivers are on from an order to its stop.
 
 use stepwright::drive::sequence::SHIELD;
@@ -12,7 +12,7 @@ use stepwright_timed::{Control, Model, SetSpeed};
 use crate::common::{self, board};
 
 const MILLIS: u64 = 16_000;
-/// What the caller's clock shows at the call.
+/// The caller's clock at the call.
 const CALL: u32 = 1_009;
 
 /// A board with a shield's motor on timer 1.
@@ -36,7 +36,7 @@ fn look(chip: &mut Chip) -> Report {
     Report::read(answer.as_bytes()).unwrap_or_else(|| panic!("{answer}"))
 }
 
-/// Between two steps, 100 ms apart: every field is the virtual board's, the pattern too.
+/// Between two steps, 100 ms apart: every field, and the pattern, are the virtual board's.
 #[test]
 fn a_report_has_every_field_of_the_dump() {
     let slow = SetSpeed {

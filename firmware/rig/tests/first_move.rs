@@ -1,5 +1,5 @@
-//! The README's first example on the chip: a motor reaches its position while the main loop
-//! does other work.
+//! The README's first example on the chip: a motor reaches its position while the main loop does
+//! other work.
 
 use stepwright::{Accel, Axis, AxisLimits, Speed};
 use stepwright_rig::board::{Board, HZ};
@@ -53,8 +53,8 @@ fn reaches_its_position(program: &str) {
     let ideal = steps_of(&ideal, 0);
     assert_eq!(real.last().map(|step| step.position), Some(8_000));
     assert!(steps_of(chip.edges(), 1).is_empty() && steps_of(chip.edges(), 2).is_empty());
-    // From the first step on they are the virtual board's, but for the entry of the
-    // interrupt and for runs that are joined, within two ticks a step.
+    // From the first step on they are the virtual board's, except for the interrupt's entry and for
+    // joined runs, within two ticks a step.
     assert_eq!(real.len(), ideal.len());
     let off = |(real_step, ideal_step): (&Step, &Step)| {
         (real_step.time - real[0].time).abs_diff(ideal_step.time - ideal[0].time)
@@ -62,7 +62,7 @@ fn reaches_its_position(program: &str) {
     let worst: u64 = real.iter().zip(&ideal).map(off).max().unwrap_or(0);
     assert!(worst <= 100, "{worst} cycles off the virtual board");
 
-    // The main loop has toggled the lamp all the while, and its program is over then.
+    // The main loop has toggled the lamp all the time, and its program ends then.
     let span = real[0].time..real[real.len() - 1].time;
     let toggled: Vec<u64> = chip.led_changes().iter().map(|(time, _)| *time).collect();
     let (within, gap) = (

@@ -1,10 +1,10 @@
-//! What guards a machine: the lease, soft limits, homing first, safe start, drivers off after
-//! a kill, switches that bounce.
+//! The protections of a machine: the lease, soft limits, homing first, safe start, drivers off
+//! after a kill, switches that bounce.
 
 use crate::common::{chip, rest, say, steps, talk};
 use stepwright_rig::Chip;
 
-/// Cycles of a millisecond.
+/// The cycles of a millisecond.
 const MS: u64 = 16_000;
 
 /// A fresh board with these settings.
@@ -28,13 +28,13 @@ fn a_lease_brakes_along_the_ramp_once_the_line_is_silent() {
     }
     let silent = chip.now();
     let cruise = steps(&chip, 0).len();
-    // In silence: to ask whether it rests would be a line.
+    // In silence, because querying the state would be a line.
     chip.run_for(700 * MS);
     rest(&mut chip);
     let made = &steps(&chip, 0)[cruise..];
     let interval = |n: usize| made[n].time - made[n - 1].time;
-    // 300 ms at 1000 steps/s, then a ramp of 100 steps down to 100 steps/s, of which
-    // the first few are hardly slower.
+    // 300 ms at 1000 steps/s, then a ramp of 100 steps down to 100 steps/s, of which the first few
+    // are hardly slower.
     let slower = (1..made.len()).position(|n| interval(n) > 16_000 + 300).unwrap();
     let after = made[slower].time - silent;
     assert!((299 * MS..340 * MS).contains(&after), "it brakes after {after} cycles");
@@ -67,14 +67,14 @@ fn soft_limits_end_a_run_at_the_step_and_refuse_what_lies_beyond() {
     rest(&mut chip);
     assert_eq!(steps(&chip, 0).len(), 850);
     talk(&mut chip, "V1 -50\ng- E\n? * last=limit *");
-    // A kill loses the position, and with it all but g.
+    // A kill makes the position unknown, and then only g is allowed.
     talk(&mut chip, "g+ Y\n*wait 200\nK Y\nPO Y\nG+5 Y\nE E\n? * last=uncertain *");
     // 450 steps back would be the limit.
     talk(&mut chip, "PO Y\ng- Y\nE Y\n*wait 1500\nF B");
     assert!(steps(&chip, 0).len() > 850 + 600);
 }
 
-/// One board for all that asks before it moves, and for the drivers after a kill.
+/// One board for all checks before motion, and for the drivers after a kill.
 #[test]
 fn after_a_kill_the_drivers_are_off_and_nothing_starts_before_it_is_acknowledged() {
     let mut chip = guarded("$safe-start=1 $home-first=1 $kill-off=1 $enable-ms=30 S50 T200 g+");
@@ -104,7 +104,7 @@ fn after_a_kill_the_drivers_are_off_and_nothing_starts_before_it_is_acknowledged
          A1 Y
          ! Y",
     );
-    // home-first: then no place before it is known where the axis is; g goes.
+    // home-first: then no target before the position is known; g is allowed.
     talk(&mut chip, "PO Y\nG+5 Y\nE E\n? * last=uncertain *");
     chip.run_for(100 * MS);
     assert_eq!((steps(&chip, 0).len(), enabled(&chip)), (made, Some(false)), "it moves");
@@ -116,8 +116,8 @@ fn after_a_kill_the_drivers_are_off_and_nothing_starts_before_it_is_acknowledged
     talk(&mut chip, "Z Y\n*rest\nI1 Y\nPO Y\nG+5 Y\nE Y\n*rest\nV1 5");
 }
 
-/// The contact opens and closes for 10 ms each time it moves. It stops at the first
-/// contact, and no order towards it slips in while it bounces.
+/// The contact opens and closes for 10 ms each time it moves. The axis stops at the first contact,
+/// and no order towards the switch is accepted while it bounces.
 #[test]
 fn a_bouncing_switch_stops_at_once_and_is_open_when_it_has_been_open_long_enough() {
     let mut chip = guarded("$switches=1 $switch-forward=1 S50 T200 g+");
@@ -137,7 +137,8 @@ fn a_bouncing_switch_stops_at_once_and_is_open_when_it_has_been_open_long_enough
     let made = steps(&chip, 0).len();
     let count = made.to_string();
     talk(&mut chip, &format!("V1 {count}\nPO Y\nG+5 Y\nE E"));
-    // It opens, for 25 ms by default it counts as closed, and the way back is free.
+    // The contact opens: for 25 ms by default it counts as closed, and the direction away from it
+    // is free.
     chip.press(0, false);
     let opened = chip.now();
     while chip.now() < opened + 23 * MS {

@@ -1,9 +1,9 @@
-//! The inputs that stop everything.
+//! The inputs that stop all axes.
 
 use crate::common::{board, chip, rest, say, steps, talk};
 
-/// The inputs are looked at every millisecond, and what is queued is cleared: cycles from
-/// the level to the last step.
+/// The inputs are sampled every millisecond, and the queues are cleared: cycles from the level to
+/// the last step.
 const AT_ONCE: u64 = 2 * 16_000;
 
 #[test]

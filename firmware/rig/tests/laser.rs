@@ -1,4 +1,4 @@
-//! The laser of a simulated Mega, by the level of its pin alone: D46, in pulses of 7.8 kHz.
+//! The laser of a simulated Mega, by the level of its pin only: D46, in pulses of 7.8 kHz.
 
 use crate::common;
 use crate::feed::pulses::Pulses;
@@ -8,7 +8,7 @@ use stepwright::drive::BoardPin;
 use stepwright_feeder::FeedState;
 use stepwright_rig::Board;
 
-/// While three axes move: the duty between two changes, and how late each of them comes.
+/// While three axes move: the duty between two changes, and the lateness of each change.
 #[test]
 fn its_pulses_have_the_power_at_its_time() {
     if common::board() != Board::Mega {
@@ -32,7 +32,7 @@ fn its_pulses_have_the_power_at_its_time() {
     let begin = steps_of(&edges, 0)[0].0 as f64 - axes[0][0].0 * HZ;
     let changes = board.chip.take_watched_changes();
     let changes = changes.into_iter().map(|(time, _, level)| (time, level)).collect();
-    // The timer is high for one more of 256.
+    // The timer's output is high for one more of 256.
     let part = |power| if power == 0 { 0.0 } else { (f64::from(power) + 1.0) / 256.0 };
     Pulses { changes, period: 256 * 8 }.check(begin, &powers, part);
     assert!(board.chip.spare() > 0 && begin > MILLIS as f64);

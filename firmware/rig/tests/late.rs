@@ -1,4 +1,4 @@
-//! Ramps that planning is fast enough for, and those that it is not, which are refused.
+//! Ramps for which planning is fast enough, and those for which it is not, which are refused.
 
 use crate::common::{board, chip, image, rest, say, steps};
 use stepwright_rig::Board;
@@ -11,7 +11,7 @@ fn a_ramp_too_steep_to_plan_is_refused() {
         chip.expect("E", "E");
         assert!(chip.ask("?").unwrap().contains(" last=too-steep "));
         assert!(steps(&chip, 0).is_empty());
-        // On the way too: it goes on as it was.
+        // Refused during motion too: the travel continues unchanged.
         say(&mut chip, "PO s0 t30000 a20000 d20000 G-9000 E");
         chip.run_for(2_000_000);
         chip.expect(&format!("a{accel}"), "E");
@@ -22,7 +22,7 @@ fn a_ramp_too_steep_to_plan_is_refused() {
     }
 }
 
-/// The queue holds it as a whole.
+/// The queue holds the whole travel.
 #[test]
 fn a_steep_ramp_of_a_few_steps_is_on_time() {
     for count in [1, 2, 4, 6] {
@@ -45,8 +45,8 @@ fn half_as_steep_a_ramp_is_on_time() {
     assert!(chip.ask("?").unwrap().contains(" late=0 "));
 }
 
-/// At 123,733 steps/s runs of 1, 2, 4 … steps would be over before the next are planned: such a
-/// travel begins with a longer one. Whatever the host asks in the beginning.
+/// At 123,733 steps/s runs of 1, 2, 4 … steps would be over before the next are planned, so such a
+/// travel begins with a longer one. Whatever the host queries at the beginning.
 #[test]
 fn a_travel_that_starts_fast_is_on_time() {
     if board() == Board::Mega {
@@ -96,11 +96,12 @@ fn jump(to: u32) -> [u16; 2] {
     [0x940C | (to >> 17) as u16, (to / 2) as u16]
 }
 
-/// Who owns the processor for too long makes a step late. It is late if less than half an interval
-/// and 1 µs are left to the next one, and counts once; what follows keeps its time.
+/// Code that occupies the processor for too long makes a step late. A step is late if less than
+/// half an interval and 1 µs are left to the next one, and counts once; the following steps keep
+/// their times.
 #[test]
 fn each_late_step_counts_once() {
-    // Behind the largest program that a boot loader leaves room for.
+    // After the largest program for which a boot loader leaves room.
     let (image, free) = (image(), board().flash() as u32 - 0x100);
     let (vector, handler) = match board() {
         Board::Uno => (11, image.function("__vector_11").0),

@@ -1,4 +1,4 @@
-//! Laws that are asked step by step, on a chip: what a step of each costs (the table in
+//! Laws that are computed step by step, on a chip: the cost of a step of each (the table in
 //! `docs/laws.md`), and the motor that they move. Their delays are the host's.
 
 use std::fmt::Write;
@@ -12,13 +12,13 @@ use stepwright_rig::board::Pin;
 use stepwright_rig::edges::{Needs, Step, check, steps_of};
 use stepwright_rig::{Board, Chip, firmware};
 
-/// A law, the sum of its delays here, and a step's cycles there: the mean, and the longest.
+/// A law, the sum of its delays here, and the cycles of a step there: the mean, and the longest.
 type Law = (&'static str, u32, u64, u64);
 
 /// A move, and its delays here, in µs.
 type Move = (&'static str, Vec<u32>);
 
-/// What a program does: laws that are measured, moves that are made.
+/// A program: the laws that it measures, the moves that it makes.
 struct Program {
     name: &'static str,
     laws: Vec<Law>,
@@ -30,7 +30,7 @@ const STEPS: u32 = 1_000;
 const DEMO: (u32, u32) = (50_000, 2_500);
 const LISTED: (u32, u32) = (9_560, 500);
 
-/// Cycles that a step may come beside its time: the instruction that the interrupt waits for.
+/// The cycles by which a step may be off: the instruction that the interrupt waits for.
 const BESIDE: u64 = 4;
 
 fn programs() -> Vec<Program> {
@@ -151,9 +151,9 @@ fn play(program: &Program) -> Chip {
     }
 }
 
-/// Holds what each law costs against the table.
+/// Compares the cost of each law with the table.
 fn costs(program: &Program, chip: &mut Chip, wrong: &mut String) {
-    // Cycles of each delay that was made, law by law.
+    // The cycles of each computed delay, law by law.
     let mut cycles: Vec<Vec<u64>> = Vec::new();
     let mut since = 0;
     for &(cycle, pin, level) in chip.watched_changes() {
@@ -186,7 +186,7 @@ fn costs(program: &Program, chip: &mut Chip, wrong: &mut String) {
     }
 }
 
-/// Holds the edges of each move against the host's delays: there, and back.
+/// Compares the edges of each move with the host's delays: there, and back.
 fn moves(program: &Program, chip: &mut Chip, wrong: &mut String) {
     let edges = chip.take_edges();
     check(&edges, Needs::DEFAULT).unwrap_or_else(|error| panic!("{}: {error}", program.name));
@@ -194,7 +194,7 @@ fn moves(program: &Program, chip: &mut Chip, wrong: &mut String) {
     let mut left: &[Step] = &steps;
     let (mut at, mut forward) = (0, true);
     for (name, delays) in &program.moves {
-        // Before the first step there is none.
+        // There is no delay before the first step.
         let delays: Vec<u64> = delays
             .iter()
             .filter(|delay| **delay != 0)

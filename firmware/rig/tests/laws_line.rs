@@ -1,5 +1,5 @@
-//! Austin's laws ordered over the serial line, as `stepwright move --law --port` does it: every
-//! edge against the virtual board's.
+//! Austin's laws ordered over the serial line, as by `stepwright move --law --port`: every edge
+//! compared with the virtual board's.
 
 use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::line::Line;
@@ -15,7 +15,7 @@ use crate::common::{self, board};
 /// A millisecond in cycles.
 const MILLIS: u64 = 16_000;
 /// The largest difference between an edge and the virtual board's, in cycles: a byte of the line
-/// keeps a step waiting for 27, the prologue of another interrupt for some more.
+/// delays a step by 27, the prologue of another interrupt by some more.
 const EDGE: u64 = 40;
 
 /// The program that has a law.
@@ -36,12 +36,12 @@ fn accel(steps: u32) -> Accel {
     Accel::from_steps(steps).unwrap()
 }
 
-/// The top speed with this shortest delay in µs.
+/// The top speed for this shortest delay in µs.
 fn speed(micros: u32) -> Speed {
     Speed::from_millisteps(1_000_000_000 / micros).unwrap()
 }
 
-/// Every law at the highest speed that its board takes, and its variants.
+/// Every law at the highest speed that its board accepts, and its variants.
 fn recipes(pulses: u32) -> Vec<(&'static str, Recipe)> {
     let (rate, costs) = (Rate::MHZ, Costs::AVR);
     let general = Austin::new(rate, speed(costs.austin), accel(10_000)).with_decel(accel(7_000));
@@ -79,7 +79,7 @@ fn recipes(pulses: u32) -> Vec<(&'static str, Recipe)> {
     ]
 }
 
-/// What a motor is at.
+/// The state of a motor.
 #[derive(Debug, PartialEq)]
 struct Seen {
     moving: bool,
@@ -100,7 +100,7 @@ fn look(chip: &mut Chip) -> Seen {
     Seen { moving, position, late: late.parse().unwrap() }
 }
 
-/// Lets it go until it rests, asked every 20 ms as the command does.
+/// Waits until it rests, polling every 20 ms as the command does.
 #[track_caller]
 fn rest(chip: &mut Chip) -> Seen {
     for _ in 0..5_000 {
@@ -113,7 +113,7 @@ fn rest(chip: &mut Chip) -> Seen {
     panic!("it never rests");
 }
 
-/// The steps of the virtual board by these lines.
+/// The steps of the virtual board for these lines.
 fn wanted(lines: &[Line]) -> Vec<(u64, i64)> {
     let mut queues = Queues::default();
     let mut ideal: LawBoard<Vec<Edge>> = LawBoard::new(&mut queues, Description::uno(), Vec::new());
@@ -128,10 +128,10 @@ fn wanted(lines: &[Line]) -> Vec<(u64, i64)> {
     steps_of(ideal.recorder(), 0).iter().map(|step| (step.time, step.position)).collect()
 }
 
-/// Says these lines, lets it end, and holds every step against the virtual board's.
+/// Sends these lines, waits for the end, and compares every step with the virtual board's.
 #[track_caller]
 fn play(chip: &mut Chip, what: &str, lines: &[Line], position: i64) {
-    // Which way DIR points from before.
+    // The direction from before.
     let facing = |edge: &Edge| edge.axis == 0 && edge.pin == Pin::Direction;
     let mut edges: Vec<Edge> = chip.take_edges().into_iter().rfind(facing).into_iter().collect();
     for line in lines {
@@ -164,7 +164,7 @@ fn every_law_steps_as_on_the_virtual_board_there_and_back() {
     }
 }
 
-/// Eq 18, as ordered beforehand: faster, slower, and so often as can be.
+/// Eq 18, ordered beforehand: faster, slower, and as often as possible.
 #[test]
 fn a_ramp_changes_its_acceleration_on_its_way() {
     let law = Austin::new(Rate::MHZ, speed(1_000), accel(200)).with_decel(accel(400));
@@ -178,7 +178,7 @@ fn a_ramp_changes_its_acceleration_on_its_way() {
     play(&mut chip(LawName::Austin), "a ramp that changes", &lines, 1_200);
 }
 
-/// A change and a stop that come on the way, from where they take hold.
+/// A change and a stop that come during motion, from the moment of their effect.
 #[test]
 fn a_change_and_a_stop_on_the_way_hold_from_the_next_delay_made() {
     let mut chip = chip(LawName::Austin);
@@ -187,7 +187,7 @@ fn a_change_and_a_stop_on_the_way_hold_from_the_next_delay_made() {
     assert_eq!(chip.ask(&Line::Law(recipe).to_string()).as_deref(), Some("Y"));
     assert_eq!(chip.ask(":R0").as_deref(), Some("Y"));
     chip.run_for(1_500 * MILLIS);
-    // The position on the way is that of a step made since it was asked for.
+    // The reported position is that of a step made since the query.
     for _ in 0..10 {
         let before = steps_of(chip.edges(), 0).len() as i64;
         let at = -chip.ask("V1").unwrap().parse::<i64>().unwrap();
@@ -207,7 +207,7 @@ fn a_change_and_a_stop_on_the_way_hold_from_the_next_delay_made() {
     assert_eq!(seen.late, 0);
     let steps = steps_of(chip.edges(), 0);
     assert_eq!(seen.position, Some(-(steps.len() as i64)));
-    // The same by the law, changed and braked a few steps behind what had been made.
+    // The same by the law, changed and braked a few steps after the steps made.
     let ticks: Vec<u64> = steps.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
     let fits = (0..10).any(|changed| {
         (0..10).any(|braked| {
@@ -262,7 +262,7 @@ fn the_board_says_what_it_can_and_refuses_what_it_cannot() {
     assert_eq!((seen.moving, seen.position), (false, None));
     assert_eq!(chip.ask("I1").as_deref(), Some("Y"));
     assert_eq!(look(&mut chip).position, Some(0));
-    // What a kill has cut short leaves nothing behind.
+    // A kill leaves nothing behind.
     play(
         &mut chip,
         "after a kill",
@@ -271,8 +271,8 @@ fn the_board_says_what_it_can_and_refuses_what_it_cannot() {
     );
 }
 
-/// With checksums, every bit of an order, its end too: it is obeyed as it was meant, or not at
-/// all. (A digit of the checksum may become the small letter: that is the same order.)
+/// With checksums, every bit of an order, its end too: it is obeyed as sent, or not at all. (A
+/// digit of the checksum may become the small letter: that is the same order.)
 #[test]
 fn a_flipped_bit_of_an_order_moves_nothing() {
     let order = format!(":R1*{:02X}\r", b":R1".iter().fold(0, |sum, byte| crc(sum, *byte)));
@@ -282,7 +282,7 @@ fn a_flipped_bit_of_an_order_moves_nothing() {
     let moves = |chip: &mut Chip, line: &[u8]| {
         chip.send(line);
         chip.run_for(5 * MILLIS);
-        // Half a line may stand there.
+        // The board may hold half a line.
         chip.ask("");
         let moves = chip.ask("F").as_deref() == Some("B");
         chip.ask("K");

@@ -1,9 +1,9 @@
 //! The end of the longest travels, 2³¹ − 1 steps forward and 2³¹ backward.
 //!
-//! At 1000 steps/s it takes 25 days. So its middle is left out: in the chip's
-//! RAM the steps that are still to be planned are set down, in the planner and
-//! in its motor, and the axis's count of what it has made up, by the same number. Before and after that the
-//! binary is on its own, and each step is looked at.
+//! At 1000 steps/s it takes 25 days, so its middle is left out: in the chip's RAM the steps still
+//! to be planned, in the planner and in its motor, are reduced by some number, and the axis's count
+//! of steps made is increased by it. Before and after that the binary runs unmodified, and each
+//! step is checked.
 
 use crate::common::{FIT, LATENCY, chip, follows, image, path_of_accel, rest, say, steps, talk};
 use stepwright_rig::Chip;
@@ -12,24 +12,24 @@ use stepwright_rig::Chip;
 fn longest(sign: char) -> u64 {
     if sign == '-' { 1 << 31 } else { (1 << 31) - 1 }
 }
-/// Steps of the rise from 0 to 1000 steps/s at 2500 steps/s², and of the fall.
+/// The steps of the rise from 0 to 1000 steps/s at 2500 steps/s², and of the fall.
 const RAMP: u64 = 200;
-/// Where the count of steps of the first axis lies among what the interrupts play
-/// (`step.rs`), and its bytes.
+/// The offset of the first axis's count of steps in the state of the interrupts (`step.rs`), and
+/// its bytes.
 const LOADED: u16 = 27;
 const COUNT: u16 = 5;
 /// More than is planned ahead at 1000 steps/s: 16 ms and a run of 8 ms.
 const AHEAD: u64 = 30;
 
-/// Begins it, in the direction `sign`, and leaves all but `left` of its level
-/// out, from the middle of the level on. Returns how many steps that are.
+/// Begins the travel in the direction `sign`, and leaves out all but `left` of its cruise, from the
+/// middle on. Returns the number of steps left out.
 #[track_caller]
 fn leave_out(chip: &mut Chip, sign: char, left: u64) -> u64 {
     say(chip, &format!("PO s0 t1000 a2500 d2500 G{sign}{} E", longest(sign)));
     // From the first pulse on: one interval fewer than there are pulses.
     let all = longest(sign) - 1 - 2 * RAMP;
     chip.run_for(16_000_000 * 7 / 10);
-    // Not while it plans, or a step is made.
+    // Not while it plans, or makes a step.
     let image = image();
     let plan = image.functions(&["9main_loop4plan"]).next().expect("a main loop").address;
     assert!(chip.run_to(16_000_000, |chip| chip.pc() == plan), "it never plans");
@@ -45,7 +45,7 @@ fn leave_out(chip: &mut Chip, sign: char, left: u64) -> u64 {
     let whole = level + RAMP;
     let (place, _) = only(chip, device, 4, whole..whole + 1);
     poke(chip, place, 4, left + RAMP);
-    // Of the groups that are played and ready: not before the edges.
+    // Includes the groups that are playing and ready: not before the edges.
     let place = image.variable("4step8STEPPERS").0 + LOADED;
     let count = (0..COUNT).rev().fold(0, |n, k| n << 8 | u64::from(chip.byte(place + k)));
     assert!((made..made + AHEAD).contains(&count), "{count} of {made}");
@@ -53,8 +53,7 @@ fn leave_out(chip: &mut Chip, sign: char, left: u64) -> u64 {
     skipped
 }
 
-/// The one number of this many bytes in a static that lies in `range`: its place
-/// and itself.
+/// The only number of this many bytes in a static that lies in `range`: its address and its value.
 #[track_caller]
 fn only(
     chip: &Chip,
@@ -120,7 +119,7 @@ fn the_position_on_its_way_to_the_end_is_the_edges() {
 
 #[test]
 fn it_brakes_near_its_end() {
-    // So near that braking saves but few of the steps.
+    // So near that braking saves only a few of the steps.
     for left in [400, 100, 10] {
         let mut chip = chip();
         let skipped = leave_out(&mut chip, '+', left);

@@ -7,8 +7,8 @@ use crate::common::{
 #[test]
 fn ramps_in_steps_follow_the_closed_form() {
     let mut chip = chip();
-    // Start and top speed in 10 steps/s, ramp, steps: with and without a
-    // cruise, from the slowest to the fastest of the Nano slave.
+    // Start and top speed in 10 steps/s, ramp, steps: with and without a cruise, from the slowest
+    // to the fastest of the Nano slave.
     let orders = [
         (1, 1, 1, 3),
         (5, 100, 200, 4000),
@@ -20,7 +20,7 @@ fn ramps_in_steps_follow_the_closed_form() {
     for (start, top, ramp, count) in orders {
         chip.take_edges();
         say(&mut chip, &format!("PO S{start} T{top} R{ramp} G+{count} E"));
-        // Silence: nothing but the step interrupt runs.
+        // In silence: only the step interrupt runs.
         assert!(chip.run_to_silence(4_000_000, 16_000_000 * 20));
         let path = path_of_steps(10 * start, 10 * top, ramp, count);
         follows(&steps(&chip, 0), &path, FIT + LATENCY);
@@ -63,8 +63,7 @@ fn three_axes_at_once_each_on_its_own_curve() {
     for (axis, top, accel, count) in
         [(0, 2_000, 5_000, 3_000), (1, 3_000, 9_000, 4_000), (2, 777, 1_234, 500)]
     {
-        // Each begins at the 50 steps/s of power-up. Another axis's step may be
-        // in the way, and both may be.
+        // Each begins at the 50 steps/s of power-up. A step of one or two other axes may delay it.
         let path = path_of_accel(50, top, accel, count);
         follows(&steps(&chip, axis), &path, FIT + BESIDE);
     }
@@ -121,8 +120,8 @@ fn the_position_on_the_way_is_the_edges() {
     rest(&mut chip);
 }
 
-/// A compare that came to match while the order was begun belongs to no step of
-/// it: whenever the order comes, its first step waits for its time.
+/// A compare match that occurs while the order is started belongs to none of its steps: whenever
+/// the order comes, its first step waits for its time.
 #[test]
 fn no_first_step_is_early_in_any_phase_of_the_timer() {
     let mut chip = chip();

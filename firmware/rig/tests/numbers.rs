@@ -1,9 +1,8 @@
-//! The planner's numbers on the chip, which are assembly, against the Rust that
-//! they are to be: bit for bit.
+//! The planner's numbers on the chip, which are assembly, compared bit for bit with the Rust that
+//! they implement.
 //!
-//! The routines are called one by one in the firmware's own flash, without its
-//! program. What the Rust does is compiled from its own file, whose tests come
-//! along: it is private to the core.
+//! The routines are called one by one in the firmware's own flash, without its program. The Rust is
+//! compiled from its own file, with its tests: it is private to the core.
 
 use std::cell::RefCell;
 
@@ -12,13 +11,13 @@ use crate::num::Num;
 use proptest::prelude::*;
 use stepwright_rig::{Chip, Image};
 
-/// Places in RAM for a result and for two operands. The firmware does not run:
-/// it is all free but for the number in hand, which lies below.
+/// Addresses in RAM for a result and for two operands. The firmware does not run: all RAM is free
+/// except the number in hand, which is below.
 const OUT: u16 = 0x700;
 const A: u16 = 0x710;
 const B: u16 = 0x720;
 
-/// What C's convention has a function leave as it was, besides r1, which is 0.
+/// The registers that a function preserves by C's convention, besides r1, which is 0.
 const KEPT: [u8; 18] = [2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29];
 
 /// The routines in a chip's flash.
@@ -33,8 +32,7 @@ impl Routines {
         Routines { chip: RefCell::new(Chip::new(board(), &image)), image }
     }
 
-    /// Calls one with 16-bit arguments, in r25–r24, r23–r22 and so on; r25–r18
-    /// then.
+    /// Calls one with 16-bit arguments, in r25–r24, r23–r22 and so on. Returns r25–r18.
     fn call(&self, name: &str, arguments: &[u16]) -> u64 {
         let chip = &mut *self.chip.borrow_mut();
         for &register in &KEPT {
@@ -68,7 +66,7 @@ impl Routines {
         [0, 1, 2, 3, 4, 5].map(|n| self.chip.borrow().byte(place + n))
     }
 
-    /// What has a second operand, of the number in hand.
+    /// Runs a routine on the number in hand and a second operand.
     fn in_hand(&self, name: &str, a: Num, b: Num) -> [u8; 6] {
         self.take_in_hand(a);
         self.put(B, b);
@@ -100,7 +98,7 @@ impl Routines {
         ((both >> 32) as u32, both as u32)
     }
 
-    /// What makes a byte of two operands.
+    /// Runs a routine that returns a byte of two operands.
     fn byte_of(&self, name: &str, a: Num, b: Num) -> u8 {
         self.put(A, a);
         self.put(B, b);
@@ -108,14 +106,14 @@ impl Routines {
     }
 }
 
-/// A number as the chip has it.
+/// A number in the chip's layout.
 fn bytes(number: Num) -> [u8; 6] {
-    // SAFETY: six bytes without a gap, in an order that `repr(C)` fixes; on a
-    // host with the lower byte first they are the chip's.
+    // SAFETY: six bytes without a gap, in an order that `repr(C)` fixes; on a little-endian host
+    // they are the chip's.
     unsafe { std::mem::transmute(number) }
 }
 
-/// Numbers as they occur, and those at which something turns.
+/// Typical numbers, and the critical ones.
 fn number() -> impl Strategy<Value = Num> {
     let mantissa = prop_oneof![
         4 => any::<u32>(),
@@ -128,13 +126,12 @@ fn number() -> impl Strategy<Value = Num> {
         30 => (mantissa, exponent).prop_map(|(m, e)| Num::new(m, e)),
         1 => Just(Num::ZERO),
         1 => Just(Num::UNSET),
-        // By 0: the largest there is.
+        // Divided by 0: the largest number.
         1 => Just(Num::ONE.over(&Num::ZERO)),
     ]
 }
 
-/// Two of them, mostly near each other, where sums and differences have the
-/// most to do.
+/// Two of them, mostly near each other, where sums and differences have the most work.
 fn pair() -> impl Strategy<Value = (Num, Num)> {
     prop_oneof![
         (number(), number()),

@@ -1,10 +1,10 @@
-//! An order of three axes is started piece by piece: what each piece takes, and what comes
-//! between them.
+//! An order of three axes is started piece by piece: the time of each piece, and what comes between
+//! them.
 
 use crate::common::{board, chip, image, rest, say, steps};
 use stepwright_rig::{Board, Chip};
 
-/// Orders of all kinds of ramps; each axis steps at once, or turns first.
+/// Orders with all kinds of ramps; each axis steps at once, or turns first.
 const ORDERS: [&str; 5] = [
     "PO s0 t9000 a20000 d18000 G+4000 A2 s0 t8500 a18500 d18500 G+3000 A3 s0 t8000 a15500 d14500 G+2500",
     "PO s50 t9000 R999 G-4000 A2 s50 t8500 R900 G+3000 A3 s50 t8000 R777 G-2500",
@@ -13,10 +13,10 @@ const ORDERS: [&str; 5] = [
     "PO s0 t9000 a100000000 d90000000 G+3 A2 s9000 t8500 G+2 A3 t1 G+1",
 ];
 
-/// Cycles of a call of the main loop.
+/// The cycles of a call of the main loop.
 const PIECE: u64 = 3_200;
 
-/// Sends E, and tells the calls of a part of the main loop up to the answer.
+/// Sends E. Returns the calls of a part of the main loop up to the answer.
 fn calls(chip: &mut Chip, method: &str, answer: &str) -> Vec<u64> {
     let image = image();
     let parts = ["9main_loop", method];
@@ -28,7 +28,7 @@ fn calls(chip: &mut Chip, method: &str, answer: &str) -> Vec<u64> {
 
 #[test]
 fn no_piece_of_an_order_takes_long() {
-    // A Mega takes more bytes for an address, and its S-curves more than a piece.
+    // A Mega uses more bytes for an address, and its S-curves exceed a piece.
     if board() == Board::Mega {
         return;
     }
@@ -59,8 +59,8 @@ fn a_refused_third_axis_moves_none_and_takes_no_longer() {
     assert_eq!(steps(&chip, 0).len(), 3);
 }
 
-/// All of them make their first step in one visit of the step interrupts, or as far apart
-/// as they are due.
+/// All of them make their first step in one visit of the step interrupts, or as far apart as they
+/// are due.
 #[test]
 fn all_axes_begin_together() {
     for order in ORDERS {
@@ -75,8 +75,8 @@ fn all_axes_begin_together() {
     }
 }
 
-/// A wait of 16 ms is not planned beyond, so the first axes are ready while the last begins: the
-/// drivers' time counts from ENABLE all the same.
+/// Planning does not go beyond a wait of 16 ms, so the first axes are ready while the last begins:
+/// the drivers' time still counts from ENABLE.
 #[test]
 fn the_drivers_have_their_time() {
     for phase in 0..8 {
@@ -94,8 +94,8 @@ fn the_drivers_have_their_time() {
     }
 }
 
-/// K acts between the pieces: nothing of the order moves, what moves stops, and the line is
-/// in step.
+/// K acts between the pieces: no axis of the order moves, moving axes stop, and the line is in
+/// step.
 #[test]
 fn a_kill_between_the_pieces_refuses_the_order() {
     let mut refused = 0;
@@ -123,7 +123,7 @@ fn a_kill_between_the_pieces_refuses_the_order() {
     assert!(refused > 10, "K never came in between: {refused}");
 }
 
-/// Lines and noise that come meanwhile wait, and are answered in their order.
+/// Lines and noise that come meanwhile wait, and are answered in order.
 #[test]
 fn lines_that_come_meanwhile_wait() {
     let mut chip = chip();

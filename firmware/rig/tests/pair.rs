@@ -23,13 +23,13 @@ fn the_master_has_the_slave_travel() {
     let steps = steps_of(pair.slave.edges(), 0);
     assert_eq!(steps.iter().map(|step| step.position).min(), Some(-4000));
     check(pair.slave.edges(), Needs::DEFAULT).unwrap();
-    // The lines are those of the Nano slave, and all that orders is accepted.
+    // The lines are those of the Nano slave, and all orders are accepted.
     let orders = String::from_utf8_lossy(&pair.orders).into_owned();
     assert!(orders.contains("PO\rS5\rT100\rR200\rG+4000\rE\r"), "{orders}");
     let answers = String::from_utf8_lossy(&pair.answers).into_owned();
     assert!(answers.contains("Y\rY\rY\rY\rY\rY\rB\r"), "{answers}");
     assert_eq!(pair.master.lost() + pair.slave.lost(), 0);
-    // Back to 0, and the same once more; then the lamp is on and stays so.
+    // Back to 0, and the same once more; then the lamp stays on.
     assert!(pair.master.led_changes().is_empty());
     pair.run_for(23 * SECOND);
     let lamp: Vec<_> = pair.master.led_changes().iter().map(|change| change.1).collect();

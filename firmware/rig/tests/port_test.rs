@@ -1,4 +1,4 @@
-//! The AVR's step timer keeps the contract of `StepTimer`: `stepwright-port-test` on the chip.
+//! Tests the contract of `StepTimer` for the AVR's step timer: `stepwright-port-test` on the chip.
 
 use crate::common::board;
 use stepwright_rig::board::HZ;
@@ -15,8 +15,9 @@ fn the_step_timer_keeps_the_contract() {
     // Before the program begins RAM holds anything.
     let ended = |chip: &Chip| (1..=5).contains(&word(chip, 0));
     assert!(chip.run_to(60 * HZ, ended), "it does not end");
-    chip.run_for(100); // the other two are written
-    // Kept, how many values, and whether the counter wrapped; else the fault and its numbers.
+    chip.run_for(100); // // until the other two are written
+    // Kept, the number of values, and whether the counter wrapped; otherwise the fault and its
+    // numbers.
     let [kept, values, wrapped] = [0, 1, 2].map(|n| word(&chip, n));
     assert!(kept == 1 && values > 200 && wrapped == 1, "{kept} {values} {wrapped}");
 }

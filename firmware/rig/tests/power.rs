@@ -1,4 +1,4 @@
-//! Resets, power loss at any moment, and the pins of the drivers meanwhile.
+//! Resets, losses of power at any moment, and the drivers' pins meanwhile.
 
 use crate::common::{board, chip, image, rest, say, steps, talk, wake};
 use stepwright_rig::Chip;
@@ -88,7 +88,7 @@ fn a_power_loss_at_any_byte_leaves_the_old_settings_or_the_new_ones() {
             Some("pulse-us=9") => new += 1,
             other => panic!("cut at {cut}: {other:?}"),
         }
-        // Everything else is as it was, and can be set again.
+        // Everything else is unchanged, and can be set again.
         chip.expect("$hold-us", "hold-us=1");
         say(&mut chip, "$pulse-us=3");
         chip.run_for(16_000_000 / 2);
@@ -133,7 +133,7 @@ fn a_silent_host_makes_it_brake() {
     chip.expect("V1", &count.to_string());
 }
 
-/// Nor is an answer of 8 ms, of which 3 ms are sent behind the board's back.
+/// An answer of 8 ms, of which 3 ms are sent in the background, is no silence either.
 #[test]
 fn a_line_that_takes_long_is_no_silence() {
     for (ms, lines) in [(2, ["E", "@+500", "Z"]), (5, ["E", "?", "Z"])] {
@@ -153,8 +153,8 @@ fn a_line_that_takes_long_is_no_silence() {
 #[test]
 fn statics_and_stack_leave_room_in_the_ram() {
     let mut chip = chip();
-    // The deepest paths: an order of three axes, refused and accepted, all
-    // settings, and traffic in motion.
+    // The deepest paths: an order of three axes, refused and accepted, all settings, and traffic in
+    // motion.
     say(&mut chip, "PO t900 a5000 d5000 G+900 A2 t800 G+800 A3 t700 G-700");
     chip.ask("A9");
     chip.ask("E");

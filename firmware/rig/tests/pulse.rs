@@ -1,31 +1,31 @@
-//! Pulses of every width at the highest rates that are admitted.
+//! Pulses of every width at the highest admitted rates.
 //!
-//! How long a step takes depends on its pulse: the board's description says so,
-//! and what it admits it keeps.
+//! The time for a step depends on its pulse: the board's description says so, and rates that it
+//! admits are kept.
 
 use crate::common::{MINUTE, board, chip, say};
 use stepwright_rig::Chip;
 use stepwright_rig::edges::{Needs, check, position_of};
 use stepwright_sim::Description;
 
-/// The widest and the narrowest pulse that can be set, in µs, and those on both sides
-/// of what the assembly does itself.
+/// The widest and the narrowest pulse that can be set, in µs, and those on both sides of the
+/// assembly's own pulse.
 const WIDTHS: [u64; 5] = [1, 2, 3, 5, 20];
 /// Steps/s² of all ramps.
 const ACCEL: u32 = 40_000;
 /// Steps at the top speed.
 const LEVEL: u32 = 3_000;
-/// The highest that can be ordered.
+/// The highest speed that can be ordered.
 const FASTEST: u32 = 200_000;
 
-/// A chip whose pulses are so wide, and whose `max-speed` is no limit.
+/// A chip with pulses of this width, and a `max-speed` that is no limit.
 fn with_pulse(micros: u64) -> Chip {
     let mut chip = chip();
     say(&mut chip, &format!("$max-speed={FASTEST} $pulse-us={micros}"));
     chip
 }
 
-/// Orders ramps to these speeds, the first axis's first: whether they are admitted.
+/// Orders ramps to these speeds, the first axis's first. Returns whether they are admitted.
 fn order(chip: &mut Chip, speeds: &[u32]) -> bool {
     say(chip, "PO");
     for (n, &top) in speeds.iter().enumerate() {
@@ -52,24 +52,25 @@ fn speeds(axes: u32, top: u32) -> Vec<u32> {
     (0..axes).map(|n| top - top * 3 * n / 1000).collect()
 }
 
-/// The speeds of the highest rate at which these are admitted: everything above it is refused.
+/// The speeds of the highest rate at which they are admitted: everything above it is refused.
 fn highest(micros: u64, speeds: impl Fn(u32) -> Vec<u32>) -> Vec<u32> {
     let (mut low, mut high) = (500, FASTEST);
     while high - low > 1 {
         let middle = (low + high) / 2;
-        // A fresh one: what is admitted moves.
+        // A fresh chip, because an admitted order moves.
         let mut chip = with_pulse(micros);
         if order(&mut chip, &speeds(middle)) { low = middle } else { high = middle }
     }
     speeds(low)
 }
 
-/// Plays it while the line asks without a pause. Late steps, as the board counts them.
+/// Plays it while the line is queried without a pause. Returns the late steps that the board
+/// counts.
 fn late(micros: u64, speeds: &[u32]) -> u32 {
     let mut chip = with_pulse(micros);
     assert!(order(&mut chip, speeds), "{speeds:?} are not admitted");
     chip.poll(&["V1", "F"]);
-    // All of its time but for the end of the last fall.
+    // All of its time except the end of the last fall.
     let time = |&top: &u32| f64::from(length(top)) / f64::from(top) + f64::from(top) / 40e3;
     let longest = speeds.iter().map(time).fold(0.0, f64::max);
     chip.run_for((longest * 16e6) as u64);
@@ -112,8 +113,8 @@ fn no_step_is_late_at_the_highest_rate_admitted() {
     }
 }
 
-/// The sum of the rates is what is admitted, and the fastest leaves time for a step of the other.
-/// (Of three it is a known limit, in the changelog.)
+/// The sum of the rates is what is admitted, and the fastest axis leaves time for a step of the
+/// other. (For three it is a known limit, in the changelog.)
 #[test]
 fn no_step_is_late_where_two_axes_share_unequally() {
     for shares in [[95, 5], [80, 20], [65, 35]] {

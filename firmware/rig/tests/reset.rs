@@ -1,17 +1,17 @@
-//! Resets for every reason, at every moment: the position is known afterwards if
-//! it is still true, and else unknown.
+//! Resets for every reason, at every moment: the position is known afterwards if it is still true,
+//! and otherwise unknown.
 
 use crate::common::{board, chip, image, rest, say, talk, wake};
 use stepwright_rig::{Cause, Chip};
 
 const CAUSES: [Cause; 4] = [Cause::Power, Cause::Button, Cause::BrownOut, Cause::Watchdog];
 
-/// What a board was doing.
+/// The activity of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Doing {
-    /// Nothing since it was switched on.
+    /// It has not moved since it was switched on.
     Nothing,
-    /// It rests somewhere.
+    /// It rests, after moving.
     Rest,
     Motion,
 }
@@ -44,7 +44,7 @@ fn is_known(chip: &mut Chip) -> bool {
         }
         Some("E") => {
             talk(chip, "V2 E\n? stepwright * uncertain=7 *");
-            // Until it is zeroed.
+            // Until it is set to 0.
             talk(chip, "I1 Y\nV1 0\nV2 E");
             false
         }
@@ -67,8 +67,7 @@ fn a_reset_is_held_against_what_the_board_was_doing() {
     }
 }
 
-/// Then the board can't tell one reset from another: RAM alone says whether it
-/// has moved.
+/// Then the board can't distinguish the resets: RAM alone tells whether it has moved.
 #[test]
 fn a_boot_loader_may_clear_the_reason() {
     for cause in CAUSES {
@@ -92,13 +91,13 @@ fn a_board_that_is_switched_on_is_at_0() {
             assert!(is_known(&mut chip));
             say(&mut chip, "PO T100 G+9 E");
             rest(&mut chip);
-            // For long: RAM has lost the mark.
+            // For a long time: RAM has lost the mark.
             chip.power_loss(0xFF);
         }
     }
 }
 
-/// A position that was unknown is not known by another reset.
+/// An unknown position does not become known by another reset.
 #[test]
 fn a_doubt_outlasts_further_resets() {
     for clears in [false, true] {

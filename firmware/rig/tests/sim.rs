@@ -1,4 +1,4 @@
-//! `cargo xtask sim`: the firmware behind a pseudo-terminal that says its path, in real time.
+//! `cargo xtask sim`: the firmware behind a pseudo-terminal whose path it prints, in real time.
 
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::board;
 
-/// Ends with the test, however that goes.
+/// Ends with the test, whatever its result.
 struct Sim(Child);
 
 impl Drop for Sim {
@@ -55,10 +55,10 @@ fn the_simulated_chip_says_its_path_and_answers_there() {
     // Half a second at 500 steps/s, and at least that on a busy machine.
     assert!(begun.elapsed() > Duration::from_millis(450), "{:?}", begun.elapsed());
     assert_eq!(ask("V1"), "250");
-    // Its switch is pressed and let go, its plug pulled.
+    // Its switch is pressed and released, its plug pulled.
     assert_eq!(ask("$switches=1"), "Y");
     let mut acts = sim.0.stdin.take().unwrap();
-    // Its pins say the same.
+    // Its pins agree.
     writeln!(acts, "where").unwrap();
     assert!(heard().starts_with("cycles "));
     assert_eq!(heard(), "axis 1: 250 steps, from 0 to 250");

@@ -1,8 +1,8 @@
-//! The stack of every program, at its deepest, keeps its distance from the statics.
+//! The deepest stack of every program keeps its distance from the statics.
 //!
-//! Each program has its worst case here. Besides, every chip of every test is looked at as it is
-//! switched off (`Chip`). The stack of `fast-pwm` is that without its interrupt, which simavr does
-//! not know.
+//! The worst case of each program is here. In addition, every chip of every test is checked when it
+//! is switched off (`Chip`). The stack of `fast-pwm` is measured without its interrupt, which
+//! simavr does not support.
 
 use std::fs;
 
@@ -26,7 +26,7 @@ fn switched_on(name: &str) -> Chip {
     chip
 }
 
-/// Says lines whatever is answered, with 20 ms between them.
+/// Sends lines whatever the answers, with 20 ms between them.
 fn talk(chip: &mut Chip, lines: &[&str]) {
     for line in lines {
         _ = chip.ask(line);
@@ -34,7 +34,7 @@ fn talk(chip: &mut Chip, lines: &[&str]) {
     }
 }
 
-/// All that the controller can: three axes, ramps and S-curves, changes, every question.
+/// Everything that the controller can do: three axes, ramps and S-curves, changes, every query.
 fn controller() -> Chip {
     let mut chip = common::chip();
     chip.watch_stack();
@@ -49,8 +49,8 @@ fn controller() -> Chip {
     chip
 }
 
-/// Series on every motor with all the legs that there are, between bounds, with questions on the
-/// way, pauses and ramps; on a Mega braking, homing and both ticks too.
+/// Series on every motor with all available legs, between bounds, with queries during motion,
+/// pauses and ramps; on a Mega also braking, homing and both ticks.
 fn motor_cycles() -> Chip {
     let mut chip = program("cycles");
     chip.watch_stack();
@@ -107,7 +107,7 @@ fn motor_cycles() -> Chip {
     chip
 }
 
-/// Every law that the program has, there, changed and stopped.
+/// Every law of the program, there, changed and stopped.
 fn laws(name: &str) -> Chip {
     let mut chip = program(name);
     chip.watch_stack();
@@ -138,7 +138,7 @@ fn laws(name: &str) -> Chip {
     chip
 }
 
-/// Both published ways to check, in steps that change, and questions.
+/// Both published ways to check, with changing steps, and queries.
 fn timed() -> Chip {
     let mut chip = program("timed");
     chip.watch_stack();
@@ -173,7 +173,7 @@ fn worst(name: &str) -> Option<Chip> {
         "laws" | "transitions" | "power-term" => laws(program),
         "timed" => timed(),
         "master" => master(),
-        // They wait for nobody.
+        // They run by themselves.
         _ => {
             let mut chip = switched_on(name);
             chip.run_for(3_000 * MILLIS);
@@ -199,7 +199,7 @@ fn no_stack_comes_near_the_statics() {
         println!("{name}: {statics} bytes of statics, {spare} to spare");
         if spare < RESERVE.into() {
             near.push(name);
-            // It would say so once more.
+            // Its own check would report the same again.
             std::mem::forget(chip);
         }
     }

@@ -1,5 +1,5 @@
-//! Streamed runs on the simulated chip, with its receiver of three bytes: edges against the virtual
-//! board's, and against the times that were asked for.
+//! Streams on the simulated chip, with its receiver of three bytes: edges compared with the virtual
+//! board's, and with the requested times.
 
 use std::collections::VecDeque;
 use std::io::{PipeReader, Read, Write};
@@ -20,7 +20,7 @@ use stepwright_rig::edges::{Needs, check};
 use stepwright_rig::{Board, Chip};
 use stepwright_sim::{Edge, Queues};
 
-/// A chip with the program in it, whose time begins when it has woken.
+/// A chip with the program, whose time begins when it has started.
 pub struct Awake {
     pub chip: Chip,
     begun: u64,
@@ -34,7 +34,7 @@ impl Awake {
         Awake { chip, begun }
     }
 
-    /// `late` and the positions, as the chip tells.
+    /// `late` and the positions that the chip reports.
     fn tells(&mut self) -> (u32, [i64; 3]) {
         self.chip.send(&[0xFF; 4]);
         self.chip.ask("");
@@ -78,7 +78,7 @@ impl Guarded for Awake {
     }
 }
 
-/// On the chip: what came of it, late steps, edges.
+/// Runs a job on the chip. Returns the result, late steps, and edges.
 fn on_chip(job: &[Vec<Step>; 3], terms: FeedTerms, line: Line) -> (Told, u32, Vec<Edge>) {
     let mut chip = Awake::new();
     chip.chip.watch_stack();
@@ -101,7 +101,8 @@ fn on_chip(job: &[Vec<Step>; 3], terms: FeedTerms, line: Line) -> (Told, u32, Ve
     (told, late, edges)
 }
 
-/// The largest distance of an edge from the virtual board's, in µs; and edges farther than `bound`.
+/// The largest distance of an edge from the virtual board's, in µs; and the number of edges farther
+/// than `bound`.
 fn apart(edges: &[Edge], job: &[Vec<Step>; 3], terms: FeedTerms, bound: f64) -> (f64, usize) {
     let mut queues = Queues::default();
     let mut board = feed::board(&mut queues);
@@ -121,7 +122,7 @@ fn three(speed: f64) -> [Vec<Step>; 3] {
     [0.0, 0.0, 0.0].map(|more| s_curve(60_000, speed * (1.0 + more), 40_000.0, 400_000.0))
 }
 
-/// Three equal axes with limited jerk, while `?` is asked back to back.
+/// Three equal axes with limited jerk, while `?` is sent back to back.
 #[test]
 fn three_axes_at_38_000_steps_a_second() {
     let job = three(38_000.0);
@@ -135,7 +136,8 @@ fn three_axes_at_38_000_steps_a_second() {
     assert!(late <= 1, "{late} late");
 }
 
-/// Late steps of one axis at this speed, and how far a step is from the virtual board's at most, in µs.
+/// The late steps of one axis at this speed, and the largest distance of a step from the virtual
+/// board's, in µs.
 fn one_axis(speed: f64) -> (u32, f64) {
     let job = [s_curve(330_000, speed, 400_000.0, 4_000_000.0), vec![], vec![]];
     let (told, late, edges) = on_chip(&job, terms([400_000.0; 3]), Line::default());
@@ -145,7 +147,8 @@ fn one_axis(speed: f64) -> (u32, f64) {
     (late, worst)
 }
 
-/// As fast as its interrupt goes: a step each 80 cycles, of which the interrupt takes 70, and a few more on a Mega.
+/// At the limit of its interrupt: a step each 80 cycles, of which the interrupt takes 70, and a few
+/// more on a Mega.
 #[test]
 fn one_axis_at_200_000_steps_a_second() {
     let speed = if common::board() == Board::Uno { 200_000.0 } else { 196_000.0 };
@@ -153,8 +156,8 @@ fn one_axis_at_200_000_steps_a_second() {
     assert!(late == 0 && worst < 5.0);
 }
 
-/// One step in 100,000 may be late there, as where an entry and a byte come at once: by how the build lies none, 1
-/// or 2 of these are. The schedule slips by less than two intervals each time.
+/// One step in 100,000 may be late there, when an interrupt's entry and a byte coincide: depending
+/// on the build none, 1 or 2 of these are. The schedule slips by less than two intervals each time.
 #[test]
 fn a_mega_near_200_000_steps_a_second() {
     for speed in [198_000.0, 199_000.0, 200_000.0] {
@@ -190,7 +193,8 @@ fn a_mega_rides_through_a_second() {
     assert!(worst < 5.0 + 15.0, "{worst}");
 }
 
-/// One that is longer than what is ahead brakes, and the position is that of the edges.
+/// After a silence longer than the planned time ahead the board brakes, and the position agrees
+/// with the edges.
 #[test]
 fn a_longer_stall_brakes() {
     let job = organic(7.0);
@@ -222,26 +226,27 @@ fn spoilt_bytes_and_stalls_lose_no_step() {
     }
 }
 
-/// Instants that are judged at a time.
+/// The instants that are judged at the same time.
 const JUDGES: usize = 2;
-/// Instants of a run.
+/// The instants of a run.
 const OF_A_RUN: u64 = 20;
 
-/// What became of an instant, from another process.
+/// The result of an instant, from another process.
 struct Report(PipeReader, Pid);
 
 impl Report {
-    /// Goes on in another process, with the chip as it is now. A run goes on for all of its instants, and
-    /// is simulated once.
+    /// Continues in another process, with the chip in its present state. So a run continues for all
+    /// of its instants, and is simulated only once.
     fn fork(judge: impl FnOnce() -> String) -> Report {
         let (reader, mut writer) = std::io::pipe().unwrap();
-        // SAFETY: the child has the memory of this thread, writes to its pipe and ends; it prints nothing.
+        // SAFETY: the child has the memory of this thread, writes to its pipe and ends; it prints
+        // nothing.
         match unsafe { fork() }.unwrap() {
             ForkResult::Parent { child } => Report(reader, child),
             ForkResult::Child => {
                 let told = catch_unwind(AssertUnwindSafe(judge));
                 let _ = writer.write_all(told.unwrap_or("it panics".into()).as_bytes());
-                // SAFETY: nothing is left to be done.
+                // SAFETY: nothing else is left to do.
                 unsafe { nix::libc::_exit(0) }
             }
         }
@@ -259,22 +264,22 @@ fn number(name: &str, otherwise: u64) -> u64 {
     std::env::var(name).map_or(otherwise, |value| value.parse().expect(name))
 }
 
-/// A host falls silent at random instants of runs of all speeds. 1,000 and more of them by
-/// `cargo xtask silence`.
+/// A host falls silent at random instants of runs of all speeds. 1,000 and more of them by `cargo
+/// xtask silence`.
 #[test]
 fn silence_at_any_instant_brakes_every_axis() {
     let instants = number("STEPWRIGHT_INSTANTS", 16);
     silent(instants, OF_A_RUN.min(instants / KINDS).max(1), number("STEPWRIGHT_SEED", 1));
 }
 
-/// One axis that brakes at 193,000 steps/s: the end of a group and a byte came at once, the step was later
-/// than its interval, and 160 steps behind it came 102 cycles apart, which is 19 % slower.
+/// One axis that brakes at 193,000 steps/s: the end of a group and a byte coincided, the step was
+/// later than its interval, and 160 steps after it came 102 cycles apart, which is 19 % slower.
 #[test]
 fn a_late_step_at_the_top_slows_no_axis_down() {
     silent(OF_A_RUN, OF_A_RUN, 30_017);
 }
 
-/// This many instants, `each` of them of a run.
+/// This many instants, `each` of them in one run.
 fn silent(instants: u64, each: u64, seed: u64) {
     let (mut told, mut made, mut n) = (Vec::new(), 0, 0);
     while made < instants {

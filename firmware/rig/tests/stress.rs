@@ -1,4 +1,4 @@
-//! Random stories on the chip, briefly: `cargo xtask stress --board uno` tells more.
+//! Random stories on the chip, briefly: `cargo xtask stress --board uno` plays more.
 
 use crate::common::{board, image};
 use stepwright_rig::Board;
@@ -19,7 +19,8 @@ fn stories_are_clean() {
     assert!(sum.steps > 1000 && sum.noise > 0, "{sum:?}");
 }
 
-/// Stories that once broke a rule on a chip, and on no virtual board. A board without S-curves is told of none.
+/// Stories that once violated a rule on a chip, and on no virtual board. A board without S-curves
+/// skips those with jerk.
 #[test]
 fn kept_stories_are_clean() {
     let (board, image) = (board(), image());
@@ -39,7 +40,8 @@ fn kept_stories_are_clean() {
     assert!(count >= if board == Board::Mega { 18 } else { 17 }, "{count}");
 }
 
-/// The board works longer on an order than its lease lasts: the host is not silent meanwhile.
+/// The board works longer on an order than its lease lasts: the host does not count as silent
+/// meanwhile.
 #[test]
 fn an_order_that_takes_longer_than_a_lease() {
     if board() != Board::Uno {

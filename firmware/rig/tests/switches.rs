@@ -2,8 +2,8 @@
 
 use crate::common::{chip, rest, say, steps, talk};
 
-/// A switch is looked at every millisecond, and what is queued is cleared:
-/// cycles from the contact to the last step.
+/// A switch is sampled every millisecond, and the queues are cleared: cycles from the contact to
+/// the last step.
 const AT_ONCE: u64 = 2 * 16_000;
 
 #[test]
@@ -19,7 +19,7 @@ fn a_pressed_switch_stops_its_axis_and_travel_towards_it_is_refused() {
     let (count, last) = (x.len() as i64, x.last().unwrap().time);
     assert!(last <= pressed + AT_ONCE, "{} cycles late", last - pressed);
     assert!(count < 3000);
-    // The other axis goes on to its end.
+    // The other axis continues to its end.
     say(&mut chip, "A0");
     rest(&mut chip);
     assert_eq!(steps(&chip, 1).len(), 700);
@@ -27,7 +27,7 @@ fn a_pressed_switch_stops_its_axis_and_travel_towards_it_is_refused() {
     let stopped = chip.ask("V1");
     assert!(stopped.as_deref() == Some(&count.to_string()) || stopped.as_deref() == Some("E"));
     talk(&mut chip, "A1 Y\nI1 Y\nPO Y\nG+5 Y\nE E\n? stepwright * uncertain=0* closed=1");
-    // Away from it is fine, pressed or not.
+    // Motion away from it is allowed, pressed or not.
     talk(&mut chip, "PO Y\nG-5 Y\nE Y\n*rest\nV1 -5");
     chip.press(0, false);
     talk(&mut chip, "? * closed=0");

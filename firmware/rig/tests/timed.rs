@@ -1,5 +1,5 @@
 //! The Arduino driver's examples on the chip: the published logs from its serial line, and its
-//! edges against the virtual board's.
+//! edges compared with the virtual board's.
 
 use stepwright::drive::sequence::{L6219_QUARTER, SHIELD};
 use stepwright_rig::board::Pin;
@@ -35,8 +35,8 @@ fn enables(board: Board) -> [Pin; 2] {
     }
 }
 
-/// The board under test with an example in its flash. Watched are the windings' pins, 0
-/// and 1, and the enables, 2 and 3.
+/// The board under test with an example in its flash. The watched pins are the windings', 0 and 1,
+/// and the enables, 2 and 3.
 fn example(name: &str) -> Chip {
     let board = board();
     let image = firmware::load(&format!("{}-{name}", board.name()))
@@ -46,13 +46,13 @@ fn example(name: &str) -> Chip {
     chip
 }
 
-/// The cycles of the steps that pins `first` and the next one made. A step changes one.
+/// The cycles of the steps made by pins `first` and the next one. A step changes one of them.
 fn steps(changes: &[(u64, u8, bool)], first: u8) -> Vec<u64> {
     let pins = first..first + 2;
     changes.iter().filter(|(_, which, _)| pins.contains(which)).map(|(time, ..)| *time).collect()
 }
 
-/// How far the chip's steps are off the virtual board's, both from their first.
+/// The largest distance of the chip's steps from the virtual board's, both relative to their first.
 #[track_caller]
 fn compare(real: &[u64], ideal: &[u64]) -> u64 {
     assert!(real.len().abs_diff(ideal.len()) <= 1, "{} and {} steps", real.len(), ideal.len());
@@ -60,7 +60,7 @@ fn compare(real: &[u64], ideal: &[u64]) -> u64 {
     real.iter().zip(ideal).map(|(r, i)| (r - r0).abs_diff(i - i0)).max().unwrap_or(0)
 }
 
-/// What the chip has said, line by line.
+/// The output of the chip, line by line.
 fn lines(chip: &mut Chip) -> Vec<String> {
     split(&String::from_utf8(chip.take_said()).expect("no ASCII"))
 }
@@ -103,7 +103,7 @@ fn virtual_board(model: Model, order: &SetSpeed) -> TimedBoard {
     board
 }
 
-/// The published log of case 1, with the call before it and the stop behind it.
+/// The published log of case 1, with the call before it and the stop after it.
 #[track_caller]
 fn case_1s_log(lines: &[String]) {
     assert_eq!(lines[..3], ["IRQ Timer 1 Enabled", "Ioclk 16000000 Hz", ">>>motorSetSpeed"]);
@@ -122,7 +122,7 @@ fn case_1s_log(lines: &[String]) {
     assert!(lines.iter().any(|line| line == "Motor halted"));
 }
 
-/// All steps of case 1, the enables around them, and how far the edges are off.
+/// All steps of case 1, the enables around them, and the distances of the edges.
 #[track_caller]
 fn case_1s_edges(changes: &[(u64, u8, bool)]) -> u64 {
     let real = steps(changes, 0);
@@ -143,7 +143,7 @@ fn case_1_prints_the_published_log() {
     let mut chip = example("case1");
     chip.keep_visits();
     chip.run_for(u64::from(CALL + 15_000) * MILLIS);
-    // What the step interrupt takes: plain, with an update at prescaler 1, with any update.
+    // The time of the step interrupt: plain, with an update at prescaler 1, with any update.
     let visits = chip.take_visits();
     let long = |visit: &IsrSpan| visit.exit - visit.entry;
     let mut plain: Vec<_> = visits.iter().map(long).collect();
@@ -160,7 +160,7 @@ fn case_1_prints_the_published_log() {
     assert!(off <= EDGE, "{off} cycles off");
 }
 
-/// The same in fast PWM, mode 15: nobody models its buffered compare register.
+/// The same in fast PWM, mode 15: the compare register is buffered by the chip, not by a model.
 #[test]
 fn case_1_in_fast_pwm() {
     if board() != Board::Uno {
@@ -173,7 +173,7 @@ fn case_1_in_fast_pwm() {
     let off = case_1s_edges(&run.changes);
     println!("case 1 in fast PWM: {off} cycles");
     assert!(off <= EDGE, "{off} cycles off");
-    // The other model's it is not: that has the step after the tenth update end 19 ms sooner.
+    // It is not the other model: there the step after the tenth update ends 19 ms sooner.
     let real = steps(&run.changes, 0);
     let mut other = virtual_board(Model::Ideal, &CASE_1);
     other.run_for_millis(20_000);
@@ -229,8 +229,8 @@ fn case_3_calls_back_once_and_its_main_loop_runs_on() {
     assert!(off <= EDGE, "{off} cycles off");
 }
 
-/// The fuses choose the oscillator, CLKPR divides it, and the firmware reads both. 0x62 is how
-/// a chip comes from its factory.
+/// The fuses choose the oscillator, CLKPR divides it, and the firmware reads both. 0x62 is the
+/// factory setting of a chip.
 #[test]
 fn the_io_clock_comes_from_fuses_and_clkpr() {
     for (low, clock) in [(0xFF, 16_000_000), (0xE2, 8_000_000), (0x62, 1_000_000), (0xE3, 128_000)]
@@ -244,7 +244,7 @@ fn the_io_clock_comes_from_fuses_and_clkpr() {
 
 const REACHED: &str = "Motor position reached / rotation stopped";
 
-/// What the other timer's interrupt may hold an edge up for, on its way in and out.
+/// The time by which the other timer's interrupt may delay an edge, on its entry and exit.
 const BESIDE: u64 = 250;
 
 #[test]
@@ -279,7 +279,7 @@ fn two_shields_on_two_timers() {
         println!("shield on pins {first}: {off} cycles");
         assert!(off <= BESIDE, "{off} cycles off");
     }
-    // The enables are the shields' in common: high until the last has stopped.
+    // The shields share the enables: high until the last one has stopped.
     let enable: Vec<_> = chip.watched_changes().iter().filter(|(_, pin, _)| *pin == 4).collect();
     assert_eq!(enable.len(), 2);
     let last = steps(chip.watched_changes(), 0)[2_999].max(steps(chip.watched_changes(), 2)[1_999]);
@@ -289,7 +289,7 @@ fn two_shields_on_two_timers() {
     assert!(lines.iter().any(|line| line == "upper shield: position reached"));
 }
 
-/// What the six lines of the L6219 did: from when on which levels, PHASE1 in bit 0.
+/// The levels of the six lines of the L6219 from each change on, PHASE1 in bit 0.
 fn levels(changes: &[(u64, u8, bool)]) -> Vec<(u64, u8)> {
     let mut all: Vec<(u64, u8)> = Vec::new();
     let mut now = 0;
@@ -303,8 +303,8 @@ fn levels(changes: &[(u64, u8, bool)]) -> Vec<(u64, u8)> {
     all
 }
 
-/// Austin: the current goes on at the start and off after the last step; the phase
-/// stays, and is restored at power-up.
+/// Austin: the current goes on at the start and off after the last step; the phase stays, and is
+/// restored at power-up.
 #[test]
 fn an_l6219_in_quarter_steps() {
     let board = board();
@@ -327,7 +327,7 @@ fn an_l6219_in_quarter_steps() {
     };
     let back = Control::DRV_EN.and(Control::DIRECTION);
     let back = SetSpeed { limit: 401, ..SetSpeed::fixed(back, 24_000) };
-    // Without current from the start.
+    // Initially without current.
     assert_eq!(real[0].1, L6219_QUARTER.off());
     assert_eq!(real.len(), 1 + (803 + 2) + (401 + 2));
     let mut rest = &real[1..];

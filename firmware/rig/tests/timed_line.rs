@@ -1,5 +1,5 @@
-//! The timed driver ordered over the serial line, as `stepwright timed --port` does it: the
-//! published cases, every drive, timer and end, against the virtual board's edges.
+//! The timed driver ordered over the serial line, as by `stepwright timed --port`: the published
+//! cases, every drive, timer and end, compared with the virtual board's edges.
 
 use stepwright::drive::Sequence;
 use stepwright::drive::sequence::{
@@ -16,10 +16,10 @@ use stepwright_timed::{Code, Control, Model, SetSpeed, Status};
 use crate::common::{self, board};
 
 const MILLIS: u64 = 16_000;
-/// A question's and a check's longest stretch without the interrupt, in cycles.
+/// The longest time for which a query or a check holds off the interrupt, in cycles.
 const HELD: u64 = 40;
-/// The largest difference between an edge and the virtual board's, in cycles: what holds the
-/// interrupt off, and the instruction that it waits for.
+/// The largest difference between an edge and the virtual board's, in cycles: the time for which
+/// the interrupt is held off, and the instruction that it waits for.
 const EDGE: u64 = HELD + 8;
 
 fn chip() -> Chip {
@@ -41,7 +41,7 @@ fn look(chip: &mut Chip, timer: u8) -> Report {
     Report::read(answer.as_bytes()).unwrap_or_else(|| panic!("{answer}"))
 }
 
-/// Timers of 16 bits.
+/// The 16-bit timers.
 fn timers() -> &'static [u8] {
     if board() == Board::Uno { &[1] } else { &[1, 3, 4, 5] }
 }
@@ -56,7 +56,7 @@ fn wire(port: char, sequence: Sequence, bits: &[u8], shield: bool) -> Wire {
     Wire { port: port as u8, mask, sequence, shield, phase: 0 }
 }
 
-/// What the pins of a mask did, all low at first: from when on which levels.
+/// The levels of the pins of a mask from each change on, all low at first.
 fn levels(changes: &[(u64, u8, bool)], bits: &[u8]) -> Vec<(u64, u8)> {
     let (mut all, mut now): (Vec<(u64, u8)>, u8) = (Vec::new(), 0);
     for (time, which, level) in changes {
@@ -70,8 +70,8 @@ fn levels(changes: &[(u64, u8, bool)], bits: &[u8]) -> Vec<(u64, u8)> {
     all
 }
 
-/// Gives an order to a board whose pins nobody has touched yet, lets it end, and holds every edge against the virtual board's. Returns the
-/// largest difference in cycles.
+/// Gives an order to a board whose pins have not been used yet, waits for its end, and compares
+/// every edge with the virtual board's. Returns the largest difference in cycles.
 #[track_caller]
 fn play(chip: &mut Chip, timer: u8, wire: Wire, order: SetSpeed, latched: bool) -> u64 {
     let bits: Vec<u8> = (0..8).filter(|bit| wire.mask >> bit & 1 != 0).collect();
@@ -120,7 +120,7 @@ fn the_board_says_what_it_is_and_refuses_what_it_is_not() {
         about,
         format!("stepwright-timed {name} hz=16000000 axes=0 can=sum timers={timers}")
     );
-    // The serial line's pins, and those that the chip has not.
+    // The serial line's pins, and pins that the chip does not have.
     let (port, bits) = if board() == Board::Uno { ('D', [0, 1]) } else { ('E', [0, 1]) };
     for (port, bits) in [(port, bits), ('M', [0, 1]), ('@', [0, 1])] {
         let wire = wire(port, SHIELD.on_bits(&bits), &bits, false);
@@ -139,12 +139,12 @@ fn the_board_says_what_it_is_and_refuses_what_it_is_not() {
     ] {
         assert_eq!(chip.ask(line).as_deref(), Some(answer), "{line}");
     }
-    // Nobody would see an order without pins.
+    // An order without pins would have no effect.
     let fixed = SetSpeed::fixed(Control::DRV_EN, 16_000);
     assert_eq!(ask(&mut chip, Line::Move(1, fixed, 0)), Code::NOT_WIRED.get().to_string());
     assert!(!look(&mut chip, 1).moving);
     assert_eq!(ask(&mut chip, Line::Move(1, SetSpeed::STOP, 0)), "0");
-    // A top out of range is refused with its code, and a wiring while the motor moves.
+    // A top out of range is refused with its code, and so is a wiring while the motor moves.
     ask(&mut chip, Line::Wire(1, shield()));
     for (top, code) in [(639, "-1"), (0x0400_0000, "-2")] {
         let order = SetSpeed::fixed(Control::DRV_EN, top);
@@ -155,7 +155,7 @@ fn the_board_says_what_it_is_and_refuses_what_it_is_not() {
     assert_eq!(ask(&mut chip, Line::Latched(1, true)), "E busy");
     assert_eq!(ask(&mut chip, Line::Move(1, SetSpeed::STOP, 0)), "0");
     assert!(!look(&mut chip, 1).moving);
-    // The rows of every program stop it too.
+    // The common lines of every program stop it too.
     for line in ["Z", "K"] {
         let order = SetSpeed::fixed(Control::DRV_EN, 16_000);
         assert_eq!(ask(&mut chip, Line::Move(1, order, 0)), "0");
@@ -197,7 +197,7 @@ fn the_published_cases_step_as_on_the_virtual_board() {
             }
             let dump = ideal.dump();
             let (top, counts) = (report.dump.top, report.dump.counts);
-            // A question may come within the millisecond of an update.
+            // A query may come within the millisecond of an update.
             if (top, counts) == (dump.top, dump.counts) {
                 assert_eq!(report.dump.time, dump.time, "{n}");
             } else {
@@ -225,8 +225,8 @@ fn the_published_cases_step_as_on_the_virtual_board() {
     }
 }
 
-/// A board that is asked all the time checks as one that is left alone, and no edge is late for
-/// longer than a question holds the interrupt off.
+/// A board that is queried all the time checks like one that is left alone, and no edge is late for
+/// longer than a query holds off the interrupt.
 #[test]
 fn questions_hold_neither_a_check_nor_an_edge_up() {
     let case = published::CASE_3;
@@ -270,7 +270,7 @@ fn questions_hold_neither_a_check_nor_an_edge_up() {
     }
 }
 
-/// On any pins of any port, by each timer.
+/// On any pins of any port, with each timer.
 #[test]
 fn every_drive_turns_on_any_pins_by_any_timer() {
     let own = Sequence::new(&[0b0001, 0b0010], 0b0011).unwrap();
@@ -301,7 +301,7 @@ fn every_drive_turns_on_any_pins_by_any_timer() {
             assert!(off <= EDGE, "{off} cycles");
         }
     }
-    // Four pins of the Mega's that lie on a port of theirs.
+    // Four pins of the Mega that share a port.
     if board() != Board::Uno {
         let bits = [5, 2, 1, 0];
         let wire = wire('G', UNIPOLAR_HALF.on_bits(&bits), &bits, false);
@@ -340,13 +340,13 @@ fn updates_lead_up_to_the_highest_rate_and_milliseconds_end_it() {
     let mut chip = chip();
     let off = play(&mut chip, 1, shield(), order, false);
     println!("up to 25,000 steps/s, 700 ms: {off} cycles");
-    // The update's own step is made in time, the next ones while it is worked out.
+    // The update's own step is made in time, the next ones while it is computed.
     assert!(off <= 1_000, "{off} cycles");
     assert_eq!(look(&mut chip, 1).dump.top, 640);
 }
 
-/// An update that would lead below 640 is not made: the driver faults, calls back once, and
-/// keeps its speed.
+/// An update that would lead below 640 is not made: the driver reports a fault, calls back once,
+/// and keeps its speed.
 #[test]
 fn a_fault_is_called_back_once() {
     let mut chip = chip();
@@ -373,13 +373,12 @@ fn a_fault_is_called_back_once() {
     assert!(report.dump.status.has(status) && report.moving && report.dump.top == 800);
     chip.run_for(1_000 * MILLIS);
     assert_eq!(look(&mut chip, 1).fault, Some(fault));
-    // The next order has its own.
+    // The next order has its own fault.
     ask(&mut chip, Line::Move(1, SetSpeed::STOP, 0));
     assert_eq!(look(&mut chip, 1).fault, None);
 }
 
-/// With checksums, every bit of an order, its end too: it is obeyed as it was meant, or not at
-/// all.
+/// With checksums, every bit of an order, its end too: it is obeyed as sent, or not at all.
 #[test]
 fn a_flipped_bit_of_an_order_moves_nothing() {
     let summed = |line: &str| format!("{line}*{:02X}\r", line.bytes().fold(0, crc)).into_bytes();
@@ -391,9 +390,9 @@ fn a_flipped_bit_of_an_order_moves_nothing() {
     let moves = |chip: &mut Chip, line: &[u8]| {
         chip.send(line);
         chip.run_for(30 * MILLIS);
-        // Half a line may stand there.
+        // The board may hold half a line.
         chip.ask("");
-        // Behind a common line without a checksum rows need none.
+        // After a common line without a checksum rows need none.
         chip.ask("F");
         let moves = look(chip, 1).moving;
         ask(chip, Line::Move(1, SetSpeed::STOP, 0));
@@ -415,7 +414,7 @@ fn a_flipped_bit_of_an_order_moves_nothing() {
     }
 }
 
-/// What comes while an answer is on its way is heard: three lines at once have three answers.
+/// Lines that come while an answer is sent are received: three lines at once have three answers.
 #[test]
 fn a_line_behind_another_is_not_lost() {
     let mut chip = chip();

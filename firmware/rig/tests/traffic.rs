@@ -2,11 +2,11 @@
 
 use crate::common::{chip, rest, say, steps};
 
-/// What a host asks without a pause.
+/// The queries that a host sends without a pause.
 const TRAFFIC: [&[&str]; 5] = [&[], &["?"], &["$"], &["V1", "F"], &["?", "V3", "$", "F"]];
 
 /// Top speeds in steps/s, and an acceleration in steps/s². A fast axis beside two slow ones near
-/// rest, axes of one speed (a gantry), and whatever lies between.
+/// rest, axes of one speed (a gantry), and cases in between.
 const ORDERS: [([u32; 3], u32); 9] = [
     ([28_500, 2_300, 2_300], 40_000),
     ([28_500, 17_000, 17_000], 40_000),

@@ -1,14 +1,14 @@
-//! stepper_h's triangle on the real binary, each side a line: its motors begin and end
-//! together, each on a ramp of its own, scaled by its share of the way.
+//! stepper_h's triangle on the real binary, each side a line: its motors begin and end together,
+//! each on a ramp of its own, scaled by its share of the distance.
 //!
-//! The rates are the highest clean ones of the bench, `rate_ramps` in `bench/avr.json`, with
-//! its 40,000 steps/s² and its traffic; and so is what clean means: no late step, no byte
-//! lost, every edge within half an interval of the closed form. At stepper_h's own size
-//! the side of two motors is so short that it turns round at 23,000 steps/s; ten times as
-//! large, every side reaches its rate and holds it. The bench's rates are those of motors
+//! The rates are the highest ones of the bench without a late step, `rate_ramps` in
+//! `bench/avr.json`, with its 40,000 steps/s² and its traffic. The criterion is also the bench's:
+//! no late step, no byte lost, every edge within half an interval of the closed form. At
+//! stepper_h's own size the side of two motors is so short that it turns round at 23,000 steps/s;
+//! ten times as large, every side reaches its rate and holds it. The bench's rates are for motors
 //! that differ by some tenths of a per cent; motors that end together keep a little less.
 //!
-//! What motors keep that do not end together, and why, is in `docs/benchmarks.md`.
+//! `docs/benchmarks.md` has the rates of motors that do not end together, and the reason.
 
 use std::path::Path;
 
@@ -21,23 +21,22 @@ use stepwright_rig::{Board, Chip, Image, firmware};
 const SIDES: [[i32; 3]; 3] =
     [[20_000, 6_666, 2_666], [-13_333, 13_334, 0], [-6_667, -20_000, -2_666]];
 
-/// Steps/s² of the motor that goes furthest: the bench's.
+/// Steps/s² of the motor that moves farthest: the bench's.
 const ACCEL: u32 = 40_000;
 
-/// Two motors that reach their corners at the same time keep that much in every phase of the
-/// traffic: two runs have to be planned where one of the bench's has. At 36,000 some steps
-/// are late.
+/// The rate that two motors keep in every phase of the traffic if they reach their corners at the
+/// same time: two runs have to be planned where the bench has one. At 36,000 some steps are late.
 const TWO_TOGETHER: u32 = 35_000;
 
-/// Three motors that end together, likewise: at the bench's 35,095 one step of the 200,000
-/// of a side is late, and so it is at 34,700.
+/// The same for three motors that end together: at the bench's 35,095 one step of the 200,000 of a
+/// side is late, and also at 34,700.
 const THREE_TOGETHER: u32 = 34_000;
 
-/// Likewise one motor: some phases of the traffic, which every build moves, leave late
-/// steps at 114,000.
+/// The same for one motor: in some phases of the traffic, which change with every build, steps are
+/// late at 114,000.
 const ALONE: u32 = 110_000;
 
-/// What the bench found, in steps/s each, of 2 and of 3 motors.
+/// The bench's figures, in steps/s each, for 2 and for 3 motors.
 fn rates() -> [u32; 2] {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../bench/avr.json");
     let table = Table::read(Path::new(file)).unwrap_or_else(|error| panic!("{error:#}"));
@@ -59,7 +58,7 @@ struct Part {
     accel: u32,
 }
 
-/// What each motor does so that all of them go along a line, the furthest at `rate`.
+/// The part of each motor so that all of them move along a line, the farthest at `rate`.
 fn line(way: [i32; 3], rate: u32) -> Vec<Part> {
     let longest = u64::from(way.iter().map(|way| way.unsigned_abs()).max().unwrap_or(1).max(1));
     let moving = (0..).zip(way).filter(|(_, way)| *way != 0);
@@ -73,7 +72,7 @@ fn line(way: [i32; 3], rate: u32) -> Vec<Part> {
         .collect()
 }
 
-/// Plays a line under traffic, and looks at every edge of it.
+/// Plays a line under traffic, and checks every edge of it.
 #[track_caller]
 fn play(chip: &mut Chip, parts: &[Part]) {
     let before: Vec<Vec<Step>> = parts.iter().map(|part| steps(chip, part.axis)).collect();
@@ -93,7 +92,7 @@ fn play(chip: &mut Chip, parts: &[Part]) {
     chip.take_said();
     rest(chip);
 
-    // Positions are those of all edges since power came, so that DIR is known.
+    // Positions count all edges since power-up, so that DIR is known.
     let of_this =
         |(part, before): (&Part, &Vec<Step>)| steps(chip, part.axis)[before.len()..].to_vec();
     let made: Vec<Vec<Step>> = parts.iter().zip(&before).map(of_this).collect();
@@ -106,7 +105,7 @@ fn play(chip: &mut Chip, parts: &[Part]) {
             "{part:?}"
         );
         let off = |n: usize| (made[n].time - made[0].time) as i64 - path.time_of(n as u32) as i64;
-        // The first step's latency is in all of them: the least is none.
+        // The first step's latency is in all of them: the least counts as none.
         let least = (0..made.len()).map(off).min().unwrap();
         for n in 1..made.len() {
             let interval = path.time_of(n as u32) - path.time_of(n as u32 - 1);
@@ -120,13 +119,13 @@ fn play(chip: &mut Chip, parts: &[Part]) {
     let begun: Vec<u64> = made.iter().map(|made| made[0].time).collect();
     let ended: Vec<u64> = made.iter().map(|made| made[made.len() - 1].time).collect();
     assert!(spread(&begun) <= LATENCY as u64, "{parts:?} begin at {begun:?}");
-    // Rates are whole steps/s, so that some motors end a little before others.
+    // Rates are whole steps/s, so some motors end a little before others.
     assert!(spread(&ended) <= longest / 2_000, "{parts:?} end at {ended:?}");
     stay_on_line(parts, &made);
 }
 
-/// At each step of the motor that goes furthest the others are where the line is: to a step
-/// that is due, a step that another motor made first, and half a step for each second, as
+/// Checks at each step of the motor that moves farthest that the others are on the line: to a step
+/// that is due, a step that another motor made first, and half a step for each second, because
 /// rates are whole steps/s.
 #[track_caller]
 fn stay_on_line(parts: &[Part], made: &[Vec<Step>]) {
@@ -157,7 +156,7 @@ fn triangle(chip: &mut Chip, size: i32, two: u32, three: u32) {
     assert_eq!(at, [0; 3]);
 }
 
-/// An Uno's figures say nothing of a Mega, which is slower.
+/// An Uno's figures do not apply to a Mega, which is slower.
 fn bench() -> Option<Chip> {
     (board() == Board::Uno)
         .then(|| awake(&firmware::load("uno-bench").unwrap_or_else(|error| panic!("{error:#}"))))
@@ -186,7 +185,7 @@ fn one_motor_goes_out_and_back_and_out_and_back() {
     chip.expect("V1", "0");
 }
 
-/// The build of the bench refuses nothing; what is flashed does, and admits these.
+/// The bench build refuses nothing; the flashed build does, and admits these.
 #[test]
 fn as_it_is_flashed() {
     let mut chip = awake(&image());

@@ -1,5 +1,5 @@
-//! Series that turn, by the program `cycles` under its default strategies: a step that came late
-//! would cancel the cycle.
+//! Series that turn, in the program `cycles` with its default strategies: a late step would cancel
+//! the cycle.
 
 use crate::common::{self, board, cycles};
 use stepwright_cycle::line::{CycleFault, CycleLine, CycleReport};
@@ -7,7 +7,7 @@ use stepwright_cycle::{Leg, Motor, Refusal};
 use stepwright_protocol::Fault;
 use stepwright_rig::Chip;
 
-/// Cycles of a µs.
+/// The cycles of a µs.
 const MICRO: u64 = 16;
 
 const fn steps(count: i32, delay: u32) -> Leg {
@@ -17,7 +17,7 @@ const fn steps(count: i32, delay: u32) -> Leg {
 /// The example of the source, with directions as signs.
 const SOURCE: &[Leg] = &[steps(4, 1_000), steps(-2, 10_000), steps(4, 2_000)];
 
-/// When each step of a series is due, in cycles after the first, and which way it leads.
+/// The time of each step of a series, in cycles after the first, and its direction.
 fn planned(legs: &[Leg]) -> Vec<(u64, bool)> {
     let (mut at, mut all) = (0, Vec::new());
     for leg in legs {
@@ -31,8 +31,8 @@ fn planned(legs: &[Leg]) -> Vec<(u64, bool)> {
     all.iter().map(|(time, forward)| (time - first, *forward)).collect()
 }
 
-/// Plays series, each on a motor of its own, and says by how many cycles the latest step of each
-/// came after its time.
+/// Plays series, each on a motor of its own. Returns the lateness of the latest step of each, in
+/// cycles.
 #[track_caller]
 fn play(all: &[&[Leg]], smallest: u32) -> (CycleReport, Vec<i64>) {
     let mut chip: Chip = common::program("cycles");
@@ -86,7 +86,7 @@ fn the_example_of_the_source_plays() {
     assert_eq!((report.error, report.late, report.motors[0].position), (None, 0, 45_000));
 }
 
-/// All at once, and each in the others' steps, at delays that are long enough for that.
+/// All at once, each during the others' steps, at delays that are long enough for that.
 #[test]
 fn several_motors_turn_under_the_defaults() {
     let turns = |first: i32, delay| -> Vec<_> {
@@ -106,7 +106,8 @@ fn several_motors_turn_under_the_defaults() {
     }
 }
 
-/// A delay that leaves no time to turn is refused, with one that does: for one to three motors.
+/// A delay that leaves no time to turn is refused, and the refusal names one that does: for one to
+/// three motors.
 #[test]
 fn turns_too_close_are_refused_with_what_would_do() {
     let legs = |delay| -> Vec<_> {
@@ -130,5 +131,5 @@ fn turns_too_close_are_refused_with_what_would_do() {
     }
 }
 
-/// The most that docs/cycles.md says of steps beside those that turn, in cycles.
+/// The largest lateness of steps beside turning ones in docs/cycles.md, in cycles.
 const LATEST: i64 = 6_400;

@@ -1,14 +1,14 @@
 //! The same orders on the virtual board: edge against edge.
 //!
-//! Engine, planner and slave are the same code, so the deadlines agree tick
-//! for tick, up to when the travel begins: a board takes its time for a line,
-//! the virtual one none. What is left between the edges is the chip's latency:
-//! the first step's own moves all others the other way.
+//! Engine, planner and slave are the same code, so the deadlines agree tick for tick, relative to
+//! the start of the travel: a board needs time for a line, the virtual one none. The remaining
+//! difference between the edges is the chip's latency: the first step's own shifts all others the
+//! other way.
 
 use crate::common::{BESIDE, LATENCY, chip, rest, say, steps};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
 
-/// Steps of axis `axis` on a virtual Uno that is told `lines`.
+/// The steps of axis `axis` on a virtual Uno that gets `lines`.
 fn virtual_steps(lines: &str, axis: u8) -> Vec<u64> {
     let mut queues = Queues::default();
     let mut board: VirtualBoard<u16, Vec<Edge>> =
@@ -37,8 +37,8 @@ fn every_edge_is_the_virtual_boards() {
         let off = |n: usize| (real[n].time - real[0].time) as i64 - (ideal[n] - ideal[0]) as i64;
         let worst = (0..real.len()).max_by_key(|&n| off(n).abs()).unwrap();
         assert!(off(worst).abs() <= LATENCY, "{order}: step {worst} is {} off", off(worst));
-        // No drift: what is off is latency, not time. Slow steps go a longer way
-        // than fast ones and the first, so the promptest of either end tell.
+        // No drift: the difference is latency, not time. Slow steps take a longer path than fast
+        // ones and the first, so the earliest of either end are compared.
         let quarter = real.len() / 4;
         let begin = (1..quarter).map(off).min().unwrap();
         let end = (real.len() - quarter..real.len()).map(off).min().unwrap();
@@ -53,7 +53,7 @@ fn three_axes_are_the_virtual_boards() {
     let mut chip = chip();
     say(&mut chip, order);
     assert!(chip.run_to_silence(4_000_000, 16_000_000 * 20));
-    // All three are late for their first step, which falls together.
+    // All three are late for their first step, which coincides.
     let begin = steps(&chip, 0)[0].time;
     let ideal_begin = virtual_steps(order, 0)[0];
     for axis in 0..3 {

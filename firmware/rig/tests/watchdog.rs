@@ -1,32 +1,32 @@
 //! The watchdog: a main loop that hangs.
 //!
-//! The chip's own code is changed while it runs: where the main loop plans,
-//! there is a jump to itself. On a board that would be a fault of the program
-//! or of the chip; after the reset it is gone, or it is not.
+//! The chip's own code is changed while it runs: the main loop's planning becomes a jump to itself.
+//! On a board that would be a fault of the program or of the chip; after the reset it may be gone
+//! or not.
 
 use crate::common::{chip, image, rest, say, steps, talk, wake};
 use stepwright_rig::Chip;
 use stepwright_sim::Pin;
 
-/// `rjmp .-2`: the interrupts go on.
+/// `rjmp .-2`: interrupts continue.
 const HANGS: &[u8] = &[0xFF, 0xCF];
 /// `cli` before it: they don't.
 const HANGS_DEAF: &[u8] = &[0xF8, 0x94, 0xFF, 0xCF];
 
 /// 64 K cycles of 128 kHz. (A chip's 128 kHz may be a tenth off.)
 const BITE: u64 = 8_192_000;
-/// From the loop's own feeding to where it hangs.
+/// From the loop's own feeding to the place where it hangs.
 const LOOP: u64 = 20_000;
-/// What is planned ahead: the horizon of 16 ms and a run of 8 ms.
+/// The planned time ahead: the horizon of 16 ms and a run of 8 ms.
 const AHEAD: u64 = 16_000 * 24;
 
-/// Where the loop hangs, and the code there that does not.
+/// The place where the loop hangs, and its original code.
 struct Hung {
     address: u32,
     code: Vec<u8>,
 }
 
-/// Has the main loop hang in its next round.
+/// Makes the main loop hang in its next round.
 fn hang(chip: &mut Chip, code: &[u8]) -> Hung {
     let image = image();
     let address = image.functions(&["9main_loop4plan"]).next().expect("a main loop").address;
@@ -34,7 +34,7 @@ fn hang(chip: &mut Chip, code: &[u8]) -> Hung {
     Hung { address, code: chip.set_code(address, code) }
 }
 
-/// Lets it hang until it has been reset; cycles until then.
+/// Waits until the reset. Returns the cycles.
 #[track_caller]
 fn bite(chip: &mut Chip) -> u64 {
     let (begin, resets) = (chip.now(), chip.resets());
@@ -42,7 +42,7 @@ fn bite(chip: &mut Chip) -> u64 {
     chip.now() - begin
 }
 
-/// The fault is gone, and the board has come back.
+/// Removes the fault, and checks that the board has come back.
 #[track_caller]
 fn mend(chip: &mut Chip, hung: Hung) {
     chip.set_code(hung.address, &hung.code);
@@ -58,7 +58,7 @@ fn a_loop_that_hangs_is_reset_and_the_position_is_uncertain() {
     let (begin, hung) = (chip.now(), hang(&mut chip, HANGS));
     let took = bite(&mut chip);
     assert!((BITE - LOOP..=BITE + 100).contains(&took), "{took} cycles");
-    // Steps that were planned are made, and then there are no more.
+    // Planned steps are made, and then there are no more.
     let made = steps(&chip, 0);
     assert!((500..1500).contains(&made.len()), "{} steps", made.len());
     assert!(made.last().unwrap().time < begin + LOOP + AHEAD, "it steps on");
@@ -90,7 +90,7 @@ fn one_that_hangs_without_interrupts_is_reset_and_steps_no_more() {
     let took = bite(&mut chip);
     assert!((BITE - LOOP..=BITE + 100).contains(&took), "{took} cycles");
     let after = &chip.edges()[edges..];
-    // The reset lets go of all pins, of one that was high too.
+    // The reset releases all pins, also a high one.
     assert!(after.iter().all(|edge| !edge.level), "{after:?}");
     assert!(after.iter().filter(|edge| edge.pin == Pin::Step).count() <= 1, "{after:?}");
     mend(&mut chip, hung);
@@ -119,7 +119,7 @@ fn it_bites_for_as_long_as_it_hangs() {
     let made = steps(&chip, 0).len();
     for _ in 0..3 {
         let took = bite(&mut chip);
-        // The start-up comes before the loop.
+        // The start comes before the loop.
         assert!((BITE..BITE + 160_000).contains(&took), "{took} cycles");
     }
     assert_eq!(steps(&chip, 0).len(), made, "it steps");

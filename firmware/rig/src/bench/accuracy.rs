@@ -1,7 +1,7 @@
-//! How near the edges come to the ideal.
+//! The distance of the edges from the ideal.
 //!
-//! The travels and the definitions are those that the peers were measured by:
-//! an ideal trapezoid at rest at the first and the last pulse.
+//! The travels and the definitions are those used to measure the peers: an ideal trapezoid at rest
+//! at the first and the last pulse.
 
 use anyhow::{Context, Error, Result};
 use stepwright_sim::{Description, Edge, Queues, VirtualBoard};
@@ -16,7 +16,7 @@ const M1: Axis = Axis { start: 0, top: 4_000, accel: 10_000, steps: 4_000 };
 /// 20,000 steps, 40,000 steps/s², 20,000 steps/s.
 const M2: Axis = Axis { start: 0, top: 20_000, accel: 40_000, steps: 20_000 };
 
-/// One axis, without a word on the line.
+/// One axis, without traffic.
 pub(super) fn alone(subject: &Subject) -> Result<Vec<Row>> {
     let row = |name: &str, value: f64, unit: &str| Row::queued(name, 1, value, unit);
     Ok(vec![
@@ -26,7 +26,7 @@ pub(super) fn alone(subject: &Subject) -> Result<Vec<Row>> {
     ])
 }
 
-/// Edge errors under traffic, of one axis and of three.
+/// Edge errors under traffic, for one axis and for three.
 pub(super) fn with_traffic(subject: &Subject) -> Result<Vec<Row>> {
     let mut rows = errors(subject, &[M2])?;
     let two = [M2, Axis { top: 13_000, ..M2 }];
@@ -41,8 +41,7 @@ fn times(subject: &Subject, axis: Axis) -> Result<Vec<u64>> {
     Ok(outcome.steps[0].iter().map(|step| step.time).collect())
 }
 
-/// Times of the same planner's steps on the virtual board, which has no
-/// latency.
+/// The step times of the same planner on the virtual board, which has no latency.
 fn deadlines(axis: Axis) -> Vec<u64> {
     let mut queues = Queues::default();
     let mut board: VirtualBoard<u16, Vec<Edge>> =
@@ -54,8 +53,7 @@ fn deadlines(axis: Axis) -> Vec<u64> {
     board.recorder().iter().filter(|edge| edge.is_step()).map(|edge| edge.time).collect()
 }
 
-/// The ideal time of pulse n, in cycles after the first; the travel is long
-/// enough to reach its top speed.
+/// The ideal time of pulse n, in cycles after the first. The travel must reach its top speed.
 fn ideal(axis: &Axis, n: usize) -> f64 {
     let (accel, top) = (f64::from(axis.accel), f64::from(axis.top));
     let (n, last) = (n as f64, f64::from(axis.steps - 1));
@@ -71,8 +69,8 @@ fn ideal(axis: &Axis, n: usize) -> f64 {
     seconds * HZ as f64
 }
 
-/// Deviation of the intervals of M1 from the ideal, root of the mean square,
-/// the first and last two left out, in per cent.
+/// The root mean square deviation of M1's intervals from the ideal, in per cent, without the first
+/// and the last two.
 fn interval_rms(times: &[u64]) -> f64 {
     let last = times.len() - 1;
     let squares: Vec<f64> = (2..last - 2)
@@ -84,8 +82,8 @@ fn interval_rms(times: &[u64]) -> f64 {
     100.0 * (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// The largest acceleration between neighbouring means of 8 steps of M2 over
-/// the nominal one.
+/// The largest acceleration between neighbouring means of 8 steps of M2, relative to the nominal
+/// one.
 fn accel_peak(times: &[u64]) -> f64 {
     let span = |k: usize| (times[8 * k + 8] - times[8 * k]) as f64;
     let speed = |k: usize| 8.0 * HZ as f64 / span(k);
@@ -96,8 +94,8 @@ fn accel_peak(times: &[u64]) -> f64 {
     (1..times.len() / 8 - 2).map(accel).fold(0.0, f64::max)
 }
 
-/// How far the edges lie from the closed form, against the middle one's
-/// distance: that is the constant part.
+/// The distances of the edges from the closed form, relative to the median distance, which is the
+/// constant part.
 fn errors(subject: &Subject, axes: &[Axis]) -> Result<Vec<Row>> {
     let outcome = Job::new(axes, Traffic::NOW).run(subject, |_| {})?.map_err(Error::msg)?;
     let mut errors = Vec::new();

@@ -1,10 +1,10 @@
-//! Cycles from step to step in one stay in the interrupt: what the code takes where the next
-//! step is due on the way out of the one before. An interrupt that comes once more as soon as
-//! it has ended, after the one instruction that the chip executes in between, has not been
-//! left.
+//! Cycles from step to step in one stay in the interrupt: the time of the code if the next step is
+//! due before the interrupt returns from the previous one. An interrupt that comes again as soon as
+//! it has ended, after the one instruction that the chip executes in between, counts as the same
+//! stay.
 //!
-//! The least distance is that, as nothing can be faster than the code. Others are longer by
-//! what a step waits for: its deadline, or the minimum interval of steps that are late.
+//! The least distance is the figure, because nothing is faster than the code. Other distances are
+//! longer by the wait of a step: for its deadline, or for the minimum interval of late steps.
 
 use std::ops::RangeInclusive;
 
@@ -15,16 +15,16 @@ use super::job::{Axis, Job, Traffic};
 use super::table::Row;
 use crate::probes::IsrSpan;
 
-/// Steps/s about as fast as the chip can: at some of them a byte on the line makes a step
-/// come so late that the next one is due on its way out. At which ones, every build moves.
+/// Steps/s near the limit of the chip: at some of them a byte on the line makes a step so late that
+/// the next one is due before the interrupt returns. Which ones changes with every build.
 const TOPS: RangeInclusive<u32> = 90_000..=200_000;
-/// Steps/s between two that are tried.
+/// Steps/s between two tested speeds.
 const APART: usize = 700;
-/// Steps/s² that keep the whole time on the ramp.
+/// Steps/s² at which the whole time is a ramp.
 const ACCEL: u32 = 400_000;
 /// Cycles of the longest instruction.
 const INSTRUCTION: u64 = 4;
-/// Fewer pairs say nothing.
+/// With fewer pairs the result is not significant.
 const ENOUGH: usize = 50;
 
 pub(super) fn rows(subject: &Subject) -> Result<Vec<Row>> {

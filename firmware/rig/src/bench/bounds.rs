@@ -1,9 +1,8 @@
-//! What the figures must reach, which of them do not yet, and what each may
-//! worsen.
+//! The bounds of the figures, those that are not met yet, and the allowed worsening of each.
 
 use std::fmt;
 
-/// What each figure must reach, whatever was stored: name, axes, feed, bound.
+/// The bound of each figure, whatever was stored: name, axes, feed, bound.
 pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
     ("back_to_back_constant", 1, "queued", Bound::AtMost(85.0)),
     ("back_to_back_ramp", 1, "queued", Bound::AtMost(100.0)),
@@ -25,22 +24,21 @@ pub(super) const BOUNDS: &[(&str, u8, &str, Bound)] = &[
     ("ram", 3, "queued", Bound::AtMost(1_229.0)),
 ];
 
-/// Rows whose bound is known to be missed: name, axes, feed, why. They fail
-/// only by worsening, or by meeting their bound: then they leave this list.
-/// `docs/benchmarks.md` says more.
+/// Rows known to miss their bound: name, axes, feed, reason. They fail only by worsening, or by
+/// meeting their bound: then they must leave this list. `docs/benchmarks.md` says more.
 pub(super) const OPEN: &[(&str, u8, &str, &str)] = &[
     ("rate_constant", 3, "queued", "an axis waits for the others' next groups to be prepared"),
     ("ram", 3, "queued", "what the guards keep: settings, places, errors"),
     ("flash", 3, "queued", "what the compiler makes of wide numbers"),
 ];
 
-/// What a figure may worsen before it counts: 2 %.
+/// The allowed worsening of a figure: 2 %.
 const SLACK: f64 = 0.02;
-/// The same firmware gives the same rates, but one late step decides, and the
-/// traffic's phase moves with every change of the firmware: 5 %.
+/// The same firmware gives the same rates, but one late step decides, and the phase of the traffic
+/// changes with every change of the firmware: 5 %.
 const RATE_SLACK: f64 = 0.05;
 
-/// Which side of a figure is the good one, and from where.
+/// The good side of a figure, and its limit.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Bound {
     AtMost(f64),
@@ -60,7 +58,7 @@ impl Bound {
         }
     }
 
-    /// What a figure must reach where `stored` was reached before.
+    /// The bound of a figure when `stored` was reached before.
     pub(super) fn near(stored: f64, is_a_rate: bool) -> Bound {
         if is_a_rate {
             Bound::AtLeast(stored * (1.0 - RATE_SLACK))

@@ -1,4 +1,4 @@
-//! Cycles: of a step, of a reload, of planning, with interrupts off; sizes.
+//! Cycles of a step, of a reload, of planning, and with interrupts off; sizes.
 
 use anyhow::{Context, Error, Result, ensure};
 
@@ -33,18 +33,18 @@ fn visits(subject: &Subject, axis: Axis) -> Result<Vec<IsrSpan>> {
     let mut outcome = outcome.map_err(Error::msg)?;
     let last = outcome.steps[0].last().context("no steps")?.time;
     let mut visits = outcome.chip.take_visits();
-    // What follows the last step is no step.
+    // After the last step there is no step in a visit.
     visits.retain(|visit| visit.entry < last);
     visits.pop();
     Ok(visits)
 }
 
-/// Motors of the cycle's example, and how long it is watched: its third steps every 20 ms.
+/// The motors of the cycle's example, and the observed time: its third motor steps every 20 ms.
 const MOTORS: usize = 3;
 const WATCHED: u64 = 3 * HZ;
 
-/// Steps of a motor cycle, of one, two and three motors at once, while three move: the
-/// middle stay in the step interrupt.
+/// Steps of a motor cycle, of one, two and three motors at once, while three move: the median stay
+/// in the step interrupt.
 pub(super) fn motor_cycle(subject: &Subject) -> Result<Vec<Row>> {
     let mut chip = Chip::new(subject.board, &subject.cycle.bench);
     chip.keep_visits();
@@ -66,7 +66,7 @@ pub(super) fn motor_cycle(subject: &Subject) -> Result<Vec<Row>> {
     (1..).zip(&mut stays).map(row).collect()
 }
 
-/// Three axes, at rates that they hold.
+/// Three axes, at rates that they keep.
 fn axes() -> [Axis; 3] {
     [
         Axis::ramps(10_000, 20_000, 20_000),
@@ -75,7 +75,7 @@ fn axes() -> [Axis; 3] {
     ]
 }
 
-/// They ramp, under traffic.
+/// Ramps of three axes, under traffic.
 pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
     let job = Job::new(&axes(), Traffic::NOW);
     let order = order_burst(subject, &job)?;
@@ -96,7 +96,7 @@ pub(super) fn three_axes(subject: &Subject) -> Result<Vec<Row>> {
     ])
 }
 
-/// Where a part of the main loop is.
+/// The address of a part of the main loop.
 fn function(subject: &Subject, name: &str) -> Result<u32> {
     let parts = ["9main_loop", name];
     let found = subject.queued.bench.functions(&parts).next();
@@ -105,8 +105,8 @@ fn function(subject: &Subject, name: &str) -> Result<u32> {
         .address)
 }
 
-/// Starting an order: the longest call of those that take its `E`, and of those that each do
-/// one piece of it up to its answer.
+/// Starting an order: the longest call among those that receive its `E`, and those that each do one
+/// piece of the start up to the answer.
 fn order_burst(subject: &Subject, job: &Job) -> Result<u64> {
     let mut longest = 0;
     for method in ["6listen", "4work"] {
@@ -118,7 +118,7 @@ fn order_burst(subject: &Subject, job: &Job) -> Result<u64> {
     Ok(longest)
 }
 
-/// Bytes of the ordinary build.
+/// The bytes of the ordinary build.
 pub(super) fn sizes(subject: &Subject) -> Result<Vec<Row>> {
     let plain = &subject.queued.plain;
     let sizes = [("flash", plain.flash.len() as f64), ("ram", plain.ram.into())];

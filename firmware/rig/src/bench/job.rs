@@ -27,12 +27,12 @@ impl Axis {
         Axis { start: 0, top, accel, steps }
     }
 
-    /// All at one speed.
+    /// A travel at one speed.
     pub(super) fn constant(speed: u32, steps: u32) -> Axis {
         Axis { start: speed, top: speed, accel: 40_000, steps }
     }
 
-    /// When its pulses should come.
+    /// The ideal times of its pulses.
     pub(super) fn ideal(&self) -> Result<Path> {
         let accel = Ramp::Accel(Accel::from_steps(self.accel)?);
         let order = Order {
@@ -47,23 +47,23 @@ impl Axis {
     }
 }
 
-/// What a travel is and how it is watched.
+/// A travel, and how it is observed.
 #[derive(Clone, Debug)]
 pub(super) struct Job {
     axes: Vec<Axis>,
     traffic: Traffic,
     visits: bool,
-    /// It ends at the first step that is late.
+    /// The run ends at the first late step.
     on_time: bool,
 }
 
-/// What the host says while the axes move.
+/// The lines that the host sends while the axes move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Traffic {
-    /// Nothing.
+    /// None.
     Silent,
-    /// It asks these questions without a pause, from this many cycles after the first step
-    /// on: the *phase* of the traffic against the motion.
+    /// These queries without a pause, from this many cycles after the first step on: the *phase* of
+    /// the traffic relative to the motion.
     Asks(&'static [&'static str], u64),
 }
 
@@ -71,8 +71,8 @@ impl Traffic {
     /// Position and state, from the first step on.
     pub(super) const NOW: Traffic = Traffic::Asks(&["V1", "F"], 0);
 
-    /// The same in another phase. A fifth of the two questions and their answers apart, 13
-    /// bytes of 1,360 cycles, and by no whole byte.
+    /// The same in another phase. Phases are a fifth of the two queries and their answers apart, 13
+    /// bytes of 1,360 cycles, and not a whole number of bytes.
     pub(super) fn in_phase(self, phase: usize) -> Traffic {
         match self {
             Traffic::Silent => Traffic::Silent,
@@ -81,12 +81,12 @@ impl Traffic {
     }
 }
 
-/// What came of it.
+/// The result of a travel.
 pub(super) struct Outcome {
     pub chip: Chip,
-    /// Steps of each axis.
+    /// The steps of each axis.
     pub steps: Vec<Vec<Step>>,
-    /// Late steps, as the board counts them.
+    /// The late steps that the board counts.
     pub late: u32,
 }
 
@@ -113,8 +113,8 @@ impl Job {
         Job { on_time: true, ..self }
     }
 
-    /// Plays it on a chip that `watch` has prepared; the inner error if nothing moves, an
-    /// axis falls behind by 10 ms and more, or a step is late that must be on time.
+    /// Plays it on a chip that `watch` has prepared. The inner error: nothing moves, an axis falls
+    /// behind by 10 ms or more, or a step is late that must be on time.
     pub(super) fn run(
         &self,
         subject: &Subject,
@@ -127,7 +127,7 @@ impl Job {
         watch(&mut chip);
         if !chip.run_to(HZ / 10, |chip| chip.has_taken_all() && !chip.edges().is_empty()) {
             let answer = chip.take_said();
-            // Not even the bench build lets a pulse and its pause be cut short.
+            // Even the bench build refuses an interval shorter than a pulse and its pause.
             let answer = String::from_utf8_lossy(&answer);
             return Ok(Err(format!("nothing moves: E was answered {answer:?}")));
         }
@@ -154,8 +154,8 @@ impl Job {
         Ok(Ok(Outcome { chip, steps, late }))
     }
 
-    /// What the first axis does in the first 100 ms, however late: its steps,
-    /// and the stays in the step interrupt.
+    /// The first axis in the first 100 ms, however late: its steps, and the stays in the step
+    /// interrupt.
     pub(super) fn begin(&self, subject: &Subject) -> Result<(Vec<Step>, Vec<IsrSpan>)> {
         let mut chip = self.told(subject)?;
         chip.keep_visits();
@@ -168,7 +168,7 @@ impl Job {
         Ok((steps_of(chip.edges(), 0), chip.take_visits()))
     }
 
-    /// A chip that knows the travel, and lacks only the `E`.
+    /// A chip that has been told the travel, except the `E`.
     pub(super) fn told(&self, subject: &Subject) -> Result<Chip> {
         let mut chip = Chip::new(subject.board, &subject.queued.bench);
         chip.run_for(BOOT);
@@ -196,27 +196,27 @@ impl Job {
     }
 }
 
-/// How far the axes have come.
+/// The progress of the axes.
 struct Progress {
     axes: Vec<Course>,
-    /// Edges that have been looked at.
+    /// The number of edges examined.
     seen: usize,
     on_time: bool,
 }
 
-/// An axis on its way.
+/// An axis in motion.
 struct Course {
     path: Path,
-    /// Steps in all.
+    /// The number of steps of the travel.
     steps: u32,
-    /// The first step's cycle, or the beginning, and the steps so far.
+    /// The cycle of the first step, or of the beginning, and the steps so far.
     first: u64,
     made: u32,
-    /// When the next step is due after the first, and its distance from the one before;
-    /// when all are made, those of the last.
+    /// The time of the next step, relative to the first, and its distance from the previous step;
+    /// after the last step, those of the last.
     due: u64,
     interval: u64,
-    /// The least that a step was late by, against the first: its latency is none.
+    /// The least lateness of a step relative to the first: its latency counts as none.
     least: i64,
     /// The first late step.
     late: Option<String>,
@@ -237,8 +237,8 @@ impl Progress {
         self.axes.iter().all(|axis| axis.made >= axis.steps)
     }
 
-    /// Which axis is 10 ms behind its path: it has stalled, or can't follow. Or which step
-    /// is late, if none may be.
+    /// The axis that is 10 ms behind its path: it has stalled, or can't follow. Or the step that is
+    /// late, if none may be.
     fn fault(&mut self, chip: &Chip) -> Option<String> {
         for edge in chip.edges()[self.seen..].iter().filter(|edge| edge.is_step()) {
             if let Some(axis) = self.axes.get_mut(usize::from(edge.axis)) {
@@ -281,8 +281,8 @@ impl Course {
     }
 }
 
-/// How far each step lies from its time, in cycles, up to a constant: the
-/// board's way from the order to the first step.
+/// The distance of each step from its time, in cycles, up to a constant: the board's time from the
+/// order to the first step.
 pub(super) fn offsets(steps: &[Step], path: &Path) -> Vec<i64> {
     let Some(first) = steps.first() else { return Vec::new() };
     let off =
@@ -290,7 +290,7 @@ pub(super) fn offsets(steps: &[Step], path: &Path) -> Vec<i64> {
     steps.iter().enumerate().map(off).collect()
 }
 
-/// The middle one.
+/// The median.
 pub(super) fn median<T: Copy + Ord>(values: &mut [T]) -> Option<T> {
     values.sort_unstable();
     values.get(values.len() / 2).copied()
@@ -300,12 +300,12 @@ pub(super) fn median<T: Copy + Ord>(values: &mut [T]) -> Option<T> {
 mod tests {
     use super::*;
 
-    /// Whether a step that comes by this many cycles late is, at 16,000 cycles a step.
+    /// Whether a step that comes this many cycles late counts as late, at 16,000 cycles a step.
     fn is_late(by: u64) -> bool {
         let job = Job::new(&[Axis::constant(1_000, 10)], Traffic::Silent);
         let mut progress = Progress::new(&job, 0).unwrap();
         let axis = &mut progress.axes[0];
-        // The first has a latency of its own, which the second lacks.
+        // The first step has a latency of its own, which the second lacks.
         for time in [100, 16_050, 32_050 + by] {
             axis.step(time);
         }

@@ -1,12 +1,12 @@
 //! The highest rates without a late step, in every phase of the traffic.
 //!
-//! Several axes get rates that differ by some tenths of a per cent, so that
-//! their steps fall together in every way; the lowest of them is the figure.
+//! Several axes get rates that differ by some tenths of a per cent, so that their steps meet in
+//! every way; the lowest of them is the figure.
 //!
-//! A rate is kept if it is in all five phases. Most that are not fail in the same phase, so
-//! the one that failed last is tried first, and a run ends at its first late step: what is
-//! kept costs five runs, and what is not about a part of one. Where the stored figure has
-//! only to be confirmed, no higher one is looked for.
+//! A rate is kept if it is kept in all five phases. Most of the others fail in the same phase, so
+//! the phase that failed last is tested first, and a run ends at its first late step: a kept rate
+//! costs five runs, another one about a part of a run. If the stored figure only has to be
+//! confirmed, no higher one is searched for.
 
 use anyhow::Result;
 
@@ -53,7 +53,7 @@ fn spread(axes: u8, rate: u32) -> impl Iterator<Item = u32> {
     (0..u32::from(axes)).map(move |n| rate + rate * 3 * n / 1000)
 }
 
-/// Steps at the top speed: of all axes as many, so that one goes on while another ends.
+/// Steps at the top speed: the same number for all axes, so that one continues while another ends.
 fn level(rate: u32) -> u32 {
     STEPS.min(rate.saturating_mul(SECONDS))
 }
@@ -89,12 +89,11 @@ pub(super) fn fault(subject: &Subject, axes: &[Axis], traffic: Traffic) -> Resul
     })
 }
 
-/// The highest rate on the grid that is kept while the next one is not; 0 if
-/// not even 1000 steps/s are. Where figures are only compared, a stored one that is kept
-/// will do.
+/// The highest rate on the grid that is kept while the next one is not; 0 if even 1000 steps/s is
+/// not. If figures are only compared, a stored rate that is kept is returned.
 fn highest(subject: &Subject, name: &str, axes: u8) -> Result<u32> {
     let rate = |k: i32| (1000.0 * GRID.powi(k)).round() as u32;
-    // The one that failed last comes first.
+    // The phase that failed last comes first.
     let mut phases = [0, 1, 2, 3, 4];
     let mut kept = |k: i32| {
         let axes = match name {
@@ -118,12 +117,12 @@ fn highest(subject: &Subject, name: &str, axes: u8) -> Result<u32> {
     };
     let stored = subject.known.get(name, axes, Way::Queued.name());
     if subject.compare && stored == Some(0.0) {
-        // It has been no more than that: nothing to confirm.
+        // The stored figure is 0: there is nothing to confirm.
         return Ok(0);
     }
     let hint = stored.unwrap_or(20_000.0);
     let hint = ((hint.max(1001.0) / 1000.0).ln() / GRID.ln()).round() as i32;
-    // Strides that double, away from the hint, until it changes; then halves.
+    // Strides that double, away from the hint, until the result changes; then bisection.
     let (mut low, mut high, mut stride) = (hint, hint + 1, 1);
     if kept(hint)? {
         if subject.compare {

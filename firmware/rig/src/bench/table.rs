@@ -1,4 +1,4 @@
-//! The table: rows, what is wrong with them, and the file that keeps them.
+//! The table: rows, their faults, and the file that stores them.
 
 use std::fmt;
 use std::path::Path;
@@ -12,9 +12,9 @@ use super::bounds::{BOUNDS, Bound, open};
 /// One figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// What was measured, as in the documentation.
+    /// The measured quantity, as in the documentation.
     pub name: String,
-    /// Axes that move, 1 … 3.
+    /// The moving axes, 1 … 3.
     pub axes: u8,
     /// `queued`: the foreground plans; `cycle`: the interrupt reads programs.
     pub feed: String,
@@ -31,7 +31,7 @@ impl Row {
 
     pub(super) fn of(way: Way, name: &str, axes: u8, value: f64, unit: &str) -> Row {
         let (name, feed, unit) = (name.into(), way.name().into(), unit.into());
-        // Three significant digits behind what is compared: a file to read.
+        // Four decimals, more than the comparison needs, so that the file is readable.
         let value = (value * 1e4).round() / 1e4;
         Row { name, axes, feed, value, unit }
     }
@@ -49,7 +49,7 @@ impl Row {
         open(&self.name, self.axes, &self.feed)
     }
 
-    /// What is wrong with it by its bound.
+    /// How it violates its bound.
     fn complaint(&self) -> Option<String> {
         let bound = self.bound()?;
         match (bound.holds(self.value), self.open()) {
@@ -59,7 +59,7 @@ impl Row {
         }
     }
 
-    /// Whether more is better; of all others less is.
+    /// Whether a higher value is better; for all others a lower one is.
     fn is_a_rate(&self) -> bool {
         self.unit.starts_with("steps/s")
     }
@@ -82,7 +82,7 @@ impl Table {
     /// Reads a stored table.
     ///
     /// # Errors
-    /// The file can't be read, or is no table.
+    /// The file can't be read, or is not a table.
     pub fn read(path: &Path) -> Result<Table> {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("no stored table at {}", path.display()))?;
@@ -100,7 +100,7 @@ impl Table {
         Ok(Table(rows.with_context(|| format!("{} is no table", path.display()))?))
     }
 
-    /// Writes it, a row a line.
+    /// Writes the table, one row per line.
     ///
     /// # Errors
     /// The file can't be written.
@@ -124,14 +124,13 @@ impl Table {
             .with_context(|| format!("writing {}", path.display()))
     }
 
-    /// A figure, if it is there.
+    /// A figure, if the table has it.
     pub fn get(&self, name: &str, axes: u8, feed: &str) -> Option<f64> {
         self.0.iter().find(|row| row.is(name, axes, feed)).map(|row| row.value)
     }
 
-    /// What is wrong: bounds that are missed and not known to be, or known to
-    /// be and met; and, against `stored`, figures that have worsened by more
-    /// than they may or are gone.
+    /// The faults: bounds that are unexpectedly missed, or unexpectedly met; and, against `stored`,
+    /// figures that have worsened by more than allowed or are missing.
     pub fn complaints(&self, stored: Option<&Table>) -> Vec<String> {
         let mut complaints: Vec<String> = self.0.iter().filter_map(Row::complaint).collect();
         for (name, axes, feed, bound) in BOUNDS {
@@ -179,8 +178,7 @@ mod tests {
     use super::super::bounds::OPEN;
     use super::*;
 
-    /// A rate that is open below its bound of 45,000 steps/s, and cycles that
-    /// may be 110.
+    /// A rate that is open below its bound of 45,000 steps/s, and cycles that may be 110.
     fn table(rate: f64, cycles: f64) -> Table {
         Table::new(vec![
             Row::queued("rate_constant", 3, rate, "steps/s"),
@@ -188,7 +186,7 @@ mod tests {
         ])
     }
 
-    /// Those of rows that are there.
+    /// The complaints about rows that are present.
     fn wrong(table: &Table, stored: &Table) -> usize {
         let complaints = table.complaints(Some(stored));
         complaints.iter().filter(|text| !text.contains("is not measured: the bound")).count()
@@ -207,7 +205,7 @@ mod tests {
     fn bounds_hold_whatever_was_stored() {
         let poor = table(30_000.0, 111.0);
         assert_eq!(wrong(&poor, &poor), 1);
-        // And a row that has a bound must be there, unless it is open.
+        // A row with a bound must be present, unless it is open.
         let absent = Table::default().complaints(None).len();
         assert_eq!(absent, BOUNDS.len() - OPEN.len());
     }

@@ -23,13 +23,13 @@ use stepwright_rig::pty::Pty;
 use stepwright_rig::{Board, Chip, Image, firmware};
 use stepwright_sim::{Edge, Pin, Switch};
 
-/// How often the line is looked at: a byte takes 85 µs.
+/// How often the line is polled: a byte takes 85 µs.
 const SLICE: Duration = Duration::from_millis(1);
-/// Behind by more than this, the clock is set again.
+/// If it is behind by more than this, the clock is set again.
 const LAG: Duration = Duration::from_millis(250);
-/// How often the summary takes in the edges, so that they need no memory.
+/// How often the summary processes the edges, so that they need no memory.
 const TALLY: u64 = HZ;
-/// How often a machine with switches is looked at, in cycles: a step takes longer.
+/// How often a machine with switches is examined, in cycles: a step takes longer.
 const GLANCE: u64 = HZ / 40_000;
 
 /// Run the firmware on a simulated chip, in real time, on a pseudo-terminal.
@@ -88,7 +88,7 @@ impl FromStr for Contact {
 }
 
 impl Contact {
-    /// Where it is wired to.
+    /// The pin to which it is wired.
     fn pin(&self, board: Board) -> Result<ChipPin> {
         let Some(name) = &self.pin else { return Ok(board.switch()[self.switch.axis.index()]) };
         let pins = board.pins();
@@ -129,7 +129,7 @@ fn main() -> Result<()> {
         contacts.push((contact.switch, contact.pin(args.board)?, false));
     }
     if args.boot_loader.is_some() {
-        // It listens after a press of the button only.
+        // It listens only after a press of the button.
         chip.reset();
     }
     let mut tally = Tally::default();
@@ -141,7 +141,7 @@ fn main() -> Result<()> {
             let wall = begun.elapsed();
             let (late, early) = (wall.saturating_sub(time), time.saturating_sub(wall));
             if late > LAG {
-                // This machine is too slow, or was asleep: time slips.
+                // This machine is too slow, or was asleep: the time slips.
                 behind += late;
                 begun += late;
             } else if !early.is_zero() {
@@ -204,7 +204,7 @@ fn dump(chip: &mut Chip, path: &Path) -> Result<PinDump<BufWriter<File>>> {
     Ok(PinDump::begin(BufWriter::new(file), &names)?)
 }
 
-/// What happens to the machine from outside.
+/// An event from outside the machine.
 #[derive(Clone, Copy)]
 enum Act {
     Switch { axis: AxisId, closed: bool },
@@ -237,7 +237,7 @@ impl FromStr for Act {
     }
 }
 
-/// What the lines on standard input say.
+/// Reads the events on standard input.
 fn acts() -> Receiver<Act> {
     let (send, acts) = mpsc::channel();
     thread::spawn(move || {
@@ -258,7 +258,7 @@ struct Link(PathBuf);
 impl Link {
     fn new(path: PathBuf, pty: &Pty) -> Result<Link> {
         if path.is_symlink() {
-            // One that an earlier run left behind.
+            // A link that an earlier run left.
             std::fs::remove_file(&path)?;
         }
         std::os::unix::fs::symlink(pty.path(), &path)
@@ -273,7 +273,7 @@ impl Drop for Link {
     }
 }
 
-/// What happened, without keeping every edge.
+/// A summary of the motion, without every edge.
 #[derive(Default)]
 struct Tally {
     taken: u64,

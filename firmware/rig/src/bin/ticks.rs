@@ -1,6 +1,6 @@
-//! What a simulated AVR with 128 KB of flash says of its own accord, line by line.
+//! Prints the output of a simulated AVR with 128 KB of flash, line by line.
 //!
-//! `cargo xtask ticks` and the Python package's tests have it run the programs of `firmware/ticks`.
+//! `cargo xtask ticks` and the Python package's tests run the programs of `firmware/ticks` with it.
 
 use std::io::{Write, stdout};
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use clap::Parser;
 use stepwright_rig::board::HZ;
 use stepwright_rig::{Chip, Image};
 
-/// A line takes less than this: a travel of 255 pulses, 20 ms each.
+/// The longest time for a line: a travel of 255 pulses, 20 ms each.
 const LONGEST: u64 = 10 * HZ;
 
 /// Print what a simulated ATmega1284P says on its serial line.

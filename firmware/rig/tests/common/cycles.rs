@@ -1,30 +1,30 @@
-//! The program `cycles` by its lines.
+//! The program `cycles`, through its lines.
 
 use stepwright_cycle::line::{CycleLine, CycleReport, LineProgram, MotorPins};
 use stepwright_cycle::{Calibration, Leg, Motor};
 use stepwright_rig::board::Pin;
 use stepwright_rig::{Board, Chip};
 
-/// Says a line that is to be obeyed.
+/// Sends a line that must be obeyed.
 #[track_caller]
 pub fn say(chip: &mut Chip, line: CycleLine) {
     assert_eq!(chip.ask(&line.to_string()).as_deref(), Some("Y"), "{line}");
 }
 
-/// How it is.
+/// Reads the status.
 #[track_caller]
 pub fn look(chip: &mut Chip) -> CycleReport {
     let answer = chip.ask(&CycleLine::Look.to_string()).expect("an answer");
     CycleReport::read(answer.as_bytes()).unwrap_or_else(|| panic!("{answer}"))
 }
 
-/// STEP, DIR and ENABLE of one of the first three motors, as they are watched.
+/// The watched pins of one of the first three motors: STEP, DIR and ENABLE.
 pub fn wires(board: Board, motor: usize) -> [Pin; 3] {
     let analog = if board == Board::Uno { 'C' } else { 'F' };
     [board.step()[motor], board.direction()[motor], Pin(analog, 2 + motor as u8)]
 }
 
-/// Says what a motor is, and which pins it has.
+/// Sets up a motor and its pins.
 pub fn wire(chip: &mut Chip, motor: u8, what: Motor) {
     let mut codes = [MotorPins::NO_PIN; 5];
     for (code, Pin(port, bit)) in codes.iter_mut().zip(wires(chip.board(), motor.into())) {
@@ -48,7 +48,7 @@ pub fn prepare(chip: &mut Chip, all: &[&[Leg]]) {
     }
 }
 
-/// Looks at it until its cycle is over, at most this many milliseconds.
+/// Polls the status until the cycle is over, at most for this many milliseconds.
 #[track_caller]
 pub fn rest(chip: &mut Chip, limit: u64) -> CycleReport {
     let end = chip.now() + limit * 16_000;

@@ -1,6 +1,5 @@
-//! What the tests of the chip share: a board to talk to, and what an order
-//! should do.
-#![allow(dead_code)] // each test uses its part
+//! The common part of the tests of the chip: a board to talk to, and the expected effect of orders.
+#![allow(dead_code)] // // each test uses a part of it
 
 pub mod cycles;
 
@@ -17,7 +16,7 @@ pub fn board() -> Board {
     name.parse().expect("STEPWRIGHT_BOARD")
 }
 
-/// Its firmware; with `STEPWRIGHT_TIMER`, the one on another step timer.
+/// Its firmware; with `STEPWRIGHT_TIMER`, the firmware for another step timer.
 pub fn image() -> Image {
     let timer = std::env::var("STEPWRIGHT_TIMER").unwrap_or_else(|_| "1".into());
     let name = match &*timer {
@@ -36,7 +35,7 @@ pub fn chip() -> Chip {
     chip
 }
 
-/// A board that has just been switched on, with another program in it.
+/// A board that has just been switched on, with another program.
 pub fn program(name: &str) -> Chip {
     let board = board();
     let image =
@@ -49,8 +48,8 @@ pub fn program(name: &str) -> Chip {
 /// Waits until a board answers after a reset.
 #[track_caller]
 pub fn wake(chip: &mut Chip) {
-    // The start-up takes a few milliseconds at most; a line sent into it is
-    // lost, and an empty one gets in step again.
+    // The start takes a few milliseconds at most. A line sent during it is lost, and an empty line
+    // gets in step again.
     for _ in 0..10 {
         if chip.ask("").is_some() {
             return;
@@ -62,7 +61,7 @@ pub fn wake(chip: &mut Chip) {
 /// Long enough for every travel of the tests.
 pub const MINUTE: Duration = Duration::from_secs(60);
 
-/// Sends lines that are all to be accepted.
+/// Sends lines that must all be accepted.
 #[track_caller]
 pub fn say(chip: &mut Chip, lines: &str) {
     for line in lines.split_whitespace() {
@@ -70,8 +69,8 @@ pub fn say(chip: &mut Chip, lines: &str) {
     }
 }
 
-/// Lets the travel of the selected axes end, sees that no other axis moves,
-/// and checks every driver's needs.
+/// Waits for the end of the selected axes' travel, checks that no other axis moves, and checks
+/// every driver's requirements.
 #[track_caller]
 pub fn rest(chip: &mut Chip) {
     assert!(chip.run_to_rest(MINUTE), "it never comes to rest");
@@ -81,8 +80,8 @@ pub fn rest(chip: &mut Chip) {
     check(chip.edges(), Needs::DEFAULT).unwrap();
 }
 
-/// Plays a table: a line and its answer, `*` for any characters in it. `*rest`
-/// waits for the end of the travel, `*wait 5` this many milliseconds.
+/// Plays a table: a line and its answer, with `*` for any characters. `*rest` waits for the end of
+/// the travel, `*wait 5` this many milliseconds.
 #[track_caller]
 pub fn talk(chip: &mut Chip, table: &str) {
     for row in table.lines().map(str::trim).filter(|row| !row.is_empty()) {
@@ -98,7 +97,7 @@ pub fn talk(chip: &mut Chip, table: &str) {
     }
 }
 
-/// Whether `text` is `pattern`, where each `*` stands for anything.
+/// Whether `text` matches `pattern`, in which each `*` stands for anything.
 fn matches(text: &str, pattern: &str) -> bool {
     match pattern.split_once('*') {
         Some((begin, rest)) => text.strip_prefix(begin).is_some_and(|left| {
@@ -138,16 +137,15 @@ fn path(start: u32, top: u32, ramp: Ramp, steps: u32) -> Path {
 /// Runs keep to the law within 1 µs, and a deadline is rounded to a cycle.
 pub const FIT: i64 = 16 + 1;
 
-/// From a deadline to its edge, in cycles, while other interrupts run too: the
-/// longest of them, and the way into the step interrupt. The first step's own
-/// latency moves all others the other way.
+/// The cycles from a deadline to its edge while other interrupts run too: the longest of them, and
+/// the entry of the step interrupt. The first step's own latency shifts all others the other way.
 pub const LATENCY: i64 = 250;
 
-/// Likewise while other axes move, whose turns and slow steps go the long way.
+/// The same while other axes move, whose turns and slow steps take the long path.
 pub const BESIDE: i64 = 1_500;
 
-/// Every step of `axis` comes when the closed form says, counted from the
-/// first one.
+/// Checks that every step of `axis` comes at the time of the closed form, relative to the first
+/// step.
 #[track_caller]
 pub fn follows(steps: &[Step], path: &Path, slack: i64) {
     assert_eq!(steps.len() as u64, u64::from(path.pulses()), "steps");
@@ -157,7 +155,7 @@ pub fn follows(steps: &[Step], path: &Path, slack: i64) {
     assert!(off(worst).abs() <= slack, "step {worst} is {} cycles off", off(worst));
 }
 
-/// The steps of an axis in what `chip` has recorded.
+/// The recorded steps of an axis of `chip`.
 pub fn steps(chip: &Chip, axis: u8) -> Vec<Step> {
     steps_of(chip.edges(), axis)
 }

@@ -1,50 +1,50 @@
-//! What a judge finds wrong.
+//! The faults that a judge finds.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// The rules that a board is held to.
+/// The rules for a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Every line has the one answer that the protocol's documentation gives it.
+    /// Every line gets the one answer that the protocol's documentation gives.
     Answer,
-    /// `V` tells the steps on the pins.
+    /// `V` answers with the number of steps on the pins.
     Position,
     /// A travel ends after exactly its steps.
     Count,
-    /// It ends in time.
+    /// A travel ends in time.
     Time,
-    /// Nothing moves but by order, and nothing beyond it.
+    /// Nothing moves without an order, or beyond it.
     Order,
-    /// STEP is high for the pulse's width, and low for as long.
+    /// STEP is high for the width of a pulse, and low for at least as long.
     Pulse,
-    /// DIR is set before a step and kept after it.
+    /// DIR is set before a step and held after it.
     Direction,
-    /// Speeds keep to the top speed.
+    /// No speed exceeds the top speed.
     Top,
-    /// Speeds rise no faster than ordered, from rest with the start speed.
+    /// Speeds rise no faster than ordered. From rest they begin with the start speed.
     Rise,
-    /// Speeds fall no faster than ordered, to rest from the start speed.
+    /// Speeds fall no faster than ordered. To rest they end with the start speed.
     Fall,
-    /// A soft stop ends within its time, and speeds up no more.
+    /// A soft stop ends within its time and does not speed up.
     Stop,
-    /// A motor that has come to rest stays there for one step of its start speed.
+    /// A motor that has come to rest rests for one step of its start speed.
     Dwell,
-    /// An order that was accepted has no late step.
+    /// An accepted order has no late step.
     Late,
-    /// Drivers are on, and for long enough, before a step.
+    /// The drivers are on for long enough before a step.
     Driver,
     /// A closed switch stops its axis.
     Switch,
-    /// Nothing goes beyond a soft limit.
+    /// Nothing moves beyond a soft limit.
     Limit,
-    /// An input that stops everything does.
+    /// An active stop input stops everything.
     Input,
-    /// Errors are kept until they are cleared.
+    /// Errors are kept until `!` clears them.
     Errors,
 }
 
-/// Their names, in the order of [`Rule`].
+/// The names of the rules, in the order of [`Rule`].
 const NAMES: [&str; Rule::COUNT] = [
     "answer",
     "position",
@@ -67,16 +67,16 @@ const NAMES: [&str; Rule::COUNT] = [
 ];
 
 impl Rule {
-    /// How many there are.
+    /// The number of rules.
     pub const COUNT: usize = 18;
 
-    /// Its name.
+    /// The name of the rule.
     pub fn name(self) -> &'static str {
         NAMES[self as usize]
     }
 }
 
-/// The rules that a judge keeps an eye on.
+/// The rules that a judge checks.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules(u32);
 
@@ -87,10 +87,10 @@ impl Default for Rules {
 }
 
 impl Rules {
-    /// Without one of them.
+    /// These rules without the one of this name.
     ///
     /// # Errors
-    /// If no rule has this name: all names.
+    /// All names, if no rule has this name.
     pub fn without(self, name: &str) -> Result<Rules, String> {
         match NAMES.iter().position(|known| *known == name) {
             Some(at) => Ok(Rules(self.0 & !(1 << at))),
@@ -98,7 +98,7 @@ impl Rules {
         }
     }
 
-    /// A fault, if its rule is looked at.
+    /// Reports a broken rule, if it is one of these rules.
     ///
     /// # Errors
     /// The fault.
@@ -118,14 +118,14 @@ impl FromStr for Rules {
     }
 }
 
-/// A rule that was broken, when and how.
+/// A broken rule, with its time and a description.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// Which.
+    /// The rule.
     pub rule: Rule,
-    /// In ticks since the board was switched on.
+    /// The time in ticks since power-up.
     pub time: u64,
-    /// In a sentence.
+    /// A description in a sentence.
     pub what: String,
 }
 

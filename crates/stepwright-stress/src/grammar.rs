@@ -1,17 +1,16 @@
-//! The grammar of the line, read by a parser of its own.
+//! The grammar of the line, read by a second parser.
 //!
-//! It shares nothing with the parser of the boards: it works on text, with the
-//! numbers in 128 bits, and follows the table in the documentation of the
-//! protocol's crate.
+//! It shares no code with the parser of the boards: it works on text with numbers of 128 bits, and follows
+//! the table in the documentation of the protocol's crate.
 
 use crate::reason::{Reason, Reasons};
 use crate::settings::{self, Name};
 use crate::story::Can;
 
-/// The longest line that is understood, in bytes, without its CR.
+/// The longest accepted line in bytes, without its CR.
 pub const LONGEST: usize = 24;
 
-/// A line, understood.
+/// A parsed line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
     /// `PO`, `P0`.
@@ -54,11 +53,11 @@ pub enum Line {
     Reset,
 }
 
-/// Reads a line without its CR; LF bytes before and behind it have been skipped. `can` tells
-/// what the board knows.
+/// Reads a line without its CR. LF bytes before and after it have been skipped. `can` is what the board
+/// supports.
 ///
 /// # Errors
-/// The reasons that a board may give.
+/// The reasons for a refusal that a board may give.
 pub fn read(line: &[u8], can: Can) -> Result<Line, Reasons> {
     let bad = Err(Reason::Line.into());
     if line.len() > LONGEST {
@@ -75,7 +74,7 @@ pub fn read(line: &[u8], can: Can) -> Result<Line, Reasons> {
         b'm' => Ok(Line::Manner(b'm', number(rest, 1, 1_000_000_000)?)),
         b'a' | b'd' => Ok(Line::Manner(letter, number(rest, 1, 100_000_000)?)),
         b'j' if can.jerk => Ok(Line::Manner(letter, number(rest, 0, 4_000_000_000)?)),
-        // A damaged one is no line, on any board.
+        // A damaged line is no line, on any board.
         b'j' => Err(number(rest, 0, 4_000_000_000).err().unwrap_or(Reason::NoJerk.into())),
         b'G' | b'@' => {
             let Some((sign, digits)) = rest.split_first() else { return bad };
@@ -102,12 +101,12 @@ pub fn read(line: &[u8], can: Can) -> Result<Line, Reasons> {
     }
 }
 
-/// Digits and nothing else.
+/// Reads a number of digits only.
 fn number(digits: &[u8], least: u32, most: u32) -> Result<u32, Reasons> {
     if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
         return Err(Reason::Line.into());
     }
-    // At most 24 bytes: it fits 128 bits.
+    // At most 24 digits, which fit in 128 bits.
     let number = digits.iter().fold(0u128, |sum, digit| sum * 10 + u128::from(digit - b'0'));
     match u32::try_from(number) {
         Ok(number) if (least..=most).contains(&number) => Ok(number),
@@ -115,7 +114,7 @@ fn number(digits: &[u8], least: u32, most: u32) -> Result<u32, Reasons> {
     }
 }
 
-/// What stands behind a `$`.
+/// Reads the text after a `$`.
 fn setting(text: &[u8], can: Can) -> Result<Line, Reasons> {
     let text = core::str::from_utf8(text).map_err(|_| Reason::Setting | Reason::Line)?;
     if text.is_empty() {

@@ -1,6 +1,5 @@
-//! The conditions that boards check before motion and the errors that they keep, as docs/safety.md has it:
-//! errors that stay, safe start, homing first, soft limits, leases, inputs that stop
-//! everything.
+//! The conditions that boards check before motion, and the errors that they keep, after docs/safety.md:
+//! kept errors, safe start, homing first, soft limits, leases, stop inputs.
 
 use crate::fault::{Fault, Rule};
 use crate::judge::Judge;
@@ -10,27 +9,27 @@ use crate::slave::Expect;
 use crate::story::Input;
 use crate::track::{Goal, Known};
 
-/// The letters of `errors=`, those that lock a board first.
+/// The letters of `errors=`; those that lock a board come first.
 const LETTERS: &[u8; 9] = b"STKEDRlcg";
-/// How many of them lock it.
+/// The number of letters that lock it.
 const LOCKS: usize = 6;
 
-/// What a board keeps in mind of errors, leases and inputs.
+/// A board's state of errors, leases and inputs.
 #[derive(Clone, Debug)]
 pub struct Guard {
     errors: [Known; LETTERS.len()],
-    /// After this many ms of silence moving axes brake, once.
+    /// After this many ms of silence moving axes brake once.
     pub(crate) lease: (u32, Known),
-    /// Levels of the inputs' pins: the emergency stop's, the drivers' fault.
+    /// Levels of the input pins: emergency stop, driver fault.
     levels: [bool; 2],
-    /// The input that is active, since when, and whether it has been obeyed.
+    /// The active input, the time since when, and whether it has been obeyed.
     stopper: Option<(u8, u64, bool)>,
-    /// What stops at once has switched the drivers off, from then on.
+    /// The time from which the drivers are off after a stop at once.
     pub(crate) off: Option<u64>,
 }
 
 impl Guard {
-    /// At power-up.
+    /// The state at power-up.
     pub fn new() -> Guard {
         Guard {
             errors: [Known::No; LETTERS.len()],
@@ -41,20 +40,20 @@ impl Guard {
         }
     }
 
-    /// The board has begun again; the pins are what they were.
+    /// Handles a reset of the board. The pins keep their levels.
     pub fn reset(&mut self, lost: Known) {
         *self = Guard { levels: self.levels, ..Guard::new() };
         self.note(b'R', lost);
     }
 
-    /// An error has come, or may have.
+    /// Notes an error that has occurred, or may have.
     pub fn note(&mut self, letter: u8, come: Known) {
         if let Some(at) = LETTERS.iter().position(|known| *known == letter) {
             self.errors[at] = self.errors[at].or(come);
         }
     }
 
-    /// `!`. What an active input stops it notes once more.
+    /// Handles `!`. If an active input stops the board, it notes its error again.
     pub fn clear(&mut self, now: u64) {
         self.errors = [Known::No; LETTERS.len()];
         if let Some((letter, since, obeyed)) = &mut self.stopper {
@@ -64,12 +63,12 @@ impl Guard {
         }
     }
 
-    /// Whether an input that stops everything is active.
+    /// Whether a stop input is active.
     pub fn is_stopping(&self) -> bool {
         self.stopper.is_some()
     }
 
-    /// Whether an error is there that locks a board with `safe-start`.
+    /// Whether an error is noted that locks a board with `safe-start`.
     fn locks(&self) -> Known {
         self.errors[..LOCKS].iter().fold(Known::No, |all, one| all.or(*one))
     }
@@ -84,14 +83,14 @@ impl Default for Guard {
 /// The travel of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Travel {
-    /// This many steps.
+    /// A travel of this many steps.
     By(i64),
-    /// Forward or not, on and on.
+    /// An endless travel, forward or not.
     Endless(bool),
 }
 
 impl Travel {
-    /// Whether it leads forward.
+    /// Whether the travel is forward.
     pub fn forward(self) -> bool {
         match self {
             Travel::By(steps) => steps >= 0,
@@ -101,7 +100,7 @@ impl Travel {
 }
 
 impl Judge {
-    /// Whether an axis may be sent somewhere now, at all.
+    /// Whether safe start allows any motion of an axis now.
     fn may_start(&self) -> Expect {
         let locked = match self.settings.get(settings::SAFE_START) {
             0 => Known::No,
@@ -120,7 +119,7 @@ impl Judge {
             Travel::By(steps) => expect.and(self.admit_end(n, here, steps, steps == 0)),
             Travel::Endless(forward) if limited && !self.is_homing(n, forward) => {
                 let way = self.way_to_limit(n, forward);
-                // A travel counts to 2³¹ − 1.
+                // The board counts a travel up to 2³¹ − 1 steps.
                 let far = way.abs() > 0x7FFF_FFFF;
                 let bad = way == 0 || forward != (way > 0) || far;
                 let why = if far { Reason::Travel | Reason::Limit } else { Reason::Limit.into() };
@@ -134,8 +133,8 @@ impl Judge {
         }
     }
 
-    /// Whether an axis may be sent this many steps from there. One that `stays` may do so
-    /// beyond a soft limit.
+    /// Whether an axis may travel this many steps from `from`. An axis that `stays` may do so beyond a soft
+    /// limit.
     fn admit_end(&self, n: usize, from: i64, steps: i64, stays: bool) -> Expect {
         let known = self.tracks[n].known;
         let limited = self.settings.has(settings::SOFT_LIMITS, n);
@@ -145,7 +144,7 @@ impl Judge {
         }
         let [behind, ahead] = self.range(n);
         if limited && !stays && !(behind..=ahead).contains(&(from + steps)) {
-            // The position that is not known says nothing of the end.
+            // If the position is not known, the end is not known either.
             let beyond = if known == Known::No { Known::No } else { known };
             expect = expect.and(Expect::unless(beyond, Reason::Limit));
         }
@@ -158,7 +157,7 @@ impl Judge {
         self.may_start().and(self.admit_end(n, track.origin - track.zero, steps, false))
     }
 
-    /// Whether a moving axis may get another deceleration: not where a soft limit counts on it.
+    /// Whether a moving axis may get another deceleration: not if a soft limit depends on it.
     pub(crate) fn admit_decel(&self, n: usize, busy: Known) -> Expect {
         let counts = match (self.settings.has(settings::SOFT_LIMITS, n), self.tracks[n].known) {
             (false, _) | (_, Known::No) => Known::No,
@@ -168,7 +167,7 @@ impl Judge {
         Expect::unless(counts, Reason::Limit)
     }
 
-    /// The soft limits of an axis, from its 0, both included.
+    /// The soft limits of an axis from its 0, both inclusive.
     fn range(&self, n: usize) -> [i64; 2] {
         let of = |names: [settings::Name; 3]| {
             names.get(n).map_or(0, |name| i64::from(self.settings.get(*name)))
@@ -182,7 +181,7 @@ impl Judge {
         (if forward { ahead } else { behind }) - (track.count - track.zero)
     }
 
-    /// Whether the axis's own switch ends this travel: then it has no soft limit.
+    /// Whether the axis' own switch ends this travel. Such a travel has no soft limit.
     fn is_homing(&self, n: usize, forward: bool) -> bool {
         self.settings.has(settings::SWITCHES, n)
             && self.settings.has(settings::SWITCH_FORWARD, n) == forward
@@ -200,7 +199,7 @@ impl Judge {
         }
     }
 
-    /// The least and the most steps of a travel.
+    /// The least and the most steps that a travel may take.
     pub(crate) fn steps(&self, n: usize, travel: Travel) -> (f64, f64) {
         let way = || self.way_to_limit(n, travel.forward()).abs() as f64;
         match (travel, self.is_bounded(n, travel)) {
@@ -211,8 +210,7 @@ impl Judge {
         }
     }
 
-    /// A travel that was admitted begins: with a soft limit, it has a fence, and an endless one
-    /// an end.
+    /// Begins an admitted travel: a soft limit gives it a fence, and gives an endless travel an end.
     pub(crate) fn fence(&mut self, n: usize, travel: Travel) -> Travel {
         let bounded = self.is_bounded(n, travel);
         let homes = bounded == Known::No && matches!(travel, Travel::Endless(_));
@@ -220,17 +218,17 @@ impl Judge {
         let [behind, ahead] = self.range(n);
         let way = self.way_to_limit(n, travel.forward());
         let track = &mut self.tracks[n];
-        // Where it stands beyond one, it may come back.
+        // An axis beyond a limit may come back.
         let fence = (track.count.min(track.zero + behind), track.count.max(track.zero + ahead));
         track.fence = (limited && track.known == Known::Yes).then_some(fence);
         track.bounded = bounded;
         if bounded == Known::Yes { Travel::By(way) } else { travel }
     }
 
-    /// The level of an input that stops everything.
+    /// Sets the level of a stop input.
     ///
     /// # Errors
-    /// A rule that time has broken meanwhile.
+    /// A rule that was broken before this time.
     pub fn input(&mut self, input: Input, high: bool, now: u64) -> Result<(), Fault> {
         self.advance(now)?;
         self.guard.levels[usize::from(input == Input::Driver)] = high;
@@ -238,7 +236,7 @@ impl Judge {
         Ok(())
     }
 
-    /// Settings or levels have changed.
+    /// Re-evaluates the inputs after a change of settings or levels.
     pub(crate) fn look_at_inputs(&mut self, now: u64) {
         let active = |name, high: bool| match self.settings.get(name) {
             0 => false,
@@ -257,7 +255,7 @@ impl Judge {
         if letter == before {
             return;
         }
-        // While it was active it has spoiled every order, and come back after every `!`.
+        // While the input was active it spoiled every order, and its error came back after every `!`.
         for letter in before.into_iter().chain(letter) {
             self.guard.note(letter, Known::Maybe);
             self.slave.may_spoil(Reason::Fault.into());
@@ -265,7 +263,7 @@ impl Judge {
         self.guard.stopper = letter.map(|letter| (letter, now, false));
         self.tracks.iter_mut().for_each(|track| track.doomed = Known::No);
         let Some(letter) = letter else { return };
-        // From now on it may be seen, and within 2 ms it is.
+        // The board may see it from now on, and sees it within 2 ms.
         self.ordered = Some(now);
         for track in self.tracks.iter_mut().filter(|track| track.goal != Goal::Rest) {
             if track.goal == Goal::Endless && !track.is_fresh() {
@@ -278,7 +276,7 @@ impl Judge {
         }
     }
 
-    /// An active input has stopped everything after 2 ms.
+    /// Stops everything if an input has been active for 2 ms.
     pub(crate) fn obey_inputs(&mut self, now: u64) {
         let Some((letter, since, false)) = self.guard.stopper else { return };
         if now <= since + self.measure().switch {
@@ -300,16 +298,16 @@ impl Judge {
         }
     }
 
-    /// Whether an input refuses orders now.
+    /// Whether an active input refuses orders now.
     pub(crate) fn stopped(&self) -> Expect {
         let stops = if self.guard.is_stopping() { Known::Yes } else { Known::No };
         Expect::unless(stops, Reason::Fault)
     }
 
-    /// `errors=` in the answer to `?`, which counts this many late steps.
+    /// Checks `errors=` in the answer to `?`, which counts this many late steps.
     ///
     /// # Errors
-    /// Where it is not what has happened.
+    /// [`Rule::Errors`], if it does not match what has happened.
     pub(crate) fn told_errors(
         &mut self,
         told: Option<&str>,
@@ -323,7 +321,7 @@ impl Judge {
             0 => Known::No,
             _ => Known::Yes,
         };
-        // What has stopped an axis since the last `!` is an error.
+        // The cause of a stop since the last `!` is an error.
         let shown = |letter: u8| self.tracks.iter().any(|track| track.stops.says(letter));
         let errors = LETTERS.map(|letter| told.as_bytes().contains(&letter));
         let mut fits = told == "-" || told.bytes().all(|letter| LETTERS.contains(&letter));

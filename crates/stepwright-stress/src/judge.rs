@@ -1,4 +1,4 @@
-//! The judge: bytes and edges in, in order of time; the first broken rule out.
+//! The judge. It takes bytes and edges in the order of time, and returns the first broken rule.
 
 mod told;
 
@@ -14,31 +14,31 @@ use crate::story::{Board, Reset};
 use crate::sum;
 use crate::track::{Goal, Known, Measure, Track};
 
-/// A line that waits for its answer.
+/// A line that has no answer yet.
 #[derive(Clone, Debug)]
 struct Asked {
     line: Result<Line, Reasons>,
     text: String,
     empty: bool,
-    /// When it was complete.
+    /// The time at which it was complete.
     since: u64,
-    /// It has a checksum, or what may have been one: so has its answer.
+    /// Whether the line has a checksum, or may have had one. Then its answer has one too.
     sum: bool,
     expect: Expect,
-    /// Least and most of the axis whose position was asked for, so far.
+    /// The least and the greatest position of the requested axis so far.
     positions: (i64, i64),
 }
 
-/// The drivers' enable pin around a line.
+/// The enable pin of the drivers around a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Enable {
     /// Its level before the line.
     pub before: bool,
-    /// When it last changed, as seen at the answer.
+    /// The time of its last change, as seen at the answer.
     pub since: u64,
 }
 
-/// Follows a conversation and knows what is allowed.
+/// Follows a conversation and knows what a board may do.
 pub struct Judge {
     board: Board,
     measure: Measure,
@@ -47,35 +47,35 @@ pub struct Judge {
     pub(crate) settings: Settings,
     bytes: Vec<u8>,
     asked: Option<Asked>,
-    /// When the answer to the last line began and ended: between the two begins the silence.
-    /// And whether it was obeyed, as the settings ask for and as a lease does.
+    /// When the answer to the last line began and ended. The silence begins between the two. And the state
+    /// of the silence by the settings and by a lease.
     heard: (u64, u64),
     silent: [Silence; 2],
     /// Errors, leases, inputs.
     pub(crate) guard: Guard,
     /// Levels of the switches' pins.
     switches: [bool; 8],
-    /// Until when a switch that has opened counts as closed, and may do so; backward and
-    /// forward.
+    /// Per switch backward and forward: until when a switch that has opened counts as closed, and until
+    /// when it may.
     held: [[(u64, u64); 2]; 8],
-    /// Around the last line; its change is that of the line, or the line's answer.
+    /// The enable pin around the last line. A change counts as that of the line, or of its answer.
     enable: Option<Enable>,
-    /// Settings that may be found after a loss of power, and when the last was made.
+    /// The settings that a loss of power may restore, and the time of the last change.
     stored: (Vec<Settings>, u64),
-    /// The power came on: what the settings are is to be learned.
+    /// The power came on: the judge has to learn the settings.
     unsure: bool,
-    /// A travel has begun since the power came on.
+    /// Whether a travel has begun since the power came on.
     pub(crate) moved: Known,
-    /// Drivers that were switched on last are ready then: as it was set at that time, and an
-    /// order of no steps switches them on too.
+    /// The time at which the drivers that were switched on last are ready, by the `enable-ms` of that time.
+    /// An order of no steps switches them on too.
     ready: u64,
-    /// The last order was then.
+    /// The time of the last order.
     pub(crate) ordered: Option<u64>,
-    /// Lines that were answered.
+    /// The number of answered lines.
     pub lines: u64,
 }
 
-/// Settings are kept after this many µs: two copies of 40 bytes, twice.
+/// The time in µs until settings are stored: two copies of 40 bytes, twice.
 const KEPT: u32 = 600_000;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -86,7 +86,7 @@ enum Silence {
 }
 
 impl Judge {
-    /// At power-up.
+    /// The judge of a board at power-up.
     pub fn new(board: &Board, rules: Rules) -> Judge {
         let settings = Settings::new(board.can);
         let mut judge = Judge {
@@ -94,7 +94,7 @@ impl Judge {
             measure: Measure {
                 hz: f64::from(board.hz),
                 jitter: 0.0,
-                // A tick at least: see docs/accuracy.md.
+                // At least one tick: see docs/accuracy.md.
                 fit: (f64::from(board.hz) * board.fit).max(1.0),
                 pulse: 0,
                 setup: 0,
@@ -125,12 +125,12 @@ impl Judge {
         judge
     }
 
-    /// How the board is measured.
+    /// The tolerances and timing of the board.
     pub fn measure(&self) -> &Measure {
         &self.measure
     }
 
-    /// Settings have changed.
+    /// Applies changed settings.
     pub(crate) fn set_up(&mut self, now: u64) {
         let ticks = |name| self.board.ticks(self.settings.get(name));
         let measure = &mut self.measure;
@@ -141,20 +141,20 @@ impl Judge {
             track.reverse = self.settings.has(settings::REVERSE, axis);
         }
         self.look_at_switches(now);
-        // Other settings may have moved a held switch to the other end, or away.
+        // Other settings may have moved a held switch to the other end, or removed it.
         for sides in &mut self.held {
             let latest = sides.iter().map(|(_, latest)| *latest).max().unwrap_or(0);
             *sides = [(0, latest); 2];
         }
-        // What the settings are after a reset is to be asked first.
+        // After a reset the settings have to be read first.
         if !self.unsure {
             self.look_at_inputs(now);
         }
     }
 
     fn look_at_switches(&mut self, now: u64) {
-        // A switch that has opened counts as closed for `debounce-ms`, if it was seen closed:
-        // it is looked at every millisecond.
+        // A switch that has opened counts as closed for `debounce-ms` if the board saw it closed. The board
+        // looks at it every millisecond.
         let held = |since: u64| match self.settings.get(settings::DEBOUNCE) {
             0 => (0, 0),
             millis => {
@@ -180,14 +180,14 @@ impl Judge {
         }
     }
 
-    /// Time has come to `now`: what follows from that alone.
+    /// Advances the time to `now` and applies what follows from that alone.
     pub(crate) fn advance(&mut self, now: u64) -> Result<(), Fault> {
-        // A switch or an input that changed has been told of before: what stands since then may
-        // have stopped before a silence.
+        // Changes of switches and inputs were reported before. Axes that stand since then may have stopped
+        // before a silence.
         self.obey_inputs(now);
         for (track, held) in self.tracks.iter_mut().zip(self.held) {
             for (side, since) in track.closed.into_iter().enumerate() {
-                // It may be halted from the first moment on.
+                // The switch may stop the axis from the first moment on.
                 let ahead =
                     if side == 1 { track.most > track.count } else { track.least < track.count };
                 if (since.is_some() || now < held[side].1) && ahead && track.goal != Goal::Rest {
@@ -205,8 +205,8 @@ impl Judge {
         self.tracks.iter().map(due).fold(Ok(()), Result::and)
     }
 
-    /// Moving axes brake when no line has come for this time. A board that works out an answer
-    /// has been spoken to.
+    /// Makes moving axes brake if no line has come for the time limit. A board that is working out an
+    /// answer has been spoken to.
     fn hear_silence(&mut self, now: u64) {
         let now = self.asked.as_ref().map_or(now, |asked| now.min(asked.since));
         let timeout = self.settings.get(settings::TIMEOUT);
@@ -225,7 +225,7 @@ impl Judge {
                 }
             }
             if self.silent[which] == Silence::Perhaps && now >= until {
-                // A line that came before might have been in time, or not: see `answer`.
+                // A line before this time may have been in time or not: see `answer`.
                 for track in &mut self.tracks {
                     match (track.busy(until, &self.measure), holds) {
                         (Known::Yes, Known::Yes) => {
@@ -238,14 +238,14 @@ impl Judge {
                 }
                 self.silent[which] = Silence::Obeyed;
                 if which == 1 {
-                    // The next host may know nothing of it.
+                    // The next host may not know of the lease.
                     self.guard.lease = (0, Known::No);
                 }
             }
         }
     }
 
-    /// An edge on a pin.
+    /// Judges an edge on a pin.
     ///
     /// # Errors
     /// The rule that it breaks.
@@ -254,7 +254,7 @@ impl Judge {
         let moving = self.moving(edge.axis);
         self.measure.jitter = self.board.jitter(self.measure.pulse, moving);
         let Some(track) = self.tracks.get_mut(usize::from(edge.axis)) else {
-            // DIR of an axis that is not connected is set at power-up.
+            // Power-up sets DIR even of an axis that is not connected.
             let what = || format!("there is no axis {}", edge.axis + 1);
             return if edge.is_step() { self.broken(Rule::Order, edge.time, what) } else { Ok(()) };
         };
@@ -269,8 +269,8 @@ impl Judge {
         judged
     }
 
-    /// Axes that may hold up an edge of this one, itself among them: those that move, and
-    /// those that have stepped within its last two intervals, though they rest by now.
+    /// The number of axes that may delay an edge of this axis, with itself: those that move, and those that
+    /// rest but have stepped within its last two intervals.
     fn moving(&self, axis: u8) -> usize {
         let since = self.tracks.get(usize::from(axis)).and_then(Track::last_but_one);
         let beside = |track: &Track| {
@@ -287,11 +287,10 @@ impl Judge {
         self.enable.is_some_and(|enable| enable.before == on)
     }
 
-    /// What was stopped at once leaves the drivers off, where it is set to: to be seen before
-    /// a line.
+    /// Checks, with `kill-off`, that a stop at once leaves the drivers off. Seen before a line.
     fn look_at_drivers(&self, now: u64) -> Result<(), Fault> {
         match self.guard.off {
-            // The level is that of before the line's last byte.
+            // The level is from before the line's last byte.
             Some(off) if self.drivers_were_on() && now > off + 2 * u64::from(self.board.byte) => {
                 self.broken(Rule::Driver, now, || format!("drivers are on, switched off at {off}"))
             }
@@ -308,10 +307,10 @@ impl Judge {
         self.measure.rules.broken(rule, now, what)
     }
 
-    /// A byte is complete on the line. True if it asks for an answer.
+    /// Takes a complete byte of the line. True if it asks for an answer.
     ///
     /// # Errors
-    /// A rule that time has broken meanwhile.
+    /// A rule that was broken before this time.
     pub fn byte(&mut self, byte: u8, now: u64) -> Result<bool, Fault> {
         match byte {
             b'\n' if self.bytes.is_empty() => {}
@@ -348,8 +347,8 @@ impl Judge {
         Ok(false)
     }
 
-    /// The answer to the last line, without its CR, which began at `now` and ended at `ended`;
-    /// `None` if none came.
+    /// Judges the answer to the last line without its CR, which began at `now` and ended at `ended`. `None`
+    /// if there was no answer.
     ///
     /// # Errors
     /// The rule that it breaks.
@@ -369,7 +368,7 @@ impl Judge {
         if self.silent[1] == Silence::Perhaps {
             self.guard.lease.1 = Known::Maybe;
         }
-        // A board plans between switching the drivers on and answering.
+        // A board plans after it switches the drivers on and before it answers.
         let switched = (asked.since..now).contains(&enable.since);
         self.enable = Some(Enable { since: if switched { enable.since } else { now }, ..enable });
         self.look_at_drivers(now)?;
@@ -406,7 +405,7 @@ impl Judge {
         })
     }
 
-    /// The answer was E.
+    /// Judges the answer E.
     fn refused(&mut self, asked: &Asked, now: u64) -> Result<(), Fault> {
         if asked.expect.no.is_empty() {
             return self.wrong(asked, "E", now);
@@ -420,7 +419,7 @@ impl Judge {
         Ok(())
     }
 
-    /// The answer was another one.
+    /// Judges an answer other than E.
     fn accepted(&mut self, line: Line, answer: &str, asked: &Asked, now: u64) -> Result<(), Fault> {
         if !asked.expect.yes {
             return self.wrong(asked, answer, now);
@@ -442,15 +441,15 @@ impl Judge {
         chosen.fold(Known::No, |sum, track| sum.or(track.busy(now, &self.measure)))
     }
 
-    /// The board says that these axes rest.
+    /// Takes note that the board says that these axes rest.
     pub(crate) fn settle(&mut self, axes: u8, now: u64) -> Result<(), Fault> {
         let measure = self.measure;
         let chosen = self.tracks.iter_mut().filter(|track| axes >> track.axis & 1 != 0);
         chosen.map(|track| track.rest(now, &measure)).fold(Ok(()), Result::and)
     }
 
-    /// Settings are kept in the background, a byte in 3.4 ms: for a while the old ones may be
-    /// found as well.
+    /// Notes that settings changed. They are stored in the background, a byte in 3.4 ms: for a while a
+    /// reset may find the old settings.
     pub(crate) fn store(&mut self, now: u64) {
         let (stored, since) = &mut self.stored;
         if now > *since + self.board.ticks(KEPT) {
@@ -460,10 +459,10 @@ impl Judge {
         stored.push(self.settings.clone());
     }
 
-    /// A switch's pin changes.
+    /// Takes a change of a switch's pin.
     ///
     /// # Errors
-    /// A rule that time has broken meanwhile.
+    /// A rule that was broken before this time.
     pub fn switch(&mut self, axis: u8, high: bool, now: u64) -> Result<(), Fault> {
         self.advance(now)?;
         if let Some(level) = self.switches.get_mut(usize::from(axis)) {
@@ -473,7 +472,7 @@ impl Judge {
         Ok(())
     }
 
-    /// Whether a switch may have just changed: for an order that it would refuse.
+    /// Whether a closed switch refuses an order now. `Maybe` if it has just changed.
     pub(crate) fn blocked(&self, axis: usize, forward: bool, now: u64) -> Known {
         let side = usize::from(forward);
         match self.tracks.get(axis).and_then(|track| track.closed[side]) {
@@ -485,10 +484,10 @@ impl Judge {
         }
     }
 
-    /// The board has begun again.
+    /// Handles a reset of the board.
     ///
     /// # Errors
-    /// A rule that time has broken meanwhile.
+    /// A rule that was broken before this time.
     pub fn reset(&mut self, reset: Reset, now: u64) -> Result<(), Fault> {
         self.advance(now)?;
         let lost = match reset {
@@ -497,8 +496,8 @@ impl Judge {
             Reset::Button => self.moved,
             Reset::Watchdog => Known::Yes,
         };
-        // A board that does not doubt begins as at power-up: at a known 0, and nothing has
-        // moved. One that doubts goes on doing so after the next button.
+        // A board without doubt begins as at power-up: at a known 0, and nothing has moved. A board in doubt
+        // is still in doubt after the next button.
         self.moved = lost;
         self.ordered = None;
         self.slave = Slave::new(self.tracks.len());
@@ -516,7 +515,7 @@ impl Judge {
         Ok(())
     }
 
-    /// A board may say for some milliseconds after a travel that it moves.
+    /// Whether the board may still report motion: it may do so for some milliseconds after a travel.
     fn stirring(&self, now: u64) -> Known {
         let last = self.tracks.iter().filter_map(Track::last).max();
         let recent = |since: u64| now < since.saturating_add(self.board.ticks(3000));
@@ -524,12 +523,12 @@ impl Judge {
         if stirs { Known::Maybe } else { Known::No }
     }
 
-    /// The power came on, and nobody has asked for the settings since.
+    /// Whether the power came on and the settings have not been read since.
     pub fn is_unsure(&self) -> bool {
         self.unsure
     }
 
-    /// Ticks from an order to its first step that the drivers take.
+    /// The time from which the drivers take a step, and the most ticks from an order to its first step.
     pub(crate) fn drivers(&mut self, now: u64) -> (u64, u64) {
         let delay = self.board.ticks(1000 * self.settings.get(settings::ENABLE));
         let latest = self.tracks.iter().map(|track| track.not_before).max().unwrap_or(0);
@@ -553,7 +552,7 @@ impl Judge {
         &self.board
     }
 
-    /// An open refusal, where motion alone decides.
+    /// The reason for a refusal that only motion decides, if `when`.
     pub(crate) fn reason(&self, when: bool, reason: Reason) -> Reasons {
         if when { reason.into() } else { Reasons::NONE }
     }

@@ -1,8 +1,8 @@
 //! Random conversations with a board, judged from outside.
 //!
-//! A *story* is a board and what happens to it: lines, noise on them, silences,
-//! switches, losses of power. It is made from a seed ([`make`]), played on the virtual
-//! board or on any other [`Bench`], and judged by bytes and edges alone:
+//! A *story* is a board and a sequence of events: lines, noise on them, silences, switches, losses of
+//! power. It is made from a seed ([`make`]), played on the virtual board or on another [`Bench`], and judged by
+//! bytes and edges alone:
 //!
 //! ```text
 //!   seed ─► story ─► player ─► bytes, switches, power ─► board
@@ -11,9 +11,9 @@
 //!           grammar, settings, limits: all its own
 //! ```
 //!
-//! The judge has a parser of its own ([`grammar`]), its own table of the settings, and
-//! bounds for every motion from first principles ([`limits`]). It uses neither the
-//! protocol's crate nor a planner: a mistake in those can't hide in it.
+//! The judge has its own parser ([`grammar`]), its own table of the settings, and bounds for every motion
+//! from first principles ([`limits`]). It uses neither the protocol's crate nor a planner, so it can't share
+//! their mistakes.
 
 pub mod fault;
 pub mod grammar;

@@ -1,7 +1,6 @@
-//! What an axis may do within its limits, in floating point and from first principles.
+//! Bounds on the motion of an axis within its limits, in floating point and from first principles.
 //!
-//! Nothing here plans. These are bounds that every motion with a bounded
-//! acceleration keeps, whoever planned it:
+//! Nothing here plans. Every motion with a bounded acceleration keeps these bounds, by any planner:
 //!
 //! ```text
 //!   mean speeds of neighbouring intervals   v₂ − v₁ ≤ a · (Δ₁ + Δ₂) / 2
@@ -9,34 +8,34 @@
 //!   the way to rest                         s ≤ v·lag + (v² − vs²) / 2d + v·tj
 //! ```
 //!
-//! where `lag` is the time for which a board has planned ahead, and `tj` what a limit
-//! of jerk adds.
+//! `lag` is the time for which a board has planned ahead, and `tj` the time that a limit of jerk adds.
 
-/// What begins within this time may be planned already, in s: the horizon.
+/// Motion that begins within this time, in s, may be planned already: the horizon.
 pub const HORIZON: f64 = 0.016;
-/// A run that begins within the horizon lasts for no longer than this, in s, or is a step.
+/// The longest run that begins within the horizon, in s, unless it is a single step.
 pub const RUN: f64 = 0.008;
-/// The foreground of a board has a look this often, in s, at least: so long what was said may wait.
+/// The foreground of a board looks at new orders at least this often, in s. An order may wait for this
+/// time.
 pub const VISIT: f64 = 0.001;
-/// A travel that waits for nothing makes its first step within this time, in s.
+/// A travel that waits for nothing makes its first step within this time in s.
 const START: f64 = 0.030;
 
 /// The limits of a travel, in steps and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Start/stop speed; not above `top`.
+    /// Start/stop speed, at most `top`.
     pub start: f64,
     /// Top speed.
     pub top: f64,
-    /// Acceleration; infinite where top and start speed leave nothing to ramp.
+    /// Acceleration; infinite if top and start speed leave nothing to ramp.
     pub up: f64,
-    /// Deceleration, likewise.
+    /// Deceleration; infinite as `up`.
     pub down: f64,
     /// Jerk; infinite without a limit.
     pub jerk: f64,
 }
 
-/// How far and how long an axis may go on until it rests.
+/// The most steps and the longest time until an axis rests.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
     /// Steps.
@@ -46,7 +45,8 @@ pub struct Way {
 }
 
 impl Limits {
-    /// Those of an order, its top speed in 0.001 steps/s: accelerations of 0 stand for ramps of `ramp` steps.
+    /// The limits of an order, its top speed in 0.001 steps/s. An acceleration of 0 means a ramp of `ramp`
+    /// steps.
     pub fn new(start: u32, top: u32, ramp: u32, up: u32, down: u32, jerk: u32) -> Limits {
         let (vs, vt) = (f64::from(start), f64::from(top) / 1000.0);
         let vs = vs.min(vt);
@@ -57,41 +57,41 @@ impl Limits {
         Limits { start: vs, top: vt, up: slope(up), down: slope(down), jerk }
     }
 
-    /// The time of the first step from rest, in s: at most.
+    /// The longest time of the first step from rest, in s.
     pub fn first(&self) -> f64 {
         from_rest(self.start, self.up, self.jerk).max(1.0 / self.top)
     }
 
-    /// The time of the last step before rest, in s: at most.
+    /// The longest time of the last step before rest, in s.
     pub fn last(&self) -> f64 {
         from_rest(self.start, self.down, self.jerk).max(1.0 / self.top)
     }
 
-    /// How long a motor rests between two travels, in s: one interval of its start speed.
+    /// The rest between two travels in s: one interval of the start speed.
     pub fn rest(&self) -> f64 {
         if self.start > 0.0 { 1.0 / self.start } else { (2.0 / self.up).sqrt().max(1.0 / self.top) }
     }
 
-    /// What the limit of jerk adds to a change of speed, in s.
+    /// The time that the limit of jerk adds to a change of speed, in s.
     pub fn bend(&self, v: f64) -> f64 {
         let bend = |a: f64| (a / self.jerk).min((v / self.jerk).sqrt());
         if self.jerk.is_finite() { 2.0 * (bend(self.up) + bend(self.down)) } else { 0.0 }
     }
 
-    /// The speed at the end of an interval of the mean speed `v`, at most: that of constant
-    /// acceleration, which from rest is twice the mean, or with a limit of jerk three times.
+    /// The highest speed at the end of an interval with the mean speed `v`: that of constant acceleration.
+    /// From rest it is twice the mean, or three times with a limit of jerk.
     pub fn end_speed(&self, v: f64) -> f64 {
         let most = if self.jerk.is_finite() { 3.0 } else { 2.0 };
         (v + self.up / 2.0 / v.max(1e-9)).min(most * v).min(self.top.max(v))
     }
 
-    /// The way to rest of an axis that is told so now, and learns of it at the next visit, `v` being its speed at the end of its
-    /// last interval, with what is planned in front of it: all that begins within the horizon, and
-    /// the present step and the next. That step was made `since` seconds ago, and the next one was
-    /// not: so the axis is faster by now, by `up` for that time and over a step at most. `first`
-    /// is how long a first or last step may take.
+    /// The way to rest of an axis that gets the order now and learns of it at the next visit. `v` is its
+    /// speed at the end of its last interval. The way includes what is planned already: all that begins within
+    /// the horizon, the present step and the next. The last step was `since` seconds ago, and the next has not
+    /// come: so the axis may be faster by `up` for that time, over at most a step. `first` is the longest time
+    /// of a first or last step.
     pub fn way(&self, v: f64, since: f64, first: f64) -> Way {
-        // Its last interval may have been a rest, before a leg that begins with its start speed.
+        // The last interval may have been a rest before a leg that begins with the start speed.
         let v = v.max(self.start);
         let (ahead, bend) = (VISIT + HORIZON + RUN, self.bend(self.top.max(v)));
         let present = (v + self.up * since).min((v * v + 2.0 * self.up).sqrt());
@@ -106,15 +106,15 @@ impl Limits {
         }
     }
 
-    /// The way to rest of an axis that obeys, `v` being the speed of its last interval and that
-    /// at its end; of none if it has just made its first step. The last interval may have been
-    /// made by other limits, so what it ended with is not for these to say.
+    /// The way to rest of an axis that obeys. `v` is the speed of its last interval and the speed at its
+    /// end; `None` after its first step. The last interval may have had other limits, so these limits do not
+    /// give its end speed.
     pub fn way_from(&self, v: Option<(f64, f64)>, first: f64) -> Way {
         let fast = v.map_or(self.start, |(_, end)| end.max(self.start));
         let bend = self.bend(self.top.max(fast));
         let fast = (fast + self.up * bend).min(self.top.max(fast));
         let (steps, time) = self.fall(fast);
-        // A part of a step at its speed is in front of the fall, which ends on a step.
+        // Before the fall comes a part of a step at this speed. The fall ends on a step.
         Way {
             steps: fast * bend + steps + 2.0,
             time: bend
@@ -124,7 +124,7 @@ impl Limits {
         }
     }
 
-    /// Steps and seconds from a speed to the start speed.
+    /// Steps and seconds of a fall from a speed to the start speed.
     fn fall(&self, v: f64) -> (f64, f64) {
         if v <= self.start || self.down.is_infinite() {
             return (0.0, 0.0);
@@ -133,10 +133,10 @@ impl Limits {
         (steps * 1.001, (v - self.start) / self.down * 1.05)
     }
 
-    /// Seconds after which a travel of this many steps has ended, at most.
+    /// The most seconds until a travel of this many steps has ended.
     pub fn duration(&self, steps: f64) -> f64 {
         let ramp = |a: f64| if a.is_finite() { (self.top - self.start) / a } else { 0.0 };
-        // A travel too short for its top speed takes no longer than one with it.
+        // A travel too short for its top speed takes no longer than a travel that reaches it.
         let ramps = ramp(self.up) + ramp(self.down);
         let peaks = 2.0 * (steps / self.up).sqrt() + 2.0 * (steps / self.down).sqrt();
         let cruise = steps / self.top + ramps;
@@ -147,8 +147,8 @@ impl Limits {
             + START
     }
 
-    /// Whether the ramps may take more steps than a board counts: 2³¹ where nothing else
-    /// bounds them, 2²² with a limit of jerk; within a factor of four.
+    /// Whether the ramps may take more steps than a board counts: 2³¹ if nothing else bounds them, 2²² with
+    /// a limit of jerk; within a factor of four.
     pub fn is_gentle(&self, endless: bool) -> bool {
         let slope = self.up.min(self.down);
         if self.jerk.is_finite() {
@@ -159,7 +159,7 @@ impl Limits {
         endless && self.top * self.top / 2.0 / slope > f64::from(1 << 29)
     }
 
-    /// The highest speed of a travel of this many steps, in steps/s: at least.
+    /// The least peak speed of a travel of this many steps, in steps/s.
     pub fn peak(&self, steps: f64) -> f64 {
         let room = (steps - 1.0).max(0.0);
         if room == 0.0 {
@@ -167,7 +167,7 @@ impl Limits {
             return 0.0;
         }
         if self.jerk.is_finite() {
-            // Bends take some of it, how much is not known here.
+            // Bends take some of the steps; their number is not known here.
             return self.start;
         }
         if !self.up.is_finite() || !self.down.is_finite() || room.is_infinite() {
@@ -178,7 +178,7 @@ impl Limits {
         squared.sqrt().min(self.top)
     }
 
-    /// The loosest of two sets of limits, for a time in which either holds.
+    /// The loosest limits of two sets, for a time in which either may hold.
     pub fn or(&self, other: &Limits) -> Limits {
         Limits {
             start: self.start.max(other.start),
@@ -189,13 +189,13 @@ impl Limits {
         }
     }
 
-    /// The slowest: those that end last.
+    /// The limits with the lower speed and acceleration, which end last.
     pub fn slower(&self, other: &Limits) -> Limits {
         let (top, up) = (self.top.min(other.top), self.up.min(other.up));
         Limits { top, up, ..self.lazier(other) }
     }
 
-    /// The laziest: those that stop last.
+    /// The limits with the longest way to rest.
     pub fn lazier(&self, other: &Limits) -> Limits {
         Limits {
             start: self.start.min(other.start),
@@ -207,8 +207,8 @@ impl Limits {
     }
 }
 
-/// The time of one step from rest, with any of the limits: the least of what each
-/// would take, plus what the jerk adds.
+/// The time of one step from rest with any of the limits: the shortest by slope or start speed, plus the
+/// time that the jerk adds.
 fn from_rest(start: f64, slope: f64, jerk: f64) -> f64 {
     if slope.is_infinite() {
         return 1.0 / start;
@@ -240,7 +240,7 @@ mod tests {
             (limits.way(end, 0.0, 0.0).steps, limits.way_from(Some((1000.0, end)), 0.0));
         assert!(obeys.steps > 495.0 && obeys.steps < 500.0, "{obeys:?}");
         assert!(learns > obeys.steps + 24.0 && learns < 560.0, "{learns}");
-        // Of a first step the next one ends the way.
+        // After a first step, the next step ends the way.
         assert!(limits.way_from(None, 0.0).steps < 3.0);
     }
 

@@ -1,5 +1,4 @@
-//! Random stories: what a master might say, what it never should, and a line that
-//! damages both.
+//! Random stories: lines that a master sends, lines that it never should send, and noise that damages both.
 
 mod scenes;
 
@@ -8,25 +7,25 @@ use fastrand::Rng;
 use crate::story::{Act, Board, Input, Reset, Story};
 use crate::sum::crc;
 
-/// What stories are to be about.
+/// The kind of stories to make.
 #[derive(Clone, Copy, Debug)]
 pub struct Taste {
-    /// Acts, at most.
+    /// The most acts.
     pub acts: usize,
     /// The longest wait, in µs.
     pub wait: u32,
-    /// A travel takes this many µs, at most, as far as its numbers say.
+    /// The longest travel by its numbers, in µs.
     pub travel: u32,
-    /// The top speed is reached in this many seconds, at least.
+    /// The shortest time to reach the top speed, in seconds.
     pub ramp: f64,
     /// The longest wait for a slow step, in µs.
     pub slow: u32,
-    /// Power cuts and switches are among them.
+    /// Whether power cuts and switches occur.
     pub events: bool,
 }
 
 impl Taste {
-    /// For the virtual board.
+    /// Stories for the virtual board.
     pub const WIDE: Taste = Taste {
         acts: 24,
         wait: 60_000,
@@ -35,7 +34,7 @@ impl Taste {
         slow: 1_500_000,
         events: true,
     };
-    /// For a simulated chip: short.
+    /// Short stories for a simulated chip.
     pub const CHIP: Taste =
         Taste { acts: 10, wait: 12_000, travel: 30_000, ramp: 0.02, slow: 300_000, events: true };
 }
@@ -47,17 +46,17 @@ pub fn story(seed: u64) -> Story {
     tell(&mut rng, board, Taste::WIDE)
 }
 
-/// The story of a seed, on this board.
+/// The story of a seed on this board.
 pub fn story_on(seed: u64, board: Board, taste: Taste) -> Story {
     tell(&mut Rng::with_seed(seed), board, taste)
 }
 
-/// A number in a range, every order of magnitude as often.
+/// A random number in a range, evenly distributed over orders of magnitude.
 fn scale(rng: &mut Rng, least: f64, most: f64) -> f64 {
     (least.ln() + rng.f64() * (most.max(least).ln() - least.ln())).exp()
 }
 
-/// Clocks that chips have.
+/// Clock rates of real chips.
 const CLOCKS: [u32; 9] = [
     100_000,
     250_000,
@@ -87,18 +86,18 @@ fn board(rng: &mut Rng) -> Board {
     Board::simulated(hz, rng.bool(), axes, cost, byte)
 }
 
-/// The teller of a story.
+/// Makes a story.
 struct Teller<'r> {
     rng: &'r mut Rng,
     board: Board,
     taste: Taste,
     acts: Vec<Act>,
-    /// Bytes of a thousand that are damaged.
+    /// Damaged bytes in a thousand.
     noise: u32,
     damaged: u32,
-    /// Lines have checksums.
+    /// Whether lines have checksums.
     sums: bool,
-    /// The fastest that one axis can do.
+    /// The highest step rate of a single axis.
     fastest: f64,
 }
 
@@ -126,7 +125,7 @@ impl Teller<'_> {
         self.rng.u32(..n) == 0
     }
 
-    /// A line; the line of the story damages it.
+    /// Adds a line, with noise.
     fn say(&mut self, line: impl AsRef<str>) {
         let mut bytes = Vec::new();
         let mut line = line.as_ref().to_owned();
@@ -158,7 +157,7 @@ impl Teller<'_> {
         scale(self.rng, (0.04 * self.fastest).clamp(20.0, 400.0), fast).clamp(1.0, 1e6) as u32
     }
 
-    /// How to travel; the top speed and the start speed.
+    /// Sends the parameters of a travel. Returns the top speed.
     fn manner(&mut self) -> f64 {
         let top = self.speed();
         if self.one_in(3) && top >= 10 {
@@ -242,7 +241,7 @@ impl Teller<'_> {
         if self.one_in(40) { self.rng.u8(..=9) } else { self.rng.u8(1..=self.board.axes) }
     }
 
-    /// An order, of one axis or several.
+    /// An order of one or several axes.
     fn order(&mut self) {
         let open = if self.one_in(9) { "P0" } else { "PO" };
         self.say(open);
@@ -261,7 +260,7 @@ impl Teller<'_> {
         self.say("E");
     }
 
-    /// On the way.
+    /// A change during a travel.
     fn change(&mut self) {
         let top = self.speed();
         match self.rng.u8(..8) {
@@ -320,7 +319,7 @@ impl Teller<'_> {
         }
     }
 
-    /// Settings that guard a machine; one, or some.
+    /// Sets one or more of the safety settings.
     fn guards(&mut self) {
         let name = ["x", "y", "z"][self.rng.usize(..3)];
         let far = scale(self.rng, 1.0, 3000.0) as u32;
@@ -348,13 +347,13 @@ impl Teller<'_> {
         }
     }
 
-    /// A host that may fall silent.
+    /// Sets a lease.
     fn lease(&mut self) {
         let millis = if self.one_in(3) { 0 } else { self.rng.u32(..60) };
         self.say(format!("L{millis}"));
     }
 
-    /// Anything.
+    /// A line of random characters.
     fn babble(&mut self) {
         let letters = b"PSTRG@gEFZKIVALstmadj?!$O0123456789+-=x \n";
         let length = self.rng.usize(..8);
@@ -383,7 +382,7 @@ impl Teller<'_> {
         }
     }
 
-    /// A switch is pressed and let go, and an order follows.
+    /// Presses and releases a switch, then orders a travel.
     fn press(&mut self) {
         let axis = self.rng.u8(..self.board.axes);
         self.say("$switches=7");

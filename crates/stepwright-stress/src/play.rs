@@ -1,4 +1,4 @@
-//! Plays a story on a board, of which it sees the outside only.
+//! Plays a story on a board that is visible only from outside.
 
 use std::collections::VecDeque;
 use stepwright::Rate;
@@ -13,45 +13,45 @@ use crate::judge::{Enable, Judge};
 use crate::story::{Act, Board, Input, Reset, Story};
 use crate::track::Goal;
 
-/// A board from outside: its line, its pins, its clock.
+/// A board seen from outside: its line, its pins, its clock.
 pub trait Bench {
-    /// Ticks since it was first switched on.
+    /// Ticks since the first power-up.
     fn now(&self) -> u64;
-    /// Lets time pass until then.
+    /// Lets time pass until this tick.
     fn pass(&mut self, until: u64);
-    /// Sends a byte; when this returns it is complete on the line.
+    /// Sends a byte. It is complete on the line when this returns.
     fn send(&mut self, byte: u8);
-    /// The next byte that it has said, and when that began.
+    /// The next byte from the board, and the time at which it began.
     fn heard(&mut self) -> Option<(u64, u8)>;
-    /// Takes the edges since the last call, in order of time.
+    /// Takes the edges since the last call in the order of time.
     fn edges(&mut self, into: &mut Vec<Edge>);
-    /// The level of the drivers' enable pin, and since when.
+    /// The level of the drivers' enable pin, and the time of its last change.
     fn enable(&mut self) -> (bool, u64);
     /// Sets the level of a switch's pin.
     fn switch(&mut self, axis: u8, high: bool);
-    /// Sets the level of an input that stops everything, where there is one.
+    /// Sets the level of a stop input, if the board has it.
     fn input(&mut self, input: Input, high: bool);
-    /// Ticks in which the answer to every line begins, and goes on: `$` has some 500 bytes.
+    /// The most ticks until an answer begins or continues: `$` has some 500 bytes.
     fn patience(&self) -> u64;
 }
 
-/// What a story came to.
+/// The sums of one or more stories.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sum {
-    /// Stories.
+    /// The number of stories.
     pub stories: u64,
-    /// Bytes that the line damaged.
+    /// Damaged bytes.
     pub noise: u64,
-    /// Lines answered.
+    /// Answered lines.
     pub lines: u64,
     /// Steps on all pins.
     pub steps: u64,
-    /// Simulated time, in µs.
+    /// Simulated time in µs.
     pub micros: u64,
 }
 
 impl Sum {
-    /// Both together.
+    /// The sum of both.
     pub fn plus(self, other: Sum) -> Sum {
         Sum {
             stories: self.stories + other.stories,
@@ -63,7 +63,7 @@ impl Sum {
     }
 }
 
-/// A story as it is played.
+/// A story while it is played.
 pub struct Player<'s> {
     story: &'s Story,
     judge: Judge,
@@ -71,16 +71,16 @@ pub struct Player<'s> {
     edges: Vec<Edge>,
 }
 
-/// How long a story waits for its end, in µs.
+/// The longest wait for the end of a travel, in µs.
 const LONGEST: u64 = 2_000_000;
 
 impl<'s> Player<'s> {
-    /// At the beginning.
+    /// A player at the beginning of the story.
     pub fn new(story: &'s Story, rules: Rules) -> Player<'s> {
         Player { story, judge: Judge::new(&story.board, rules), at: 0, edges: Vec::new() }
     }
 
-    /// Plays on to the next reset, which is for the caller to make, or to the end.
+    /// Plays to the next reset, which the caller has to make, or to the end.
     ///
     /// # Errors
     /// The first broken rule.
@@ -132,14 +132,14 @@ impl<'s> Player<'s> {
         self.look(bench, u64::MAX)
     }
 
-    /// Judges the edges up to a time.
+    /// Judges the edges up to this time.
     fn look(&mut self, bench: &mut impl Bench, until: u64) -> Result<(), Fault> {
         bench.edges(&mut self.edges);
         let count = self.edges.partition_point(|edge| edge.time <= until);
         self.edges.drain(..count).try_for_each(|edge| self.judge.edge(edge))
     }
 
-    /// Sends a byte and waits for the answer if there is to be one.
+    /// Sends a byte and waits for the answer if one is due.
     fn send(&mut self, bench: &mut impl Bench, byte: u8) -> Result<Vec<u8>, Fault> {
         let mut answer = Vec::new();
         let (enabled, _) = bench.enable();
@@ -168,7 +168,7 @@ impl<'s> Player<'s> {
         }
         let whole = answer.pop() == Some(b'\r') && !answer.contains(&b'\r');
         let begun = begun.unwrap_or(bench.now());
-        // An axis may step before the answer to its order begins, while another is planned.
+        // An axis may step before the answer to its order begins, while the board plans another axis.
         bench.edges(&mut self.edges);
         let first = self.edges.iter().find(|edge| edge.is_step() && self.judge.rests(edge.axis));
         let begun = first.map_or(begun, |first| begun.min(first.time - 1));
@@ -186,7 +186,7 @@ impl<'s> Player<'s> {
         Ok(answer)
     }
 
-    /// F until R, or for this many µs.
+    /// Sends F until the answer is R, for at most this many µs.
     fn rest(&mut self, bench: &mut impl Bench, most: u64) -> Result<(), Fault> {
         let (mut waited, mut wait) = (0, 500);
         while waited < most && self.ask(bench, "F")? != b"R" {
@@ -197,7 +197,7 @@ impl<'s> Player<'s> {
         Ok(())
     }
 
-    /// Everything brakes, and is looked at.
+    /// Brakes all axes and checks the final state.
     fn end(&mut self, bench: &mut impl Bench) -> Result<(), Fault> {
         for line in ["", "A0", "Z"] {
             self.ask(bench, line)?;
@@ -261,7 +261,7 @@ fn simulate_on<C: Count>(story: &Story, rules: Rules) -> Result<Sum, Fault> {
     }
 }
 
-/// Edges since the power came on.
+/// The edges since the last call.
 #[derive(Default)]
 struct Taken(Vec<Edge>);
 
@@ -271,12 +271,12 @@ impl Recorder for Taken {
     }
 }
 
-/// The virtual board from outside.
+/// The virtual board seen from outside.
 struct Simulated<'q, C: Count> {
     board: VirtualBoard<'q, C, Taken>,
     base: u64,
     byte: u64,
-    /// The last change of the enable pin.
+    /// The time of the last change of the enable pin.
     since: u64,
     switches: [bool; 3],
     inputs: [bool; 2],

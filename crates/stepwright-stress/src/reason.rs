@@ -1,9 +1,9 @@
-//! Why a line is refused: the words of `last=`.
+//! The reasons for a refusal: the words of `last=`.
 
 use std::fmt;
 use std::ops::BitOr;
 
-/// One reason.
+/// A reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)] // their words on the line are in `WORDS`
 pub enum Reason {
@@ -30,7 +30,7 @@ pub enum Reason {
     Limit,
 }
 
-/// The words, in the order of [`Reason`].
+/// The words in the order of [`Reason`].
 const WORDS: [&str; 21] = [
     "line",
     "range",
@@ -55,22 +55,22 @@ const WORDS: [&str; 21] = [
     "limit",
 ];
 
-/// A set of reasons, one of which a board may name.
+/// A set of reasons of which a board may name any.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
 pub struct Reasons(u32);
 
 impl Reasons {
-    /// None: a refusal would be wrong.
+    /// No reason: a refusal would be wrong.
     pub const NONE: Reasons = Reasons(0);
-    /// Any.
+    /// Any reason.
     pub const ANY: Reasons = Reasons(u32::MAX);
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether `word` names one of them.
+    /// Whether `word` names a reason of the set.
     pub fn has(self, word: &str) -> bool {
         self == Reasons::ANY
             || WORDS.iter().position(|known| *known == word).is_some_and(|at| self.0 >> at & 1 != 0)

@@ -1,5 +1,4 @@
-//! Many stories on several threads, and what to tell of them: the same command for every
-//! kind of board.
+//! Plays many stories on several threads and prints the results. Every kind of board uses this command.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -36,24 +35,24 @@ pub struct Run {
     pub faults: usize,
 }
 
-/// What a run came to.
+/// The result of a run.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// All clean stories together.
+    /// The sum of all clean stories.
     pub sum: Sum,
-    /// The seeds that broke a rule, and which.
+    /// The seeds of stories that broke a rule, with the fault.
     pub faults: Vec<(u64, Fault)>,
 }
 
-/// Stories that a thread takes at once.
+/// The number of stories that a thread takes at a time.
 const CHUNK: u64 = 16;
 
 impl Run {
-    /// Does what the options say, with stories of seeds made by `make` and played by `play`.
-    /// Whether all was clean.
+    /// Runs the command of these options. `make` makes the story of a seed, `play` plays it. Returns
+    /// whether all stories were clean.
     ///
     /// # Errors
-    /// A story that can't be read.
+    /// A story file that can't be read.
     pub fn run(
         &self,
         make: impl Fn(u64) -> Story + Sync,
@@ -85,7 +84,7 @@ impl Run {
         Ok(faults.is_empty())
     }
 
-    /// Plays them all.
+    /// Plays all stories.
     pub fn all(
         &self,
         seed: u64,
@@ -127,7 +126,7 @@ impl Run {
     }
 }
 
-/// A story that broke a rule, shrunk, as a text for `--replay`.
+/// The shortened story that broke a rule, as a text for `--replay`.
 pub fn tell(
     seed: u64,
     story: &Story,

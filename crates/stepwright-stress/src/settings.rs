@@ -1,8 +1,8 @@
-//! The settings that the documentation names, with ranges and defaults.
+//! The settings of the documentation with their ranges and defaults.
 
 use crate::story::Can;
 
-/// A setting, by its place in `TABLE`.
+/// A setting, by its index in `TABLE`.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Name(usize);
 
@@ -12,7 +12,7 @@ impl std::fmt::Debug for Name {
     }
 }
 
-/// Name, least, most, default, and which boards have it, written down apart from the protocol's.
+/// Name, least, most, default, and the boards that have it. Kept apart from the protocol's table.
 const TABLE: [(&str, u32, u32, u32, On); COUNT] = [
     ("max-speed", 1, 1_000_000, 1_000_000, On::Every),
     ("max-accel", 1, 100_000_000, 100_000_000, On::Every),
@@ -43,68 +43,68 @@ const TABLE: [(&str, u32, u32, u32, On); COUNT] = [
     ("debounce-ms", 0, 250, 25, On::Every),
 ];
 
-/// Boards that have a setting.
+/// The boards that have a setting.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum On {
     Every,
     Jerk,
 }
 
-/// How many there are.
+/// The number of settings.
 pub const COUNT: usize = 27;
 
 /// The highest top speed, in steps/s.
 pub const MAX_SPEED: Name = Name(0);
 /// The steepest ramp, in steps/s².
 pub const MAX_ACCEL: Name = Name(1);
-/// The silence after which moving axes brake, in ms.
+/// The silence in ms after which moving axes brake.
 pub const TIMEOUT: Name = Name(3);
-/// From switching the drivers on to the first step, in ms.
+/// The time in ms from switching the drivers on to the first step.
 pub const ENABLE: Name = Name(4);
-/// DIR before STEP, in µs.
+/// The time of DIR before STEP, in µs.
 pub const SETUP: Name = Name(5);
-/// DIR after STEP, in µs.
+/// The time of DIR after STEP, in µs.
 pub const HOLD: Name = Name(6);
-/// STEP is high, in µs.
+/// The time of STEP high, in µs.
 pub const PULSE: Name = Name(7);
-/// Axes that turn the other way round.
+/// The axes with reversed direction.
 pub const REVERSE: Name = Name(8);
 /// The level that switches the drivers on.
 pub const ENABLE_HIGH: Name = Name(9);
-/// Axes that have a switch.
+/// The axes with a switch.
 pub const SWITCHES: Name = Name(10);
-/// Axes whose switch ends the travel forward.
+/// The axes whose switch ends the travel forward.
 pub const SWITCH_FORWARD: Name = Name(11);
-/// Axes whose closed switch reads high.
+/// The axes whose closed switch reads high.
 pub const SWITCH_HIGH: Name = Name(12);
-/// Whether a jerk bends the ramps.
+/// Whether ramps have a limited jerk.
 pub const LAW: Name = Name(13);
-/// The soft limits forward of 0, by axis.
+/// The soft limits forward of 0 by axis.
 pub const AHEAD: [Name; 3] = [Name(14), Name(15), Name(16)];
-/// The soft limits backward of 0, by axis.
+/// The soft limits backward of 0 by axis.
 pub const BEHIND: [Name; 3] = [Name(17), Name(18), Name(19)];
-/// Axes that have soft limits.
+/// The axes with soft limits.
 pub const SOFT_LIMITS: Name = Name(20);
-/// Orders wait for `!` after a stop.
+/// Whether orders need `!` after a stop.
 pub const SAFE_START: Name = Name(21);
-/// G and @ want a known position.
+/// Whether G and @ need a known position.
 pub const HOME_FIRST: Name = Name(22);
-/// The emergency stop: none, a low level, a high one.
+/// The emergency stop: none, low level, high level.
 pub const EMERGENCY: Name = Name(23);
-/// The fault of a driver, likewise.
+/// The driver fault: none, low level, high level.
 pub const DRIVER_FAULT: Name = Name(24);
-/// What stops at once switches the drivers off.
+/// Whether a stop at once switches the drivers off.
 pub const KILL_OFF: Name = Name(25);
-/// How long a switch that has opened counts as closed, in ms.
+/// The time in ms for which a switch that has opened counts as closed.
 pub const DEBOUNCE: Name = Name(26);
 
-/// The setting of this name, on a board with these features.
+/// The setting of this name on a board with these features.
 pub fn named(name: &str, can: Can) -> Option<Name> {
     Name::all(can).find(|known| known.word() == name)
 }
 
 impl Name {
-    /// Every setting of a board with these features.
+    /// All settings of a board with these features.
     pub fn all(can: Can) -> impl Iterator<Item = Name> {
         (0..COUNT).map(Name).filter(move |name| match TABLE[name.0].4 {
             On::Every => true,
@@ -112,40 +112,40 @@ impl Name {
         })
     }
 
-    /// Its name on the line.
+    /// The name on the line.
     pub fn word(self) -> &'static str {
         TABLE[self.0].0
     }
 
-    /// Least and most.
+    /// The least and the greatest value.
     pub fn range(self) -> (u32, u32) {
         (TABLE[self.0].1, TABLE[self.0].2)
     }
 }
 
-/// What the settings of a board should be.
+/// The expected settings of a board.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings([u32; COUNT]);
 
 impl Settings {
-    /// The defaults of a board with these features; what it has no setting for is off.
+    /// The defaults of a board with these features. Missing settings are off.
     pub fn new(can: Can) -> Settings {
         let mut settings = Settings([0; COUNT]);
         Name::all(can).for_each(|name| settings.set(name, TABLE[name.0].3));
         settings
     }
 
-    /// The number of one.
+    /// The value of a setting.
     pub fn get(&self, name: Name) -> u32 {
         self.0[name.0]
     }
 
-    /// One of a set of axes.
+    /// Whether a set of axes has this axis.
     pub fn has(&self, name: Name, axis: usize) -> bool {
         self.get(name) >> axis & 1 != 0
     }
 
-    /// Sets one.
+    /// Changes a setting.
     pub fn set(&mut self, name: Name, number: u32) {
         self.0[name.0] = number;
     }

@@ -1,9 +1,9 @@
-//! A shorter story that ends the same way.
+//! Shortens a story that breaks a rule.
 
 use crate::fault::Fault;
 use crate::story::Story;
 
-/// Leaves acts out as long as `play` breaks the same rule.
+/// Removes acts while `play` still breaks the same rule.
 pub fn shrink(
     story: &Story,
     fault: Fault,

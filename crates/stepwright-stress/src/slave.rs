@@ -1,4 +1,4 @@
-//! What the documentation says of each line: whether it is accepted, and what follows.
+//! The rules of the documentation for each line: whether it is accepted, and its effect.
 
 mod rates;
 
@@ -12,29 +12,29 @@ use crate::settings::{self, Settings};
 use crate::stops::Stops;
 use crate::track::{Goal, Known, Track};
 
-/// The answers that are right.
+/// The right answers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Expect {
-    /// Y, or what was asked for.
+    /// Y, or the requested value, is right.
     pub yes: bool,
-    /// E, for one of these reasons.
+    /// E is right for one of these reasons.
     pub no: Reasons,
 }
 
 impl Expect {
-    /// E.
+    /// E only.
     pub fn no(why: impl Into<Reasons>) -> Expect {
         Expect { yes: false, no: why.into() }
     }
 
     pub(crate) const YES: Expect = Expect { yes: true, no: Reasons::NONE };
 
-    /// E while it is busy.
+    /// E while the axis is busy.
     fn idle(busy: Known) -> Expect {
         Expect::unless(busy, Reason::Busy)
     }
 
-    /// E if it is bad.
+    /// E if `bad`.
     pub(crate) fn unless(bad: Known, why: Reason) -> Expect {
         match bad {
             Known::No => Expect::YES,
@@ -43,13 +43,13 @@ impl Expect {
         }
     }
 
-    /// Both have to hold.
+    /// Both conditions have to hold.
     pub(crate) fn and(self, other: Expect) -> Expect {
         Expect { yes: self.yes && other.yes, no: self.no | other.no }
     }
 }
 
-/// What an axis was told of its manner.
+/// The parameters of an axis.
 #[derive(Clone, Copy, Debug)]
 struct Manner {
     start: u32,
@@ -58,9 +58,9 @@ struct Manner {
     up: u32,
     down: u32,
     jerk: u32,
-    /// The travel of the order that is open.
+    /// The travel of the open order.
     staged: Option<Travel>,
-    /// The limits of the travel in progress, which a change begins from.
+    /// The limits of the travel in progress. A change begins with them.
     travel: Limits,
 }
 
@@ -69,37 +69,37 @@ enum Open {
     No,
     Yes,
     Spoiled(Reasons),
-    /// It may have been spoiled.
+    /// The order may have been spoiled.
     Doubted(Reasons),
 }
 
-/// Whether the axis that A named is still meant.
+/// Whether the axis of the last A still applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Naming {
-    /// An order has used it, or there was none.
+    /// An order has used the axis, or there was no A.
     Used,
-    /// A has named it, and no order has used it.
+    /// A has named an axis, and no order has used it.
     Said,
-    /// PO came: axis 1, or that of A?
+    /// PO came: the axis may be axis 1 or that of A.
     Unclear,
 }
 
-/// What the lines so far have made of the slave.
+/// The state of the slave after the lines so far.
 #[derive(Clone, Debug)]
 pub struct Slave {
     axes: Vec<Manner>,
-    /// Bit 0 is axis 1; all bits for A0.
+    /// Bit 0 is axis 1. All bits are set for A0.
     pub selected: u8,
     order: Open,
     naming: Naming,
-    /// Lines answered E.
+    /// The number of lines answered E.
     pub refusals: u64,
-    /// Why the last of them was.
+    /// The reasons for the last E.
     pub last: Option<Reasons>,
 }
 
 impl Slave {
-    /// As at power-up.
+    /// The state at power-up.
     pub fn new(axes: usize) -> Slave {
         let (start, top, ramp) = (50, 1_000_000, 200);
         let travel = Limits::new(start, top, ramp, 0, 0, 0);
@@ -114,7 +114,7 @@ impl Slave {
         }
     }
 
-    /// A line was answered E.
+    /// Handles a line that was answered E.
     pub fn refused(&mut self, line: Option<Line>, why: Reasons, empty: bool) {
         if !empty {
             self.refusals += 1;
@@ -128,7 +128,7 @@ impl Slave {
         }
     }
 
-    /// An open order is not carried out any more.
+    /// Spoils an open order: E will be refused.
     pub fn spoil(&mut self, why: Reasons) {
         match self.order {
             Open::Yes => self.order = Open::Spoiled(why),
@@ -137,7 +137,7 @@ impl Slave {
         }
     }
 
-    /// It may have been spoiled.
+    /// Notes that an open order may have been spoiled.
     pub fn may_spoil(&mut self, why: Reasons) {
         match self.order {
             Open::Yes => self.order = Open::Doubted(why),
@@ -165,10 +165,10 @@ impl Manner {
         Limits::new(self.start, self.top, self.ramp, self.up, self.down, self.jerk)
     }
 
-    /// What the settings allow, exactly.
+    /// Whether the settings allow these parameters, exactly.
     fn allowed(&self, settings: &Settings) -> Expect {
         let most = u64::from(settings.get(settings::MAX_ACCEL));
-        // A part of a step/s counts as a whole one.
+        // A fraction of a step/s counts as a whole step/s.
         let (vs, vt) = (u64::from(self.start), u64::from(self.top.div_ceil(1000)));
         let counted = (self.up == 0 || self.down == 0) && vt > vs && most < 100_000_000;
         let steep = u64::from(self.up.max(self.down)) > most
@@ -184,7 +184,7 @@ impl Manner {
 }
 
 impl Judge {
-    /// The answers to a line that are right now.
+    /// The right answers to a line at this time.
     pub(crate) fn expect(&self, line: Line, now: u64) -> Expect {
         let slave = &self.slave;
         let speaks =
@@ -251,7 +251,7 @@ impl Judge {
         }
     }
 
-    /// Whether these travels may begin.
+    /// Whether these travels may start.
     fn start(&self, travels: Vec<Option<Travel>>, now: u64) -> Expect {
         if travels.iter().all(Option::is_none) {
             return Expect::no(Reason::NoTravel);
@@ -272,7 +272,7 @@ impl Judge {
             if travel != Travel::By(0) {
                 expect = expect
                     .and(Expect::unless(self.blocked(n, travel.forward(), now), Reason::Fault));
-                // An axis that makes one step is in the way of the others, too.
+                // An axis that makes only one step delays the others too.
                 let most = Limits { jerk: f64::INFINITY, ..limits }.peak(most_steps);
                 fresh.push((n, limits.peak(steps), most));
             }
@@ -280,7 +280,7 @@ impl Judge {
         expect.and(self.fast(&fresh, now))
     }
 
-    /// m (or t), a or d on the way.
+    /// Whether a change by m (or t), a or d is allowed during a travel.
     fn change(&self, letter: u8, number: u32, now: u64) -> Expect {
         let (limit, why) = match letter {
             b'm' => (settings::MAX_SPEED, Reason::TooFast),
@@ -295,7 +295,7 @@ impl Judge {
             if busy == Known::No {
                 continue;
             }
-            // It may come to rest while the line is worked on.
+            // The axis may come to rest while the board works on the line.
             expect.no = expect.no | self.reason(busy == Known::Maybe, Reason::NoTravel);
             if letter == b'd' {
                 expect = expect.and(self.admit_decel(n, busy));
@@ -321,19 +321,19 @@ impl Judge {
             expect.no = expect.no | self.reason(far, Reason::Travel);
             faster.push((n, limits.top, limits.top.max(track.highest)));
         }
-        // Short ways may not reach the top speed: it may be refused, and need not be.
+        // A short way may not reach the top speed: the board may refuse it, but need not.
         expect.no = expect.no | self.fast(&faster, now).no;
         expect
     }
 
-    /// Whether the ramps of a travel in progress may be too gentle by these limits: it may be
-    /// faster than its top speed, and has that to lose.
+    /// Whether the ramps of a travel in progress may be too gentle with these limits. The travel may be
+    /// faster than its top speed, and has to lose that too.
     fn gentle(&self, track: &Track, limits: Limits) -> Reasons {
         let ramps = Limits { top: limits.top.max(track.highest), ..limits };
         self.reason(ramps.is_gentle(true), Reason::TooGentle)
     }
 
-    /// `@` on the way.
+    /// Whether `@` is allowed during a travel.
     fn retarget(&self, steps: i64, now: u64) -> Expect {
         let mut expect = Expect::YES;
         let mut faster = Vec::new();
@@ -356,7 +356,7 @@ impl Judge {
         expect
     }
 
-    /// A line was answered Y.
+    /// Applies a line that was answered Y.
     pub(crate) fn obey(&mut self, line: Line, now: u64) -> Result<(), Fault> {
         let selected = self.slave.selected;
         let measure = *self.measure();
@@ -366,7 +366,7 @@ impl Judge {
                 let slave = &mut self.slave;
                 slave.forget();
                 slave.axes.iter_mut().for_each(|axis| axis.jerk = 0);
-                // An active input spoils it the next moment.
+                // An active input spoils the order the next moment.
                 slave.order = match self.guard.is_stopping() {
                     true => Open::Doubted(Reason::Fault.into()),
                     false => Open::Yes,
@@ -416,8 +416,8 @@ impl Judge {
                     track.stops.hard(b'K', busy);
                     match busy {
                         Known::No => {}
-                        // One that has not made a step may be known to be where it was.
-                        // Nor is one that rests before it turns under way.
+                        // An axis that has not made a step may keep its known position. So may an axis that
+                        // rests before it turns during a travel.
                         Known::Yes if !track.is_fresh() && !track.may_turn(&measure) => {
                             track.known = Known::No;
                         }
@@ -442,7 +442,7 @@ impl Judge {
                 self.guard.clear(now);
                 for track in &mut self.tracks {
                     track.stops = Stops::NONE;
-                    // What an active input stops may have rested before.
+                    // An axis that an active input stops may have rested before.
                     if track.doomed == Known::Yes {
                         track.doomed = Known::Maybe;
                     }
@@ -473,7 +473,7 @@ impl Judge {
         Ok(())
     }
 
-    /// What S, T, R, s, t, a, d or j says.
+    /// Applies S, T, R, s, t, a, d or j.
     fn manner(&mut self, letter: u8, number: u32, now: u64) -> Result<(), Fault> {
         let selected = self.slave.selected;
         let measure = *self.measure();
@@ -502,14 +502,14 @@ impl Judge {
         Ok(())
     }
 
-    /// All that is staged begins.
+    /// Starts all staged travels.
     fn go(&mut self, now: u64) -> Result<(), Fault> {
         let measure = *self.measure();
         let staged: Vec<_> = self.slave.axes.iter().map(|axis| axis.staged).collect();
         let moves = |travel: &Option<Travel>| travel.is_some_and(|travel| travel != Travel::By(0));
         let (not_before, wait) = self.drivers(now);
         (self.ordered, self.guard.off) = (Some(now), None);
-        // They begin together, when all have rested.
+        // The travels start together after all axes have rested.
         let rests: f64 = self.tracks.iter().map(Track::longest_rest).sum();
         let rests = (rests * measure.hz).min(1e18) as u64;
         self.moved =
@@ -543,7 +543,7 @@ impl Judge {
     }
 }
 
-/// Limits after m, a or d.
+/// The limits after m, a or d.
 fn changed(limits: Limits, letter: u8, number: u32) -> Limits {
     let number = f64::from(number);
     match letter {

@@ -1,4 +1,4 @@
-//! Why an axis has stopped before the end of its order: the letters of `stop=`.
+//! Why an axis stopped before the end of its order: the letters of `stop=`.
 
 use crate::track::Known;
 
@@ -6,11 +6,11 @@ use crate::track::Known;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stops(u16);
 
-/// In the order of the bits.
+/// The letters in the order of the bits.
 const LETTERS: &[u8] = b"-ZTKSRED";
 
 impl Stops {
-    /// It went as ordered.
+    /// The axis moved as ordered.
     pub const NONE: Stops = Stops(1);
 
     fn of(letter: u8) -> Stops {
@@ -18,7 +18,7 @@ impl Stops {
         Stops(bit.map_or(0, |bit| 1 << bit))
     }
 
-    /// Whether a letter is one of them; then it is the one.
+    /// Whether the letter is possible. If so, it becomes the only possible one.
     pub fn are(&mut self, letter: u8) -> bool {
         let one = Stops::of(letter);
         let fits = self.0 & one.0 != 0;
@@ -28,12 +28,12 @@ impl Stops {
         fits
     }
 
-    /// Whether it is this letter.
+    /// Whether this is the only possible letter.
     pub fn says(self, letter: u8) -> bool {
         self == Stops::of(letter)
     }
 
-    /// A stop at once, of an axis that is busy or not.
+    /// Notes a stop at once of an axis that may be busy.
     pub fn hard(&mut self, letter: u8, busy: Known) {
         match busy {
             Known::Yes => *self = Stops::of(letter),
@@ -42,7 +42,7 @@ impl Stops {
         }
     }
 
-    /// A stop along the ramp: the first of two is kept.
+    /// Notes a stop along the ramp. The first of two is kept.
     pub fn soft(&mut self, letter: u8, busy: Known) {
         let soft = Stops::of(b'Z').0 | Stops::of(b'T').0;
         let kept = Stops(self.0 & soft);

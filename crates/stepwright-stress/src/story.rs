@@ -1,53 +1,53 @@
-//! A story: a board and what happens to it, as a text that can be kept and replayed.
+//! A story: a board and its events, as a text that can be kept and replayed.
 //!
 //! ```text
 //! board hz=16000000 bits=16 axes=3 cost=125,184,251 byte=1389
 //! board uno byte=1389  the virtual Uno
-//! > PO                 a line, its CR behind it; \x07 for a byte that is no letter
+//! > PO                 a line and its CR; \x07 for a byte that is no letter
 //! >> G+4               bytes without a CR
 //! wait 1500            this many microseconds
-//! rest                 F, again and again, until the answer is R
+//! rest                 F until the answer is R
 //! switch 2 low         the level of the pin of a limit switch
-//! estop low            likewise of the emergency stop; or driver, the drivers' fault
+//! estop low            the level of the emergency stop; or driver, the drivers' fault
 //! reset power          a loss of power; or blink (a short one), button, watchdog
 //! ```
 
 use std::fmt;
 use std::str::FromStr;
 
-/// What some boards have no room for.
+/// Features that some boards lack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Can {
     /// `j` and the setting `law`.
     pub jerk: bool,
 }
 
-/// A board, as far as the outside knows it.
+/// A board as seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Board {
-    /// Ticks per second of its step timer.
+    /// Ticks of the step timer per second.
     pub hz: u32,
-    /// The counter has 32 bits, and else 16.
+    /// Whether the counter has 32 bits, else 16.
     pub wide: bool,
-    /// Axes that are connected.
+    /// The number of connected axes.
     pub axes: u8,
     /// Ticks of a step while 1, 2 or 3 axes move.
     pub cost: [u32; 3],
-    /// The same with pulses of more than 2 µs.
+    /// Ticks of a step with pulses of more than 2 µs.
     pub longer: [u32; 3],
-    /// Ticks of a byte on the line; 0: it takes no time.
+    /// Ticks of a byte on the line. 0: bytes take no time.
     pub byte: u32,
-    /// What it has room for.
+    /// The features of the board.
     pub can: Can,
-    /// Edges may come this many ticks beside their time, and beside other axes.
+    /// The most ticks that an edge is off its time alone, and beside other axes.
     pub jitter: (f64, f64),
-    /// An interval of a run may be this many seconds beside its law.
+    /// The most seconds that an interval of a run is off its law.
     pub fit: f64,
-    /// Widths may be this many ticks short, in a simulation that says so.
+    /// The ticks by which widths may be short, in a simulation that reports them so.
     pub slack: u64,
-    /// It takes time to plan, and may refuse a ramp for that.
+    /// Whether the board needs time to plan and may refuse a ramp for that.
     pub plans: bool,
-    /// It is the virtual Uno: an AVR's queue, and an axis whose edges are on a grid.
+    /// Whether it is the virtual Uno, with an AVR's queue and an axis whose edges are on a grid.
     pub uno: bool,
 }
 
@@ -72,7 +72,7 @@ impl Board {
         }
     }
 
-    /// The virtual Uno; a byte takes this many ticks.
+    /// The virtual Uno, with this many ticks per byte.
     pub fn uno(byte: u32) -> Board {
         let board = Board::simulated(16_000_000, false, 3, [125, 184, 251], byte);
         // The third axis is on a timer that counts every eighth tick.
@@ -84,47 +84,47 @@ impl Board {
         self.ticks_wide(micros.into())
     }
 
-    /// The same of any number.
+    /// Microseconds in ticks, rounded up, for any number.
     pub fn ticks_wide(&self, micros: u64) -> u64 {
         (micros as u128 * u128::from(self.hz)).div_ceil(1_000_000) as u64
     }
 
-    /// How far edges may be beside their time: the other axes' pulses are in the way.
+    /// The most ticks that an edge may be off its time: pulses of the other axes may delay it.
     pub fn jitter(&self, pulse: u64, moving: usize) -> f64 {
         let others = if moving > 1 { self.jitter.1 + pulse as f64 } else { 0.0 };
         self.jitter.0 + others
     }
 
-    /// How much of the time the steps take: the sum of speeds, the fastest, and how many;
-    /// with a pulse of this many µs at most.
+    /// The share of time that the steps take, for the sum of speeds, the fastest speed, the number of axes,
+    /// and pulses of at most `pulse` µs.
     pub fn load(&self, sum: f64, fastest: f64, axes: usize, pulse: u32) -> f64 {
         let cost = if pulse > 2 { self.longer } else { self.cost };
         let cost = |n: usize| f64::from(cost[n.clamp(1, 3) - 1]);
-        // A pulse that is held, and its pause, are in the way of each of the other axes.
+        // A held pulse and its pause delay each of the other axes.
         let pulses = if pulse > 2 { axes.saturating_sub(1).max(1) } else { 1 };
         let least = cost(1).max(2.0 * (pulses as f64) * self.ticks(pulse) as f64);
         (sum * cost(axes)).max(fastest * least) / f64::from(self.hz)
     }
 }
 
-/// What happens.
+/// An event of a story.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
     /// Bytes on the line, CRs among them.
     Send(Vec<u8>),
-    /// Microseconds pass.
+    /// A wait in microseconds.
     Wait(u32),
-    /// F until R.
+    /// F until the answer is R.
     Rest,
     /// The level of a switch's pin.
     Switch(u8, bool),
-    /// The level of an input that stops everything.
+    /// The level of a stop input.
     Input(Input, bool),
-    /// It begins again.
+    /// A reset.
     Reset(Reset),
 }
 
-/// An input that stops everything.
+/// A stop input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// The emergency stop.
@@ -134,25 +134,25 @@ pub enum Input {
 }
 
 impl Input {
-    /// Both, and their words.
+    /// Both inputs with their words.
     pub const ALL: [(Input, &str); 2] = [(Input::Emergency, "estop"), (Input::Driver, "driver")];
 }
 
-/// Why a board begins again.
+/// The cause of a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reset {
-    /// The power was off for long: RAM has lost everything.
+    /// A long loss of power: RAM has lost its content.
     Power,
-    /// The power was off for a moment: RAM has kept everything.
+    /// A short loss of power: RAM has kept its content.
     Blink,
-    /// Somebody pressed the button, or a host opened the port.
+    /// A press of the button, or a host that opened the port.
     Button,
-    /// The watchdog has bitten.
+    /// The watchdog.
     Watchdog,
 }
 
 impl Reset {
-    /// Every kind, and its word.
+    /// Every kind with its word.
     pub const ALL: [(Reset, &str); 4] = [
         (Reset::Power, "power"),
         (Reset::Blink, "blink"),
@@ -161,14 +161,14 @@ impl Reset {
     ];
 }
 
-/// A board and what happens to it.
+/// A board and its events.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Story {
     /// The board.
     pub board: Board,
-    /// One after the other.
+    /// The events in their order.
     pub acts: Vec<Act>,
-    /// Bytes that were damaged on the line; their text has them as they came.
+    /// The number of damaged bytes. The text has these bytes as they came.
     pub noise: u32,
 }
 
@@ -267,7 +267,7 @@ fn act(line: &str) -> Option<Act> {
     })
 }
 
-/// The opposite of `escape_ascii`.
+/// Reverses `escape_ascii`.
 fn unescape(text: &str) -> Option<Vec<u8>> {
     let (mut bytes, mut rest) = (Vec::new(), text.bytes());
     while let Some(byte) = rest.next() {

@@ -1,6 +1,6 @@
 //! The checksum of a line: CRC-8/SMBUS, as a long division of polynomials.
 
-/// The remainder of the bytes, and of eight zero bits behind them, by x⁸ + x² + x + 1.
+/// The remainder of the bytes and eight zero bits after them, divided by x⁸ + x² + x + 1.
 pub fn crc(bytes: &[u8]) -> u8 {
     let bits = bytes.iter().chain([&0]).flat_map(|byte| (0..8).rev().map(move |n| byte >> n & 1));
     let rest = bits.fold(0u16, |rest, bit| {
@@ -10,7 +10,7 @@ pub fn crc(bytes: &[u8]) -> u8 {
     rest as u8
 }
 
-/// A line or an answer without its `*hh`, if that is right.
+/// A line or an answer without its `*hh`, if the checksum is right.
 pub fn bare(line: &[u8]) -> Option<&[u8]> {
     let (bare, tail) = line.split_at_checked(line.len().checked_sub(3)?)?;
     let want = format!("*{:02X}", crc(bare));

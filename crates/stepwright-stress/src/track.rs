@@ -1,4 +1,4 @@
-//! One axis, as its edges show it.
+//! An axis as its edges show it.
 
 mod change;
 mod pace;
@@ -11,7 +11,7 @@ use crate::limits::Limits;
 use crate::stops::Stops;
 use planned::Planned;
 
-/// Yes, no, or not to be told from outside.
+/// Yes, no, or not visible from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Known {
@@ -31,7 +31,7 @@ impl Known {
         }
     }
 
-    /// Whether any of two is.
+    /// Whether either is.
     pub fn or(self, other: Known) -> Known {
         match (self, other) {
             (Known::Yes, _) | (_, Known::Yes) => Known::Yes,
@@ -41,7 +41,7 @@ impl Known {
     }
 }
 
-/// What the edges of a board are measured by, in ticks.
+/// The tolerances and times for the edges of a board, in ticks.
 #[derive(Clone, Copy, Debug)]
 pub struct Measure {
     /// Ticks per second.
@@ -50,55 +50,55 @@ pub struct Measure {
     pub jitter: f64,
     /// The most that an interval within a run may be off that of the law.
     pub fit: f64,
-    /// The widths that the settings ask for.
+    /// The width of a pulse by the settings.
     pub pulse: u64,
-    /// DIR before STEP.
+    /// The time of DIR before STEP.
     pub setup: u64,
-    /// DIR after STEP.
+    /// The time of DIR after STEP.
     pub hold: u64,
-    /// Edges are this many ticks early or late in a simulation.
+    /// The ticks by which a simulation reports edges early or late.
     pub slack: u64,
-    /// A closed switch has stopped its axis after this time.
+    /// The time after which a closed switch has stopped its axis.
     pub switch: u64,
-    /// The rules that are looked at.
+    /// The rules to check.
     pub rules: Rules,
 }
 
-/// What an axis was told last.
+/// The last order of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Goal {
-    /// To rest.
+    /// Rest.
     Rest,
-    /// To end there, before so late.
+    /// End at this position before this time.
     End(i64, u64),
-    /// To go on.
+    /// Move on without an end.
     Endless,
-    /// To brake, and rest before so late.
+    /// Brake, and rest before this time.
     Stop(u64),
-    /// What it does can't be told from outside: it may be stopped on its way.
+    /// Not visible from outside: the axis may have been stopped on its way.
     Open,
 }
 
-/// Limits of before a change.
+/// The limits before a change.
 #[derive(Clone, Copy, Debug)]
 struct Past {
     limits: Limits,
     /// They hold for what was planned when the change came.
     planned: Planned,
-    /// Their top speed holds until then; of none, until the change is obeyed.
+    /// Their top speed holds until this time; `None` until the change is obeyed.
     top_until: Option<u64>,
-    /// Their deceleration may hold to the end of a fall.
+    /// Their deceleration may hold until the end of a fall.
     falls: bool,
 }
 
 /// A soft stop.
 #[derive(Clone, Copy, Debug)]
 struct Braked {
-    /// When the axis was told.
+    /// The time of the order.
     told: u64,
-    /// What was planned then.
+    /// What was planned at that time.
     planned: Planned,
-    /// An interval behind that has been judged: from now on none is shorter than the one before.
+    /// An interval after that has been judged. From now on none is shorter than the one before.
     falls: bool,
 }
 
@@ -109,73 +109,72 @@ pub struct Track {
     pub axis: u8,
     /// Steps forward minus steps backward, through everything.
     pub count: i64,
-    /// Where position 0 is.
+    /// The count at position 0.
     pub zero: i64,
-    /// Whether its position is known to the board.
+    /// Whether the board knows its position.
     pub known: Known,
-    /// What it was told.
+    /// The last order.
     pub goal: Goal,
-    /// Where the travel began.
+    /// The count at the start of the travel.
     pub origin: i64,
-    /// It may be from here …
+    /// The least allowed count.
     pub least: i64,
-    /// … to here.
+    /// The greatest allowed count.
     pub most: i64,
-    /// Forward is a low DIR.
+    /// Whether forward is a low DIR.
     pub reverse: bool,
-    /// No step before, for the driver's sake.
+    /// The time before which the driver allows no step.
     pub not_before: u64,
-    /// Closed switches, backward and forward, since when.
+    /// The times since when the switches are closed, backward and forward.
     pub closed: [Option<u64>; 2],
-    /// Why it has stopped.
+    /// The possible causes of its stop.
     pub stops: Stops,
-    /// The soft limits of its travel, both included.
+    /// The soft limits of its travel, both inclusive.
     pub fence: Option<(i64, i64)>,
-    /// Its travel without end ends at one of them.
+    /// Whether its endless travel ends at a soft limit.
     pub bounded: Known,
-    /// An input that stops everything will have stopped it: not before the last `!`, or
-    /// perhaps before it.
+    /// Whether a stop input will have stopped it: after the last `!`, or perhaps before it.
     pub doomed: Known,
     /// The limits of its travel.
     pub limits: Limits,
-    /// The highest top speed since its order.
+    /// The highest top speed since the order.
     pub highest: f64,
-    /// Limits that may still hold.
+    /// Earlier limits that may still hold.
     before: Vec<Past>,
-    /// The travel got another target on its way.
+    /// Whether the travel got another target.
     retargeted: bool,
-    /// When it was told last where to go.
+    /// The time of the last order of a target.
     told: u64,
-    /// It was told to brake.
+    /// The order to brake.
     braked: Option<Braked>,
-    /// What was planned when it was told last where to go, until that is played.
+    /// What was planned at the last order of a target, until that is played.
     ahead_of_goal: Option<Planned>,
-    /// It may have been halted at once: its last interval tells nothing.
+    /// Whether it may have been halted at once. Then its last interval does not count.
     halted: bool,
-    /// Ticks by which its last steps are ahead of the top speed, and may be.
+    /// The ticks by which its last steps are ahead of the top speed, and by which they may be.
     ahead: (f64, f64),
     level: Option<bool>,
     high: bool,
     rise: Option<u64>,
     turned: Option<u64>,
-    /// Direction of the last step.
+    /// The direction of the last step.
     forward: Option<bool>,
     /// The interval before the last step of the present leg.
     interval: Option<u64>,
-    /// The limits that it was planned by, at the loosest.
+    /// The loosest limits by which that interval was planned.
     by: Limits,
-    /// How long it rests after the travel before, at least, in s.
+    /// The least rest after the travel before, in s.
     rested: f64,
-    /// And after this one.
+    /// The least rest after this travel, in s.
     rests: f64,
-    /// The present leg has not begun.
+    /// Whether the present leg has no step yet.
     fresh: bool,
-    /// Steps so far.
+    /// The number of steps so far.
     pub steps: u64,
 }
 
 impl Track {
-    /// As at power-up.
+    /// The state at power-up.
     pub fn new(axis: u8) -> Track {
         Track {
             axis,
@@ -216,7 +215,7 @@ impl Track {
         }
     }
 
-    /// The board has begun again, and so do pins and motion; the count goes on.
+    /// Handles a reset of the board: pins and motion begin from the start, the count continues.
     pub fn reset(&mut self, known: Known) {
         let old = self.clone();
         *self = Track::new(self.axis);
@@ -225,29 +224,29 @@ impl Track {
         (self.steps, self.closed, self.known) = (old.steps, old.closed, known);
     }
 
-    /// Its travel has not made a step.
+    /// Whether its travel has no step yet.
     pub fn is_fresh(&self) -> bool {
         self.fresh
     }
 
-    /// Another target may have it rest now, before it turns or goes on: its last interval is
-    /// one that a leg may end with.
+    /// Whether the axis may rest now because of another target, before it turns or goes on: a leg may end
+    /// with its last interval.
     pub fn may_turn(&self, measure: &Measure) -> bool {
         self.retargeted && self.interval.is_none_or(|interval| self.may_end(interval, measure))
     }
 
-    /// When it stepped last.
+    /// The time of the last step.
     pub fn last(&self) -> Option<u64> {
         self.rise
     }
 
-    /// When it made the step before the last one.
+    /// The time of the step before the last one.
     pub fn last_but_one(&self) -> Option<u64> {
         Some(self.rise?.saturating_sub(self.interval.unwrap_or(0)))
     }
 
-    /// The present speed, at most: of the last interval, or of the first. Edges are in whole
-    /// ticks, so the interval may be longer than the motion's; but no speed is above its top.
+    /// The highest possible present speed, by the last interval or the first. Edges are in whole ticks, so
+    /// the interval may be longer than the motion's. No speed is above the top speed.
     fn speed(&self, measure: &Measure) -> f64 {
         match self.interval {
             Some(interval) => {
@@ -258,7 +257,7 @@ impl Track {
         }
     }
 
-    /// Whether it moves, or has yet to.
+    /// Whether the axis moves or has yet to move.
     pub fn busy(&self, now: u64, measure: &Measure) -> Known {
         match self.goal {
             Goal::Rest => Known::No,
@@ -272,8 +271,8 @@ impl Track {
         }
     }
 
-    /// Whether `stop=` may show this letter for it now; then it is the one. L stands for none
-    /// where the axis has ended at its soft limit.
+    /// Whether `stop=` may show this letter for the axis now. If so, it becomes the only possible one. L
+    /// replaces `-` if the axis has ended at its soft limit.
     pub fn shows(&mut self, letter: u8, now: u64, measure: &Measure) -> bool {
         let ended = match (self.bounded, self.busy(now, measure).not()) {
             (Known::No, _) | (_, Known::No) => Known::No,
@@ -294,13 +293,13 @@ impl Track {
         fits
     }
 
-    /// Ticks after the last step in which nobody outside can tell whether the travel has
-    /// ended: a step away from its end may be planned, by the limits of before a change.
+    /// The ticks after the last step in which nobody outside can tell whether the travel has ended: a step
+    /// away from its end may be planned by the limits before a change.
     fn grace(&self, measure: &Measure) -> u64 {
         ((0.03 + 2.0 * self.slowest()) * measure.hz) as u64 + measure.setup + measure.hold
     }
 
-    /// It has other limits from its next travel on.
+    /// Sets the limits of the next travel.
     pub fn order(&mut self, limits: Limits) {
         self.rested = self.rests.min(self.limits.rest());
         self.rests = limits.rest();
@@ -309,7 +308,7 @@ impl Track {
         self.limits = limits;
     }
 
-    /// A travel begins: so far, or on and on. It takes `wait` ticks more than its motion.
+    /// Begins a travel of `steps`, or without an end. It takes `wait` ticks more than its motion.
     pub fn begin(
         &mut self,
         now: u64,
@@ -345,17 +344,17 @@ impl Track {
         (seconds * measure.hz).min(1e18) as u64
     }
 
-    /// It was stopped at once, or will not be looked at: nothing of its speed counts.
+    /// Handles a stop at once, or an axis that is not judged further: its speed no longer counts.
     pub fn halt(&mut self) {
         self.goal = Goal::Rest;
         (self.least, self.most) = (self.count, self.count);
         (self.fresh, self.interval) = (true, None);
     }
 
-    /// The board says that it rests.
+    /// Takes note that the board says that the axis rests.
     ///
     /// # Errors
-    /// If it does not stand where it was ordered to, or stopped dead.
+    /// The axis is not where it was ordered to, or stopped dead.
     pub fn rest(&mut self, now: u64, measure: &Measure) -> Result<(), Fault> {
         let Track { axis, count, .. } = *self;
         if let Goal::End(end, _) = self.goal
@@ -370,9 +369,10 @@ impl Track {
         if ended { self.stopped(now, measure) } else { Ok(()) }
     }
 
+    /// Checks that a travel has ended in time.
     ///
     /// # Errors
-    /// If one has not.
+    /// The travel has not.
     pub fn due(&self, now: u64, measure: &Measure) -> Result<(), Fault> {
         match self.goal {
             Goal::End(end, by) if now > by && self.count != end => {
@@ -385,10 +385,10 @@ impl Track {
         }
     }
 
-    /// An edge of this axis.
+    /// Judges an edge of this axis.
     ///
     /// # Errors
-    /// What it breaks.
+    /// The broken rule.
     pub fn edge(&mut self, edge: Edge, measure: &Measure) -> Result<(), Fault> {
         let now = edge.time;
         let short = |from: Option<u64>, least: u64| {
@@ -437,7 +437,7 @@ impl Track {
         Ok(())
     }
 
-    /// A step.
+    /// Judges a step.
     fn step(&mut self, now: u64, measure: &Measure) -> Result<(), Fault> {
         let axis = self.axis + 1;
         let rules = measure.rules;

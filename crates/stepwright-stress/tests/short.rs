@@ -1,10 +1,10 @@
-//! The stress, briefly: stories of known seeds, some of a new one, and those that once
-//! broke a rule.
+//! A short stress test: stories of known seeds, some stories of a new seed, and stories that once broke a
+//! rule.
 
 use stepwright_stress::run::{Run, tell};
 use stepwright_stress::{Rules, Story, Sum, make, simulate};
 
-/// Plays stories from this seed on, none of which may break a rule; what they came to.
+/// Plays stories from this seed on and returns their sum. Panics if a story breaks a rule.
 fn clean(seed: u64, stories: u64) -> Sum {
     let rules = Rules::default();
     let run = Run { stories, rules, faults: 1, ..Run::default() };
@@ -16,17 +16,17 @@ fn clean(seed: u64, stories: u64) -> Sum {
     outcome.sum
 }
 
-/// Stories do something: motors move, and the line does damage. Of known seeds alone there is a bound:
-/// few stories make most of the steps, so 300 come to 26,658 from seed 5,900,000,000 on, and to 122,679
-/// from 5,200,000,000 on.
+/// Stories do something: motors move, and noise damages lines. There is a bound for known seeds only: few
+/// stories make most of the steps, so 300 stories make 26,658 from seed 5,900,000,000 on, and 122,679 from
+/// 5,200,000,000 on.
 #[test]
 fn known_seeds() {
     let sum = clean(1000, 1500);
     assert!(sum.steps > 150_000 && sum.noise > 500, "{sum:?}");
 }
 
-/// The seed is printed with what it breaks. As the property tests it follows
-/// `PROPTEST_RNG_SEED`, if that is set.
+/// The seed is printed with the broken rule. Follows `PROPTEST_RNG_SEED` if that is set, like the property
+/// tests.
 #[test]
 fn a_new_seed() {
     let mut rng = fastrand::Rng::new();
@@ -36,7 +36,7 @@ fn a_new_seed() {
     clean(rng.u64(1 << 32..1 << 48), 300);
 }
 
-/// One story a file, which says what it broke.
+/// Plays the kept stories, one per file. Each file says what it broke.
 #[test]
 fn what_was_found() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/stories");

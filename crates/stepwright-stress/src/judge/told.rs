@@ -1,4 +1,4 @@
-//! What a board tells of itself, held against what is known.
+//! Checks the answers of a board about itself.
 
 use super::{Asked, Judge, KEPT};
 use crate::fault::{Fault, Rule};
@@ -7,7 +7,7 @@ use crate::settings::{self, Settings};
 use crate::track::Known;
 
 impl Judge {
-    /// The answer to F.
+    /// Checks the answer to F.
     pub(super) fn told(&mut self, answer: &str, asked: &Asked, now: u64) -> Result<(), Fault> {
         let busy = self.busy(self.slave.selected, now);
         match answer {
@@ -25,7 +25,7 @@ impl Judge {
         }
     }
 
-    /// The answer to V.
+    /// Checks the answer to V.
     pub(super) fn stands(
         &mut self,
         axis: u8,
@@ -46,7 +46,7 @@ impl Judge {
         }
     }
 
-    /// The answer to `?`.
+    /// Checks the answer to `?`.
     pub(super) fn described(&mut self, answer: &str, now: u64) -> Result<(), Fault> {
         let word = |name: &str| {
             answer.split(' ').find_map(|word| word.strip_prefix(name)?.strip_prefix('='))
@@ -97,7 +97,7 @@ impl Judge {
         Ok(())
     }
 
-    /// The settings after a loss of power.
+    /// Learns the settings after a loss of power.
     fn learn(&mut self, answer: &str, now: u64) {
         if now > self.stored.1 + self.board.ticks(KEPT) {
             let old = self.stored.0.len().saturating_sub(1);
@@ -119,7 +119,7 @@ impl Judge {
         self.set_up(now);
     }
 
-    /// The answer to `$` and `$name`.
+    /// Checks the answer to `$` and `$name`.
     pub(super) fn listed(
         &mut self,
         line: Line,

@@ -1,5 +1,5 @@
-//! Scenes of a story that chance alone would rarely make: slow steps, waits and mixed speeds, with
-//! changes and stops in the middle of them.
+//! Scenes of a story that are rare by chance: slow steps, waits and mixed speeds, with changes and stops in
+//! the middle.
 
 use super::{Act, Teller, scale};
 
@@ -14,7 +14,7 @@ impl Teller<'_> {
         }
     }
 
-    /// A wait of up to this many µs, every order of magnitude as often.
+    /// A wait of up to this many µs, evenly distributed over orders of magnitude.
     fn pause(&mut self, most: u32) {
         let most = most.min(self.taste.slow);
         if most > 20 && !self.one_in(5) {
@@ -27,7 +27,7 @@ impl Teller<'_> {
         scale(self.rng, least, most) as u32
     }
 
-    /// One to four changes with pauses between, and a stop.
+    /// One to four changes with pauses between them, and a stop.
     fn changes_and_stop(&mut self, pause: u32) {
         for _ in 0..self.rng.u8(1..=4) {
             let top = self.speed();
@@ -51,7 +51,7 @@ impl Teller<'_> {
         self.pause(pause);
     }
 
-    /// First steps of up to a second, and what may happen within one of them.
+    /// First steps of up to a second, with changes and a stop within one of them.
     fn slow(&mut self) {
         let start = self.between(1.0, 60.0);
         let top = start + self.between(1.0, 400.0);
@@ -73,7 +73,7 @@ impl Teller<'_> {
         self.changes_and_stop(1_000_000 / start);
     }
 
-    /// Drivers that take their time.
+    /// Drivers with a long `enable-ms`.
     fn drivers_wait(&mut self) {
         let millis = self.between(1.0, 1000.0).clamp(1, (self.taste.slow / 1000).min(1000));
         self.say("$idle-ms=1");
@@ -85,7 +85,7 @@ impl Teller<'_> {
         self.say("$idle-ms=0");
     }
 
-    /// Down to a few steps/s, and a stop there.
+    /// Slows down to a few steps/s, and stops there.
     fn crawl(&mut self) {
         let start = self.rng.u32(..4);
         let (top, up) = (self.speed().min(4000), self.between(500.0, 240_000.0));
@@ -100,7 +100,7 @@ impl Teller<'_> {
         self.changes_and_stop(1_000_000);
     }
 
-    /// A fast axis beside slow ones, or equal ones, on ramps as steep as machines have.
+    /// A fast axis beside slow axes, or equal axes, on ramps as steep as those of machines.
     fn mixed(&mut self) {
         let fast = scale(self.rng, 0.1, 0.9) * self.fastest;
         let equal = self.rng.bool();
@@ -137,7 +137,7 @@ impl Teller<'_> {
         }
     }
 
-    /// Questions, one behind the other.
+    /// Questions one after the other.
     fn polls(&mut self) {
         for _ in 0..self.rng.u8(2..=12) {
             let line = ["?", "$", "F", "V1", "$max-speed"][self.rng.usize(..5)];

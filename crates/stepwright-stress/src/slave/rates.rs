@@ -1,4 +1,4 @@
-//! Whether a board can step as slowly, and as fast, as an order asks for.
+//! Whether a board can step as slowly and as fast as an order needs.
 
 use super::Expect;
 use crate::judge::Judge;
@@ -8,7 +8,7 @@ use crate::settings;
 use crate::track::Known;
 
 impl Judge {
-    /// No interval may exceed 2³² ticks.
+    /// Whether no interval exceeds 2³² ticks.
     pub(super) fn slow(&self, limits: &Limits) -> Expect {
         let hz = f64::from(self.board().hz);
         let mut slowest = 1.0 / limits.start;
@@ -25,7 +25,7 @@ impl Judge {
         Expect::unless(slow, Reason::TooSlow)
     }
 
-    /// Whether the board can step so fast: these axes beside those that move.
+    /// Whether the board can step these axes this fast beside the axes that move.
     pub(super) fn fast(&self, fresh: &[(usize, f64, f64)], now: u64) -> Expect {
         let (mut least, mut most) = (0.0, 0.0);
         let (mut few, mut many) = (0, 0);
@@ -42,7 +42,7 @@ impl Judge {
         let alone =
             |peak: fn(&(usize, f64, f64)) -> f64| fresh.iter().map(peak).fold(0.0, f64::max);
         let pulse = self.settings.get(settings::PULSE);
-        // At least as with the shortest pulse.
+        // At least the load with the shortest pulse.
         let low = self.board().load(least, alone(|fresh| fresh.1), few, 1);
         let high = self.board().load(most, alone(|fresh| fresh.2), many, pulse);
         let fast = if low > 1.002 {
@@ -53,7 +53,7 @@ impl Judge {
             Known::No
         };
         let fast = Expect::unless(fast, Reason::TooFast);
-        // What can be planned beside what moves is the board's to say.
+        // Only the board knows what it can plan beside the moving axes.
         Expect {
             no: fast.no
                 | self.reason(self.board().plans, Reason::TooSteep)

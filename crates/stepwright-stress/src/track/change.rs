@@ -1,11 +1,11 @@
-//! What a change on the way makes of an axis's bounds: other limits, another target, a stop.
+//! Effects of a change on an axis' bounds during a travel: other limits, another target, a stop.
 
 use super::planned::Planned;
 use super::{Braked, Goal, Known, Measure, Past, Track};
 use crate::limits::{Limits, Way};
 
 impl Track {
-    /// The limits in force, the loosest where several may be.
+    /// The limits in force; the loosest if several may be.
     pub(super) fn in_force(&self, now: u64) -> Limits {
         self.before.iter().fold(self.limits, |limits, past| {
             let held = past.planned.has(self.rise, now);
@@ -20,31 +20,31 @@ impl Track {
         })
     }
 
-    /// A leg begins, or speed rises: a fall that had begun before a change is over.
+    /// Handles a new leg or a rising speed: a fall that had begun before a change is over.
     pub(super) fn end_falls(&mut self, now: u64) {
         let last = self.rise;
         self.before.iter_mut().for_each(|past| past.falls &= past.planned.has(last, now));
     }
 
-    /// How long a first or last step may take, in s.
+    /// The longest time of a first or last step, in s.
     pub(super) fn slowest(&self) -> f64 {
         let all = self.before.iter().map(|past| &past.limits).chain([&self.limits]);
         all.map(|limits| limits.first().max(limits.last())).fold(0.0, f64::max)
     }
 
-    /// How long it rests after the travel so far, at most, in s: a change that came when its
-    /// end was planned was not for it.
+    /// The longest rest after the travel so far, in s. A change that came when the end was already planned
+    /// does not apply to this rest.
     pub fn longest_rest(&self) -> f64 {
         let last = self.rise.unwrap_or(0);
         let held = self.before.iter().filter(|past| past.planned.has(self.rise, last));
         held.fold(self.limits.rest(), |rest, past| rest.max(past.limits.rest()))
     }
 
-    /// Other limits from now on, for a travel in progress.
+    /// Sets the limits from now on for a travel in progress.
     pub fn limit(&mut self, now: u64, limits: Limits, measure: &Measure) {
-        // A lower deceleration takes longer to come down to a top speed of before, too.
+        // A lower deceleration takes longer to reach an earlier top speed, too.
         self.before.iter_mut().for_each(|past| past.top_until = None);
-        // With a limit of jerk a fall that has begun goes on to its end, whatever changes.
+        // With a limit of jerk a fall that has begun continues to its end after any change.
         let falls = limits.jerk.is_finite();
         let planned = self.planned(now, measure);
         self.before.push(Past { limits: self.limits, planned, top_until: None, falls });
@@ -53,14 +53,14 @@ impl Track {
         self.limits = limits;
         match self.goal {
             Goal::Stop(_) => {
-                // A lower deceleration takes a longer way.
+                // A lower deceleration needs a longer way.
                 (self.least, self.most) = (i64::MIN, i64::MAX);
                 self.goal = Goal::Open;
                 let braked = self.braked;
                 self.brake(now, measure);
                 self.braked = braked;
             }
-            // It may be braking, and does so for longer then; or go beyond its end, and back.
+            // The axis may be braking, and may now brake for longer, or go beyond its end and back.
             Goal::Open => {
                 let way = self.way(now, measure).steps;
                 let way = way.min(1e15) as i64;
@@ -74,10 +74,10 @@ impl Track {
         self.extend(now, measure);
     }
 
-    /// What is planned by now.
+    /// Records what is planned by now.
     fn planned(&mut self, now: u64, measure: &Measure) -> Planned {
         let (lazy, v) = (self.lazy(now), self.speed(measure));
-        // A limit of jerk lets the acceleration go behind what is planned.
+        // A limit of jerk delays the acceleration beyond what is planned.
         let bend = lazy.bend(lazy.top.max(v));
         let (begins, slow) = if self.fresh {
             (now.max(self.told), self.longest_rest() + 3.0 * self.slowest())
@@ -90,8 +90,8 @@ impl Track {
         planned
     }
 
-    /// A step was made, perhaps the first of a leg: of what was planned ahead of changes some is
-    /// played. When all is, the speed tells how far the axis goes at most.
+    /// Takes note of a step, perhaps the first of a leg, which plays a part of what was planned before
+    /// changes. After all of it is played, the speed gives the longest way to rest.
     pub(super) fn play(&mut self, now: u64, begins: bool, measure: &Measure) {
         let plans = self.before.iter_mut().map(|past| &mut past.planned);
         let plans = plans.chain(self.braked.iter_mut().map(|braked| &mut braked.planned));
@@ -122,8 +122,8 @@ impl Track {
         self.most = self.most.min(end.max(self.count) + steps);
     }
 
-    /// The way to rest if it learns of it now. The speed at the end of its last interval is a
-    /// matter of the limits by which that was made: they may be higher than those of now.
+    /// The way to rest of an axis that learns of the order now. The speed at the end of its last interval
+    /// depends on the limits of that time, which may be higher than those of now.
     fn way(&self, now: u64, measure: &Measure) -> Way {
         let (lazy, v) = (self.lazy(now), self.speed(measure));
         let by = if self.interval.is_some() { lazy.or(&self.by) } else { lazy };
@@ -131,14 +131,14 @@ impl Track {
         lazy.way(by.end_speed(v), (now - last) as f64 / measure.hz, self.slowest())
     }
 
-    /// The deadline of a travel that was changed.
+    /// Extends the deadline of a changed travel.
     fn extend(&mut self, now: u64, measure: &Measure) {
         if let Goal::End(end, by) = self.goal {
             let way = self.way(now, measure);
             let slower = |slow: Limits, past: &Past| slow.slower(&past.limits);
             let slow = self.before.iter().fold(self.limits, slower);
             let steps = (end - self.count).abs() as f64 + 2.0 * way.steps;
-            // It may rest on the way, before it turns.
+            // The axis may rest before it turns.
             let rests = self.before.iter().map(|past| past.limits.rest());
             let rest = rests.fold(self.limits.rest(), f64::max);
             let time = way.time * 2.0 + slow.duration(steps) + 4.0 * self.slowest() + rest;
@@ -153,7 +153,7 @@ impl Track {
         held.fold(self.limits, |limits, past| limits.lazier(&past.limits))
     }
 
-    /// A travel in progress may brake, turn and come back.
+    /// Extends the bounds of a travel in progress: it may brake, turn and come back.
     fn may_overshoot(&mut self, now: u64, measure: &Measure) {
         let Goal::End(end, _) = self.goal else { return };
         let again = std::mem::replace(&mut self.retargeted, true);
@@ -165,18 +165,18 @@ impl Track {
             None if end > self.origin => most = most.max(self.count + way),
             None => least = least.min(self.count - way),
         }
-        // It may be about to turn, and on its way back.
+        // The axis may be about to turn, or on its way back.
         if again {
             (least, most) = (least.min(self.count - way), most.max(self.count + way));
         }
-        // It may have been on its way further out already.
+        // The axis may already be on its way further out.
         if self.fresh {
             (least, most) = (least.min(self.origin - way), most.max(self.origin + way));
         }
         (self.least, self.most) = (least, most);
     }
 
-    /// Another target, from where the travel began.
+    /// Sets another target, counted from the start of the travel.
     pub fn retarget(&mut self, now: u64, steps: i64, measure: &Measure) {
         let end = self.origin + steps;
         self.goal = Goal::End(end, now);
@@ -186,20 +186,20 @@ impl Track {
         self.extend(now, measure);
     }
 
-    /// A soft stop.
+    /// Handles a soft stop.
     pub fn brake(&mut self, now: u64, measure: &Measure) {
         let (Goal::End(..) | Goal::Endless | Goal::Open) = self.goal else { return };
         let way = self.way(now, measure);
         let steps = way.steps.min(1e15) as i64;
         let (back, ahead) = match self.forward.filter(|_| !self.fresh) {
-            // A turn may be under way, and its first step.
+            // A turn and its first step may be in progress.
             Some(true) => (if self.retargeted { steps } else { 0 }, steps),
             Some(false) => (steps, if self.retargeted { steps } else { 0 }),
             None => (steps, steps),
         };
         self.least = self.least.max(self.count - back);
         self.most = self.most.min(self.count + ahead);
-        // It may have yet to begin, or to turn and rest before.
+        // The axis may not have begun, or may turn and rest before.
         let rests = self.before.iter().map(|past| past.limits.rest());
         let rest = self.ticks(rests.fold(self.limits.rest(), f64::max), measure);
         let begins = if self.fresh { self.told.max(self.not_before) } else { now };
@@ -210,8 +210,8 @@ impl Track {
         self.braked = Some(Braked { told: now, planned, falls: false });
     }
 
-    /// From outside it can't be told any more whether it goes on: it may brake for a silence,
-    /// or have been halted.
+    /// Handles a cause that may have stopped the axis: it may brake because of a silence, or may have been
+    /// halted. From outside this is not visible.
     pub fn open(&mut self, letter: u8) {
         if self.goal == Goal::Rest {
             return;
@@ -219,7 +219,7 @@ impl Track {
         let brakes = matches!(self.goal, Goal::Stop(_));
         if letter == b'T' {
             self.stops.soft(letter, Known::Maybe);
-            // What brakes already goes on doing so.
+            // An axis that brakes already continues to brake.
             if !brakes {
                 self.goal = Goal::Open;
             }

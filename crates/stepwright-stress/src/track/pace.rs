@@ -1,14 +1,14 @@
-//! What the intervals between steps tell of speed and acceleration.
+//! Checks of speed and acceleration by the intervals between steps.
 
 use super::{Braked, Goal, Measure, Track};
 use crate::fault::{Fault, Rule};
 
 impl Track {
-    /// The leg has ended: its last interval was slow enough.
+    /// Checks that the last interval of a leg was slow enough to end it.
     pub(super) fn stopped(&self, now: u64, measure: &Measure) -> Result<(), Fault> {
         let Some(interval) = self.interval else { return Ok(()) };
-        // A target that comes when the end is planned is travelled to from rest: the last
-        // interval may be that rest, before a leg of one step.
+        // The board travels from rest to a target that comes after the end was planned. The last interval
+        // may be that rest, before a leg of one step.
         let rest = self.rests * measure.hz;
         if self.retargeted && interval as f64 + measure.jitter >= rest * 0.99 {
             return Ok(());
@@ -23,15 +23,15 @@ impl Track {
         Ok(())
     }
 
-    /// Whether an interval is slow enough to be the last of a leg.
+    /// Whether an interval is slow enough for the last of a leg.
     pub(super) fn may_end(&self, interval: u64, measure: &Measure) -> bool {
         let wide = interval as f64 + measure.jitter + measure.fit;
         let slowest = self.by.start + self.by.down * wide / 2.0 / measure.hz;
         measure.hz / wide <= slowest * 1.001
     }
 
-    /// A soft stop neither turns nor speeds up again. What was told before it may: a travel on
-    /// its way back, which rests when the stop comes, has a step to make there.
+    /// Checks that an axis neither turns nor speeds up after a soft stop. A travel on its way back that
+    /// rests when the stop comes still has one step to make.
     pub(super) fn slows(
         &mut self,
         now: u64,
@@ -52,9 +52,8 @@ impl Track {
         let Some(last) = self.interval.filter(|_| !planned.has(self.rise, now)) else {
             return Ok(());
         };
-        // Each of the three edges is rounded to a tick, or beside its time by the jitter.
-        // Its speed at the end of what was planned may be above the mean speed of the last
-        // interval of that: it goes on with it.
+        // Each of the three edges is rounded to a tick, or off its time by the jitter. The speed at the end
+        // of what was planned may be above the mean speed of its last interval, and continues.
         let mut least = last as f64;
         if !falls {
             let v = measure.hz / least;
@@ -70,7 +69,7 @@ impl Track {
         Ok(())
     }
 
-    /// What a step tells of speed and acceleration.
+    /// Checks speed and acceleration at a step.
     pub(super) fn pace(&mut self, now: u64, forward: bool, measure: &Measure) -> Result<(), Fault> {
         let Some(rise) = self.rise else { return Ok(()) };
         let ticks = now - rise;
@@ -88,14 +87,13 @@ impl Track {
             self.end_falls(now);
         }
         let limits = self.in_force(now);
-        // Of two intervals each counts by its own limits: a change may lie between.
+        // Each of two intervals counts by its own limits: a change may be between them.
         let earlier = std::mem::replace(&mut self.by, limits);
         let axis = self.axis + 1;
-        // Each step may be beside its time, and the next ones make up for it: however many
-        // there are, they are no more than that ahead of the top speed. A single interval may
-        // be shorter by as much, and at 100,000 steps/s this is several per cent.
-        // Steps are within 1 µs of their law, or within a tick where that is longer. Another
-        // axis may have held up a step, and rest by now.
+        // Each step may be off its time, and the next steps make up for it: any number of steps is at most
+        // that far ahead of the top speed. A single interval may be shorter by as much, which at 100,000
+        // steps/s is several per cent. Steps are within 1 µs of their law, or within a tick if that is longer.
+        // Another axis may have delayed a step, and may rest by now.
         let (ahead, most) = self.ahead;
         let ahead = (ahead + hz / limits.top - ticks as f64).max(0.0);
         self.ahead = (ahead, if ahead > 0.0 { jitter.max(most) } else { jitter });
@@ -108,7 +106,7 @@ impl Track {
         }
         let (wide, narrow) = (ticks as f64 + jitter, (ticks as f64 - jitter).max(0.5));
         let v = hz / wide;
-        // From rest, or from the interval before.
+        // From rest or from the interval before.
         let mut most = limits.start + limits.up * wide / 2.0 / hz;
         if let Some(last) = before {
             let last = last as f64;
@@ -135,7 +133,7 @@ impl Track {
         Ok(())
     }
 
-    /// The first step of a leg: this long after the last one of another.
+    /// Checks the rest before the first step of a leg.
     fn dwell(&self, now: u64, ticks: u64, measure: &Measure) -> Result<(), Fault> {
         let least = self.rests.min(self.rested) * measure.hz;
         if (ticks as f64) + measure.jitter < least * 0.99 {

@@ -1,4 +1,4 @@
-//! //! Machine files: the data of a machine's axes, so that nobody types them twice.
+//! Machine files: the data of a machine's axes, so that nobody types them twice.
 //!
 //! ```toml
 //! port = "/dev/ttyUSB0"
@@ -12,7 +12,7 @@
 //! home-speed = "10mm/s"
 //! ```
 //!
-//! //! Each key is a row of `BOARD` or [`AXIS`]: the option of the command whose default it is, and the type
+//! Each key is a row of `BOARD` or [`AXIS`]: the option of the command whose default it is, and the type
 //! that the option reads. The command and the Python package read the same files.
 //!
 //! ```
@@ -43,23 +43,23 @@ use stepwright_protocol::{AxisId, LeaseMillis};
 use stepwright_units::{AccelArg, DistanceArg, JerkArg, MmArg, SpeedArg, TURN};
 use toml::{Spanned, Value};
 
-/// /// The range of steps per turn.
+/// The range of steps per turn.
 pub const STEPS_PER_REV: RangeInclusive<u32> = 1..=10_000_000;
 
 /// The rates of a serial port in bits/s.
 pub const BAUD: RangeInclusive<u32> = 50..=12_000_000;
 
-/// /// The range of a ramp's length in steps, as the line carries it.
+/// The range of a ramp's length in steps, as the line carries it.
 pub const RAMP: RangeInclusive<u32> = 1..=999;
 
-/// /// The shortest lease in ms. The host asks a watched motor for its position every 50 ms, and an answer
+/// The shortest lease in ms. The host asks a watched motor for its position every 50 ms, and an answer
 /// takes time too.
 pub const SHORTEST_LEASE: u128 = 200;
 
 /// Reads a time: a number and its unit, seconds by default.
 ///
 /// # Errors
-/// /// What is wrong with the text.
+/// What is wrong with the text.
 pub fn time(text: &str) -> Result<Duration, String> {
     let text = text.trim();
     let end = text.find(|c: char| !matches!(c, '0'..='9' | '.')).unwrap_or(text.len());
@@ -78,7 +78,7 @@ pub fn time(text: &str) -> Result<Duration, String> {
 /// Reads the time of a lease.
 ///
 /// # Errors
-/// /// The text is no time, or the time is outside 200 ms to 60 s.
+/// The text is no time, or the time is outside 200 ms to 60 s.
 pub fn lease(text: &str) -> Result<LeaseMillis, String> {
     let millis = time(text)?.as_millis();
     let lease = u32::try_from(millis).ok().and_then(LeaseMillis::new);
@@ -87,26 +87,26 @@ pub fn lease(text: &str) -> Result<LeaseMillis, String> {
         .ok_or_else(|| format!("a lease lasts from {SHORTEST_LEASE} ms to 60 s"))
 }
 
-/// /// The subject of a key.
+/// The subject of a key.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum About {
     /// The board.
     Board,
-    /// /// The relation of an axis' steps to turns and millimetres.
+    /// The relation of an axis' steps to turns and millimetres.
     Units,
-    /// /// The motion of an axis.
+    /// The motion of an axis.
     Motion,
-    /// /// The homing of an axis.
+    /// The homing of an axis.
     Homing,
 }
 
 /// A key of the file.
 pub struct Key {
-    /// /// The name in the file.
+    /// The name in the file.
     pub name: &'static str,
-    /// /// The id of the option whose default it is.
+    /// The id of the option whose default it is.
     pub id: &'static str,
-    /// /// Its subject.
+    /// Its subject.
     pub about: About,
     check: fn(&str) -> Result<(), String>,
 }
@@ -120,12 +120,12 @@ const fn key(
     Key { name, id, about, check }
 }
 
-/// /// Refuses a text that the option would refuse.
+/// Refuses a text that the option would refuse.
 fn reads<T: FromStr<Err: Display>>(text: &str) -> Result<(), String> {
     T::from_str(text).map(drop).map_err(|why| why.to_string())
 }
 
-/// /// Refuses a text that is not a whole number in this range.
+/// Refuses a text that is not a whole number in this range.
 fn whole(text: &str, range: RangeInclusive<u32>) -> Result<(), String> {
     let fits = text.parse().is_ok_and(|number| range.contains(&number));
     let why = || format!("a whole number of {} to {}", range.start(), range.end());
@@ -155,12 +155,12 @@ pub const AXIS: [Key; 12] = [
     key("home-within", "within", About::Homing, reads::<DistanceArg>),
 ];
 
-/// /// An error in a file.
+/// An error in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Misread {
-    /// /// The line, counted from 1.
+    /// The line, counted from 1.
     pub line: usize,
-    /// /// What is wrong.
+    /// What is wrong.
     pub why: String,
 }
 
@@ -172,13 +172,13 @@ impl Display for Misread {
 
 impl std::error::Error for Misread {}
 
-/// /// The values of the board's keys that can be read, even if the rest of the file is wrong.
+/// The values of the board's keys that can be read, even if the rest of the file is wrong.
 pub fn readable(text: &str) -> Values {
     let table: toml::Table = toml::from_str(text).unwrap_or_default();
     table.iter().filter_map(|(name, value)| value_of(&BOARD, name, value).ok()).collect()
 }
 
-/// /// The content of a file as TOML.
+/// The content of a file as TOML.
 #[derive(Deserialize)]
 struct Raw {
     #[serde(default)]
@@ -189,20 +189,20 @@ struct Raw {
 
 type Table = BTreeMap<Spanned<String>, Spanned<Value>>;
 
-/// /// Keys with their values as their options take them.
+/// Keys with their values as their options take them.
 pub type Values = Vec<(&'static Key, String)>;
 
-/// /// A whole machine file.
+/// A whole machine file.
 pub struct Machine {
     board: Values,
     axes: Vec<(AxisId, Values)>,
 }
 
 impl Machine {
-    /// /// Reads and checks a file.
+    /// Reads and checks a file.
     ///
     /// # Errors
-    /// /// What is wrong, and in which line.
+    /// What is wrong, and in which line.
     pub fn parse(text: &str) -> Result<Machine, Misread> {
         let at = |place: usize, why: String| {
             let line = text[..place.min(text.len())].matches('\n').count() + 1;
@@ -211,7 +211,7 @@ impl Machine {
         let raw: Raw = toml::from_str(text).map_err(|error| {
             at(error.span().map_or(0, |span| span.start), error.message().to_owned())
         })?;
-        // // A flattened table has no places. A second parse finds them.
+        // A flattened table has no places. A second parse finds them.
         let names: BTreeMap<Spanned<String>, IgnoredAny> = toml::from_str(text).unwrap_or_default();
         let place = |name: &str| {
             let found = names.keys().find(|key| key.get_ref() == name);
@@ -248,18 +248,18 @@ impl Machine {
         Ok(Machine { board, axes })
     }
 
-    /// /// The values of an axis.
+    /// The values of an axis.
     pub fn axis(&self, axis: AxisId) -> Values {
         let found = self.axes.iter().find(|(known, _)| *known == axis);
         found.map(|(_, values)| values.clone()).unwrap_or_default()
     }
 
-    /// /// The values of each axis.
+    /// The values of each axis.
     pub fn axes(&self) -> &[(AxisId, Values)] {
         &self.axes
     }
 
-    /// /// The values that all axes of the file share. Steps and millimetres per turn belong together: if one
+    /// The values that all axes of the file share. Steps and millimetres per turn belong together: if one
     /// of them differs, neither is shared.
     pub fn common(&self) -> Values {
         let Some(((_, first), rest)) = self.axes.split_first() else { return Vec::new() };
@@ -273,20 +273,20 @@ impl Machine {
         first.iter().filter(same).cloned().collect()
     }
 
-    /// /// Whether all axes of the file have the same steps and millimetres per turn.
+    /// Whether all axes of the file have the same steps and millimetres per turn.
     pub fn built_alike(&self) -> bool {
         let mut built = self.axes.iter().map(|(_, values)| built(values));
         let first = built.next();
         built.all(|other| Some(other) == first)
     }
 
-    /// /// The values of the board.
+    /// The values of the board.
     pub fn board(&self) -> Values {
         self.board.clone()
     }
 }
 
-/// /// Steps and nanometres per turn.
+/// Steps and nanometres per turn.
 fn built(values: &Values) -> (u32, Option<u32>) {
     let value = |name| values.iter().find(|(key, _)| key.name == name).map(|(_, text)| text);
     let steps = value("steps-per-rev").and_then(|text| text.parse().ok());
@@ -294,7 +294,7 @@ fn built(values: &Values) -> (u32, Option<u32>) {
     (steps.unwrap_or(TURN), mm.map(MmArg::nm))
 }
 
-/// /// The key with this name and its value as the option takes it.
+/// The key with this name and its value as the option takes it.
 fn value_of(
     keys: &'static [Key],
     name: &str,
@@ -363,7 +363,7 @@ mod tests {
             let (alike, common) = common(both, &format!("{other}\njerk = 5"));
             assert_eq!((alike, common), (false, vec!["jerk 5".to_owned()]), "{other}");
         }
-        // // A turn has 200 steps unless the file says otherwise.
+        // A turn has 200 steps unless the file says otherwise.
         assert!(common("steps-per-rev = 200", "jerk = 5").0);
     }
 
@@ -385,7 +385,7 @@ mod tests {
             ("baud = 10", 1, "50 to 12000000"),
             ("[axis.1\n", 1, ""),
             ("axis = 3", 1, ""),
-            // // The same name occurs earlier in another place.
+            // The same name occurs earlier in another place.
             ("# no lease here\nport = '/dev/x'\nlease = true", 3, "a number"),
             ("port = '/dev/x'\nt = 3", 2, "there is no t here"),
             ("port = '/dev/x'\n\"lea\\u0073e\" = true", 2, "a number"),

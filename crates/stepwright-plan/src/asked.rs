@@ -1,4 +1,4 @@
-//! //! The inputs that every law with an acceleration and a top speed needs.
+//! The inputs that every law with an acceleration and a top speed needs.
 
 use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::C0;
@@ -8,23 +8,23 @@ use crate::equations::Counter;
 use crate::law::PlanValue;
 use crate::sheet::Cell;
 
-/// /// A travel and its limits, in the units of the core.
+/// A travel and its limits, in the units of the core.
 #[derive(Clone, Debug)]
 pub struct PlanLimits {
-    /// /// The rate of the step timer.
+    /// The rate of the step timer.
     pub rate: Rate,
-    /// /// The travel in pulses.
+    /// The travel in pulses.
     pub steps: u32,
     /// Acceleration.
     pub accel: Rounded<Accel>,
-    /// /// Deceleration; the acceleration unless it was given.
+    /// Deceleration; the acceleration unless it was given.
     pub decel: Rounded<Accel>,
     /// Top speed.
     pub top: Rounded<Speed>,
 }
 
 impl PlanLimits {
-    /// /// The limits as lines of the summary.
+    /// The limits as lines of the summary.
     pub fn values(&self) -> Vec<PlanValue> {
         vec![
             PlanValue::speed("top speed", &self.top),
@@ -33,7 +33,7 @@ impl PlanLimits {
         ]
     }
 
-    /// /// The timer and a motor whose angles are counted in steps, for Austin's equations.
+    /// The timer and a motor whose angles are counted in steps, for Austin's equations.
     pub fn motor(&self) -> Counter {
         Counter { hz: self.rate.hz().into(), step: 1.0 }
     }
@@ -48,7 +48,7 @@ impl PlanLimits {
         self.motor().delay(self.speed()).max(1.0)
     }
 
-    /// /// The note for the summary if the acceleration is lowered.
+    /// The note for the summary if the acceleration is lowered.
     pub(crate) fn lowered(&self) -> Option<String> {
         let (accel, _) = self.accels();
         (accel < self.accel.value.millisteps() as f64 / 1e3).then(|| {
@@ -60,7 +60,7 @@ impl PlanLimits {
         })
     }
 
-    /// /// Acceleration and deceleration in steps/s². Lowers an acceleration whose first step would already be
+    /// Acceleration and deceleration in steps/s². Lowers an acceleration whose first step would already be
     /// too fast to brake from, as the core does: to the value that gives J = m − ½ in Eq 18.
     pub fn accels(&self) -> (f64, f64) {
         let held = |a: &Rounded<Accel>| a.value.millisteps() as f64 / 1e3;
@@ -69,7 +69,7 @@ impl PlanLimits {
     }
 }
 
-/// /// How one of Austin's ramps begins: its first delay c₀, which Eq 12 overrates.
+/// How one of Austin's ramps begins: its first delay c₀, which Eq 12 overrates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum First {
@@ -83,7 +83,7 @@ pub enum First {
 }
 
 impl First {
-    /// /// The same as a type of the core.
+    /// The same as a type of the core.
     pub fn core(self) -> C0 {
         match self {
             First::Exact => C0::Exact,
@@ -92,7 +92,7 @@ impl First {
         }
     }
 
-    /// /// For an exact c₀: the delay that is emitted, and the delay that the formula continues from.
+    /// For an exact c₀: the delay that is emitted, and the delay that the formula continues from.
     pub fn counts(self, exact: f64) -> (f64, f64) {
         match self {
             First::Exact => (exact, exact),
@@ -101,12 +101,12 @@ impl First {
         }
     }
 
-    /// /// The fraction of the given acceleration that the ramp really has.
+    /// The fraction of the given acceleration that the ramp really has.
     pub fn part(self) -> f64 {
         if self == First::Exact { 0.676 * 0.676 } else { 1.0 }
     }
 
-    /// /// The first delay for the summary, at least `least`, the delay of the top speed.
+    /// The first delay for the summary, at least `least`, the delay of the top speed.
     pub fn value(self, ticks: f64, least: f64) -> PlanValue {
         let (given, how) = match self {
             First::Exact => ("exact", "Eq 7"),
@@ -117,7 +117,7 @@ impl First {
     }
 }
 
-/// /// A first delay of `ticks` by the formula `how`, raised to `least`.
+/// A first delay of `ticks` by the formula `how`, raised to `least`.
 pub(crate) fn first_delay(given: &str, how: &str, ticks: f64, least: f64) -> PlanValue {
     let shown = match ticks < least {
         true => format!("{least:.2} ticks (the top speed; {ticks:.2} by {how})"),
@@ -127,7 +127,7 @@ pub(crate) fn first_delay(given: &str, how: &str, ticks: f64, least: f64) -> Pla
     PlanValue { name: "first delay", shown, given: given.into(), held, unit: "ticks" }
 }
 
-/// /// The divisor of the change per step in Austin's general form.
+/// The divisor of the change per step in Austin's general form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Divide {

@@ -1,6 +1,6 @@
-//! //! Compares laws for the same travel.
+//! Compares laws for the same travel.
 //!
-//! //! The delays are those of the laws' formulas, not rounded to ticks: whole ticks make noise of an
+//! The delays are those of the laws' formulas, not rounded to ticks: whole ticks make noise of an
 //! acceleration. They are compared with constant acceleration, which is time-optimal within the limits; for a
 //! law that leaves out its last delay, with constant acceleration over one step more.
 
@@ -17,19 +17,19 @@ use crate::laws::{LawChoice, trapezoid};
 use crate::sheet::{Cell, Sheet};
 use crate::watch::Watch;
 
-/// /// The most steps: every delay is computed.
+/// The most steps: every delay is computed.
 const MOST: u32 = 1_000_000;
 
 /// The same travel by several laws.
 pub struct Comparison {
     limits: PlanLimits,
     courses: Vec<Course>,
-    /// /// Constant acceleration over the travel, and over one step more.
+    /// Constant acceleration over the travel, and over one step more.
     constant: [Course; 2],
 }
 
 impl Comparison {
-    /// /// Computes all delays of each law.
+    /// Computes all delays of each law.
     ///
     /// # Errors
     /// [`PlanError::TooMany`]: more than a million steps; those of [`LawChoice::law`].
@@ -59,7 +59,7 @@ impl Comparison {
         sheet(&self.limits, &self.courses, &self.constant)
     }
 
-    /// /// Speed and acceleration over time, in the unit of a machine if one is given.
+    /// Speed and acceleration over time, in the unit of a machine if one is given.
     pub fn figure(&self, unit: Option<MachineUnit>) -> Figure {
         draw(&self.limits, &self.courses, unit)
     }
@@ -69,11 +69,11 @@ impl Comparison {
 struct Course {
     name: &'static str,
     motor: Counter,
-    /// /// Whether the law leaves out the last delay of the formula.
+    /// Whether the law leaves out the last delay of the formula.
     holds: bool,
-    /// /// The delays of the formula in ticks.
+    /// The delays of the formula in ticks.
     delays: Vec<f64>,
-    /// /// The duration as the core emits it, in seconds.
+    /// The duration as the core emits it, in seconds.
     duration: f64,
     peak: f64,
 }
@@ -93,14 +93,14 @@ impl Course {
         self.delays.windows(2).map(|c| self.motor.accel(c[0], c[1]))
     }
 
-    /// /// The largest change of acceleration per second.
+    /// The largest change of acceleration per second.
     fn jerk(&self) -> f64 {
         let accels: Vec<_> = self.accels().collect();
         let jerks = accels.windows(2).zip(self.delays.iter().skip(1));
         jerks.map(|(a, c)| ((a[1] - a[0]) * self.motor.hz / c).abs()).fold(0.0, f64::max)
     }
 
-    /// /// The relative difference of each delay from that of another course.
+    /// The relative difference of each delay from that of another course.
     fn errors<'a>(&'a self, of: &'a Course) -> impl Iterator<Item = f64> + 'a {
         self.delays.iter().zip(&of.delays).map(|(c, exact)| c / exact - 1.0)
     }
@@ -133,7 +133,7 @@ impl Course {
         ]
     }
 
-    /// /// Speed in the middle of each interval, from standstill to standstill.
+    /// Speed in the middle of each interval, from standstill to standstill.
     fn speeds(&self, per_second: f64) -> Vec<(f64, f64)> {
         let mut points = vec![(0.0, 0.0)];
         let mut time = 0.0;
@@ -152,7 +152,7 @@ impl Course {
             (time / self.motor.hz * per_second, accel)
         };
         let mut points: Vec<_> = self.delays.iter().zip(self.accels()).map(at).collect();
-        // // Before the first and after the last point the acceleration is taken as constant.
+        // Before the first and after the last point the acceleration is taken as constant.
         if let (Some(first), Some(last)) = (points.first().copied(), points.last().copied()) {
             let all: f64 = self.delays.iter().sum();
             points.insert(0, (0.0, first.1));

@@ -1,11 +1,11 @@
-//! //! Comma-separated values, written as they are computed: nothing is collected.
+//! Comma-separated values, written as they are computed: nothing is collected.
 
 use std::io::{self, Write};
 
 use crate::law::{Closeness, Plan};
 use crate::runs;
 
-/// /// Writes every step, or every run if a fit is given.
+/// Writes every step, or every run if a fit is given.
 ///
 /// # Errors
 /// Those of the writer.

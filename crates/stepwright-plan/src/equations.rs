@@ -1,6 +1,6 @@
 //! Austin's equations, in f64 and as they are printed.
 //!
-//! //! Nothing here comes from `stepwright-austin`, whose integer laws are tested against these equations.
+//! Nothing here comes from `stepwright-austin`, whose integer laws are tested against these equations.
 //! Delays are in timer counts, angles in radians; n is the step number on a ramp from rest, i the step of the
 //! move.
 
@@ -9,13 +9,13 @@ use std::f64::consts::E;
 /// A motor on a timer.
 #[derive(Clone, Copy, Debug)]
 pub struct Counter {
-    /// /// Timer counts per second, f.
+    /// Timer counts per second, f.
     pub hz: f64,
-    /// /// Angle of a step, α.
+    /// Angle of a step, α.
     pub step: f64,
 }
 
-/// /// The article's motor: 1 MHz and 1.8°.
+/// The article's motor: 1 MHz and 1.8°.
 pub const MOTOR: Counter = Counter { hz: 1e6, step: std::f64::consts::PI / 100.0 };
 
 /// How a ramp by Eq 13 begins.
@@ -33,7 +33,7 @@ impl Counter {
         self.step * self.hz / c
     }
 
-    /// /// Eq 2 solved for the delay of a speed.
+    /// Eq 2 solved for the delay of a speed.
     pub fn delay(self, speed: f64) -> f64 {
         self.step * self.hz / speed
     }
@@ -50,7 +50,7 @@ impl Counter {
 
     /// Eq 8: the delay between pulse n and pulse n + 1 of an exact ramp.
     ///
-    /// /// Computed as 1 / (√(n+1) + √n), which is equal and needs no subtraction.
+    /// Computed as 1 / (√(n+1) + √n), which is equal and needs no subtraction.
     pub fn exact(self, accel: f64, n: f64) -> f64 {
         self.c0(accel) / ((n + 1.0).sqrt() + n.sqrt())
     }
@@ -71,15 +71,15 @@ impl Counter {
         (2.0 / E * self.step * accel * from * (to / from).powf(n2 / (n2 - n1))).sqrt()
     }
 
-    /// /// Eq 23 solved for n2 at a top speed, not rounded.
+    /// Eq 23 solved for n2 at a top speed, not rounded.
     ///
-    /// /// `None` if even the shortest transition is faster than the top speed.
+    /// `None` if even the shortest transition is faster than the top speed.
     pub fn transition(self, accel: f64, n1: f64, top: f64) -> Option<f64> {
         let (mut low, mut high) = (n1 + 1.0, 1e18);
         if !(self.top(accel, n1, low) <= top && top <= self.top(accel, n1, high)) {
             return None;
         }
-        // // Eq 23 grows with n2. Bisection ends at the last bit.
+        // Eq 23 grows with n2. Bisection ends at the last bit.
         while low.midpoint(high) > low && low.midpoint(high) < high {
             let middle = low.midpoint(high);
             if self.top(accel, n1, middle) < top { low = middle } else { high = middle }
@@ -87,12 +87,12 @@ impl Counter {
         Some(high)
     }
 
-    /// /// Eq 24: n2 of a transition that begins at rest, with the article's rounded 2/e.
+    /// Eq 24: n2 of a transition that begins at rest, with the article's rounded 2/e.
     pub fn transition_from_rest(self, accel: f64, top: f64) -> f64 {
         (top * top / (0.736 * self.step * accel)).floor()
     }
 
-    /// /// The first delays of a ramp that continues by Eq 13.
+    /// The first delays of a ramp that continues by Eq 13.
     pub fn begin(self, accel: f64, start: Begin) -> Vec<f64> {
         let c0 = self.c0(accel);
         match start {
@@ -102,20 +102,20 @@ impl Counter {
     }
 }
 
-/// /// Eq 9, corrected: the exact c_n / c_{n−1}.
+/// Eq 9, corrected: the exact c_n / c_{n−1}.
 ///
-/// /// Both differences of roots on its right side are rewritten as sums, so that no digit is lost to a
+/// Both differences of roots on its right side are rewritten as sums, so that no digit is lost to a
 /// subtraction.
 pub fn exact_ratio(n: f64) -> f64 {
     (1.0 + (1.0 - 1.0 / n).sqrt()) / ((1.0 + 1.0 / n).sqrt() + 1.0)
 }
 
-/// /// Eq 11: the ratio of [`exact_ratio`] by the second-order approximation.
+/// Eq 11: the ratio of [`exact_ratio`] by the second-order approximation.
 pub fn ratio(n: f64) -> f64 {
     (4.0 * n - 1.0) / (4.0 * n + 1.0)
 }
 
-/// /// Eq 13, and Eq 14 with n = i − m: the delay after c. n is anything but −1/4; a negative n decelerates.
+/// Eq 13, and Eq 14 with n = i − m: the delay after c. n is anything but −1/4; a negative n decelerates.
 pub fn next(c: f64, n: f64) -> f64 {
     c - 2.0 * c / (4.0 * n + 1.0)
 }
@@ -125,7 +125,7 @@ pub fn next_simple(c: f64, n: f64) -> f64 {
     c - c / (2.0 * n)
 }
 
-/// /// Eq 18: n for another acceleration at the same speed, signed.
+/// Eq 18: n for another acceleration at the same speed, signed.
 pub fn renumber(n: f64, from: f64, to: f64) -> f64 {
     (n + 0.5) * from / to - 0.5
 }
@@ -140,7 +140,7 @@ pub fn next_power(c: f64, n: f64, k: f64, p: i32) -> f64 {
     c - 2.0 * c / (4.0 * n + 1.0 + k * n.powi(p))
 }
 
-/// /// Eq 22 and 25: Eq 13 with the change scaled by a factor.
+/// Eq 22 and 25: Eq 13 with the change scaled by a factor.
 pub fn next_scaled(c: f64, n: f64, factor: f64) -> f64 {
     c - 2.0 * c / (4.0 * n + 1.0) * factor
 }
@@ -156,10 +156,10 @@ mod tests {
         let rpm = std::f64::consts::PI / 30.0;
         assert!((MOTOR.delay(300.0 * rpm) - 1000.0).abs() < 1e-9);
         assert!((MOTOR.delay(120.0 * rpm) - 2500.0).abs() < 1e-9);
-        // // 67.6 % and 88.6 %, and c1 = 0.4056 c0 so that both beginnings continue alike.
+        // 67.6 % and 88.6 %, and c1 = 0.4056 c0 so that both beginnings continue alike.
         assert!((0.6f64 * 0.676 - 0.4056).abs() < 1e-12);
         assert_eq!(format!("{:.3}", std::f64::consts::PI.sqrt() / 2.0), "0.886");
-        // // Γ(3/4) / (2 Γ(5/4)): the limit of the factor by which Eq 11 overrates c0.
+        // Γ(3/4) / (2 Γ(5/4)): the limit of the factor by which Eq 11 overrates c0.
         let far = 1e6;
         let product = (1..=1_000_000).fold(1.0, |c, n| c * ratio(f64::from(n)));
         let short = 1.0 / ((far + 1.0f64).sqrt() + far.sqrt()) / product;
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(format!("{:.3}", 2.0 / E), "0.736");
     }
 
-    /// /// Eq 3 of Eq 8's delays is nearly the acceleration; it is exactly the slope of the speeds at the
+    /// Eq 3 of Eq 8's delays is nearly the acceleration; it is exactly the slope of the speeds at the
     /// middles of the intervals.
     #[test]
     fn equation_3_is_the_slope_of_the_speeds() {
@@ -186,7 +186,7 @@ mod tests {
             assert!((MOTOR.top(10.0, n1, n2) - 12.0).abs() < 1e-9, "{n1}");
         }
         assert_eq!(MOTOR.transition(10.0, 1000.0, 12.0), None);
-        // // The same for a very long transition.
+        // The same for a very long transition.
         let n2 = MOTOR.transition(1e-9, 1e8, 12.0).unwrap();
         assert!(n2 > 1e9 && (MOTOR.top(1e-9, 1e8, n2) - 12.0).abs() < 1e-9, "{n2}");
         // Eq 24 is Eq 23 from rest, up to the half step and the rounded 2/e.

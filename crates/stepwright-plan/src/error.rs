@@ -1,4 +1,4 @@
-//! //! Errors of planning.
+//! Errors of planning.
 
 use std::fmt;
 
@@ -7,9 +7,9 @@ use stepwright::profile::Unfit;
 /// Why a travel can't be planned or compared.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlanError {
-    /// /// The core can't hold the travel.
+    /// The core can't hold the travel.
     Unfit(Unfit),
-    /// /// More than one step in a tick of the timer.
+    /// More than one step in a tick of the timer.
     TooFast {
         /// The highest speed, in steps/s.
         peak: f64,
@@ -20,7 +20,7 @@ pub enum PlanError {
     TooMany {
         /// Steps of the travel.
         steps: u32,
-        /// /// The highest number that can be compared.
+        /// The highest number that can be compared.
         most: u32,
     },
 }

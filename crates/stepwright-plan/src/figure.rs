@@ -1,4 +1,4 @@
-//! //! A plan as a figure: speed and acceleration, and the jerk if it has a limit, over time and over steps.
+//! A plan as a figure: speed and acceleration, and the jerk if it has a limit, over time and over steps.
 
 use stepwright::profile::Phase;
 use stepwright_oracle::Number;
@@ -14,7 +14,7 @@ const FEW: usize = 80;
 
 /// The figure of a plan.
 ///
-/// /// The speed is that of the emitted delays. The acceleration is that of the ideal delays, because whole
+/// The speed is that of the emitted delays. The acceleration is that of the ideal delays, because whole
 /// ticks make noise of it.
 pub fn draw(plan: &Plan, survey: &Survey, unit: Option<MachineUnit>) -> Figure {
     let seconds = plan.seconds(survey.duration as f64);
@@ -48,7 +48,7 @@ enum Shown {
 }
 
 impl Shown {
-    /// /// The name, and the part of the unit after the length.
+    /// The name, and the part of the unit after the length.
     fn name(self) -> (&'static str, &'static str) {
         match self {
             Shown::Speed => ("Speed", "/s"),
@@ -73,7 +73,7 @@ fn notes(plan: &Plan, survey: &Survey) -> Vec<String> {
         v.name == "deceleration"
             && plan.values.iter().any(|w| w.name == "acceleration" && w.shown == v.shown)
     };
-    // // A start speed of 0 needs no mention.
+    // A start speed of 0 needs no mention.
     let values = plan.values.iter().filter(|v| !twice(v) && v.held != 0.0);
     let values: Vec<_> = values.map(|v| format!("{} {}", v.name, v.shown)).collect();
     let mut notes = vec![
@@ -102,10 +102,10 @@ enum By {
 struct View<'a> {
     plan: &'a Plan,
     survey: &'a Survey,
-    /// /// A tick and a step in the units of their axes.
+    /// A tick and a step in the units of their axes.
     tick: f64,
     step: f64,
-    /// /// The unit of length, and its steps.
+    /// The unit of length, and its steps.
     length: &'static str,
     per_unit: f64,
 }
@@ -129,7 +129,7 @@ impl View<'_> {
             curves: vec![Curve {
                 name: name.into(),
                 colour: PALETTE[shown as usize],
-                // // Without the ends, which are no delays.
+                // Without the ends, which are no delays.
                 dots: if few && inner > 1 { points[1..inner].to_vec() } else { Vec::new() },
                 points,
                 filled: true,
@@ -139,7 +139,7 @@ impl View<'_> {
         }
     }
 
-    /// /// The x value of a pulse.
+    /// The x value of a pulse.
     fn x(&self, by: By, sample: &Sample) -> f64 {
         match by {
             By::Time => sample.time as f64 * self.tick,
@@ -147,7 +147,7 @@ impl View<'_> {
         }
     }
 
-    /// /// Speed between neighbouring samples, at the middle between them.
+    /// Speed between neighbouring samples, at the middle between them.
     fn speeds(&self, by: By) -> Vec<(f64, f64)> {
         let samples = self.clear();
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
@@ -166,7 +166,7 @@ impl View<'_> {
         points
     }
 
-    /// /// The samples; of more than a few, only samples that lie so far apart that a tick more or less can't
+    /// The samples; of more than a few, only samples that lie so far apart that a tick more or less can't
     /// be seen.
     fn clear(&self) -> Vec<Sample> {
         let samples = &self.survey.samples;
@@ -177,7 +177,7 @@ impl View<'_> {
                 clear.push(sample);
             }
         }
-        // // The end always belongs to the curve, even if the last stretch gets longer.
+        // The end always belongs to the curve, even if the last stretch gets longer.
         if clear.len() > 1 {
             clear.pop();
         }
@@ -185,7 +185,7 @@ impl View<'_> {
         clear
     }
 
-    /// /// The change of the ideal speed from the stretch before a sample to the stretch after it, between the
+    /// The change of the ideal speed from the stretch before a sample to the stretch after it, between the
     /// middles of the two.
     fn accels(&self, by: By) -> Vec<(f64, f64)> {
         let samples = &self.survey.samples;
@@ -193,7 +193,7 @@ impl View<'_> {
         let middle = |a: &Sample, b: &Sample| (self.x(by, a) + self.x(by, b)) / 2.0;
         let mut points = Vec::new();
         if let [a, b] = samples.as_slice() {
-            // // One interval: up to twice its mean speed in the middle, and back.
+            // One interval: up to twice its mean speed in the middle, and back.
             let (end, (mean, seconds)) = (self.plan.law.ends(), stretch(a, b));
             let accel = 4.0 * (mean - end) / seconds;
             let (x, half) = ((self.x(by, a), self.x(by, b)), middle(a, b));
@@ -205,7 +205,7 @@ impl View<'_> {
             let accel = 2.0 * (v2 - v1) / (t1 + t2);
             points.extend([(middle(a, b), accel), (middle(b, c), accel)]);
         }
-        // // At the ends, the acceleration of the neighbouring points.
+        // At the ends, the acceleration of the neighbouring points.
         if let [first, .., last] = points.as_mut_slice() {
             first.0 = self.x(by, &samples[0]);
             last.0 = self.x(by, &samples[samples.len() - 1]);
@@ -213,7 +213,7 @@ impl View<'_> {
         points
     }
 
-    /// /// The ideal's mean speed between two samples, and the seconds between them.
+    /// The ideal's mean speed between two samples, and the seconds between them.
     fn stretch(&self, a: &Sample, b: &Sample) -> (f64, f64) {
         let seconds = (b.ideal - a.ideal).to_f64() / f64::from(self.plan.rate.hz());
         (f64::from(b.n - a.n) / seconds, seconds)
@@ -230,7 +230,7 @@ impl View<'_> {
             let jerk = 6.0 * (bends.1 - bends.0) / (t1 + t2 + t3);
             points.extend([(self.x(by, &four[1]), jerk), (self.x(by, &four[2]), jerk)]);
         }
-        // // At the ends, the jerk of the neighbouring points.
+        // At the ends, the jerk of the neighbouring points.
         if let [first, .., last] = points.as_mut_slice() {
             first.0 = self.x(by, &samples[0]);
             last.0 = self.x(by, &samples[samples.len() - 1]);

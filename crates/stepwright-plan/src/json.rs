@@ -1,4 +1,4 @@
-//! //! JSON: the summary as one object. Its last member lists the steps or runs, one a line, written as they
+//! JSON: the summary as one object. Its last member lists the steps or runs, one a line, written as they
 //! are computed.
 
 use std::io::{self, Write};
@@ -12,10 +12,10 @@ use crate::law::{Closeness, Plan, PlanRow, PlanValue};
 use crate::runs::{self, RunLine};
 use crate::survey::{PhasePart, Survey, Worst};
 
-/// /// The members of an object in their order. `json!` would lose the order.
+/// The members of an object in their order. `json!` would lose the order.
 type Members = Vec<(&'static str, Value)>;
 
-/// /// Writes the whole plan.
+/// Writes the whole plan.
 ///
 /// # Errors
 /// Those of the writer.
@@ -63,7 +63,7 @@ fn summary(plan: &Plan, survey: &Survey) -> Members {
     ]
 }
 
-/// /// The numbers of the summary that count steps, in the unit of the machine.
+/// The numbers of the summary that count steps, in the unit of the machine.
 fn shown(plan: &Plan, unit: MachineUnit) -> Value {
     let law = plan.law.as_ref();
     json!({
@@ -123,14 +123,14 @@ fn run(line: &RunLine) -> Members {
     ]
 }
 
-/// /// Writes members of the outer object, each on its line.
+/// Writes members of the outer object, each on its line.
 fn members(out: &mut impl Write, members: Members) -> io::Result<()> {
     members
         .into_iter()
         .try_for_each(|(name, value)| writeln!(out, "  \"{name}\": {},", tidy(value)))
 }
 
-/// /// Writes a member that is a list with one object a line, without a line end after it.
+/// Writes a member that is a list with one object a line, without a line end after it.
 fn list(out: &mut impl Write, name: &str, rows: impl Iterator<Item = Members>) -> io::Result<()> {
     write!(out, "  \"{name}\": [")?;
     for (row, i) in rows.zip(0u64..) {

@@ -1,4 +1,4 @@
-//! //! Plans travels of stepper motors: every step of a ramp law, before anything moves.
+//! Plans travels of stepper motors: every step of a ramp law, before anything moves.
 //!
 //! ```
 //! use stepwright::{Accel, Geometry, Rate, Speed};
@@ -31,18 +31,18 @@
 //!
 //! | module | what |
 //! | --- | --- |
-//! //! | `law` | the interface of a ramp law for the outputs |
-//! //! | `laws` | the laws, one file each |
+//! | `law` | the interface of a ramp law for the outputs |
+//! | `laws` | the laws, one file each |
 //! | [`survey`] | one walk over the pulses: duration, error, phases, samples |
-//! //! | [`runs`] | the runs for a board |
+//! | [`runs`] | the runs for a board |
 //! | [`text`], [`csv`], [`json`], [`figure`] | the formats |
-//! //! | [`compare`] | a comparison of several laws |
+//! | [`compare`] | a comparison of several laws |
 //! | [`figures`] | the figures of Austin's article, by its [`equations`] |
 //! | [`calc`] | calculators: timers, belts, delays, drivers |
 //! | [`gcode`] | a G-code job: extents, distances, its time, its steps |
 //! | [`sheet`] | facts and a table, as text, CSV or JSON |
 //!
-//! //! Delays are measured against `stepwright-oracle`, which shares no code with the core.
+//! Delays are measured against `stepwright-oracle`, which shares no code with the core.
 
 #![warn(missing_docs)]
 #![forbid(unsafe_code)]

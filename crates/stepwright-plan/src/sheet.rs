@@ -1,6 +1,6 @@
-//! //! Results as a sheet: one fact a line, then a table, as text, CSV or JSON.
+//! Results as a sheet: one fact a line, then a table, as text, CSV or JSON.
 //!
-//! //! Figures, comparisons and calculators make sheets. A number in the text has the digits that a reader
+//! Figures, comparisons and calculators make sheets. A number in the text has the digits that a reader
 //! needs, in CSV and JSON all its digits.
 
 use std::borrow::Cow;
@@ -25,62 +25,62 @@ pub enum SheetFormat {
     Json,
 }
 
-/// /// The results of a command.
+/// The results of a command.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheet {
     /// The heading.
     pub title: String,
     /// Single results.
     pub facts: Vec<Fact>,
-    /// /// The columns of the table: a key for CSV and JSON, and a heading for the text.
+    /// The columns of the table: a key for CSV and JSON, and a heading for the text.
     pub columns: Vec<(&'static str, &'static str)>,
-    /// /// The rows of the table, with one cell for each column.
+    /// The rows of the table, with one cell for each column.
     pub rows: Vec<Vec<Cell>>,
-    /// /// Other tables, each with a key for JSON. CSV has only the first table.
+    /// Other tables, each with a key for JSON. CSV has only the first table.
     pub parts: Vec<(&'static str, Sheet)>,
-    /// /// Further notes for the reader.
+    /// Further notes for the reader.
     pub notes: Vec<String>,
 }
 
-/// /// A single result.
+/// A single result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fact {
-    /// /// The name in CSV and JSON: `virtual_top`.
+    /// The name in CSV and JSON: `virtual_top`.
     pub key: &'static str,
-    /// /// The name in the text: `virtual top`.
+    /// The name in the text: `virtual top`.
     pub name: &'static str,
-    /// /// The value.
+    /// The value.
     pub value: Cell,
-    /// /// The unit; empty for a bare number.
+    /// The unit; empty for a bare number.
     pub unit: &'static str,
 }
 
-/// /// A cell of a table.
+/// A cell of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
-    /// /// No value.
+    /// No value.
     Empty,
-    /// /// A text.
+    /// A text.
     Text(String),
     /// A whole number.
     Whole(i64),
-    /// /// A number, and its text.
+    /// A number, and its text.
     Real(f64, String),
 }
 
 impl Cell {
-    /// /// A number with this many digits after the point.
+    /// A number with this many digits after the point.
     pub fn fixed(value: f64, decimals: usize) -> Cell {
-        // // Never "-0.0".
+        // Never "-0.0".
         let shown = format!("{value:.decimals$}");
         let bare =
             shown.strip_prefix('-').filter(|s| !s.bytes().any(|b| (b'1'..=b'9').contains(&b)));
         Cell::Real(value, bare.map_or(shown.clone(), str::to_owned))
     }
 
-    /// /// A number with at most this many digits in all.
+    /// A number with at most this many digits in all.
     pub fn digits(value: f64, digits: usize) -> Cell {
-        // // As floats: log10 of 0 is infinite.
+        // As floats: log10 of 0 is infinite.
         let whole = value.abs().log10().floor() + 1.0;
         let decimals = (digits as f64 - whole).clamp(0.0, 12.0) as usize;
         let mut shown = format!("{value:.decimals$}");
@@ -90,7 +90,7 @@ impl Cell {
         Cell::Real(value, shown)
     }
 
-    /// /// The cell as text.
+    /// The cell as text.
     pub fn shown(&self) -> String {
         match self {
             Cell::Empty => String::new(),
@@ -121,7 +121,7 @@ impl Cell {
     }
 }
 
-/// /// A text as a field of CSV (RFC 4180), in quotes if necessary.
+/// A text as a field of CSV (RFC 4180), in quotes if necessary.
 pub fn quoted(text: &str) -> Cow<'_, str> {
     if text.contains([',', '"', '\n', '\r']) {
         Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")))
@@ -161,7 +161,7 @@ macro_rules! whole {
 whole!(u8 u16 u32 i32 i64);
 
 impl Sheet {
-    /// /// An empty sheet.
+    /// An empty sheet.
     pub fn new(title: impl Into<String>) -> Sheet {
         Sheet { title: title.into(), ..Sheet::default() }
     }
@@ -177,7 +177,7 @@ impl Sheet {
         self.facts.push(Fact { key, name, value: value.into(), unit });
     }
 
-    /// /// Writes the sheet.
+    /// Writes the sheet.
     ///
     /// # Errors
     /// Those of the writer.
@@ -212,12 +212,12 @@ impl Sheet {
         self.notes.iter().try_for_each(|note| writeln!(out, "  {note}"))
     }
 
-    /// /// Whether the sheet has a title only.
+    /// Whether the sheet has a title only.
     fn is_empty(&self) -> bool {
         self.facts.is_empty() && self.rows.is_empty() && self.parts.is_empty()
     }
 
-    /// /// Columns as wide as their widest cell, numbers right-aligned.
+    /// Columns as wide as their widest cell, numbers right-aligned.
     fn table(&self, out: &mut impl Write) -> io::Result<()> {
         let column = |i: usize| self.rows.iter().filter_map(move |row| row.get(i));
         let shape: Vec<(usize, bool)> = (self.columns.iter().enumerate())
@@ -240,7 +240,7 @@ impl Sheet {
         self.rows.iter().try_for_each(|row| print(out, &mut row.iter().map(Cell::shown)))
     }
 
-    /// /// The table, or the facts if there is no table.
+    /// The table, or the facts if there is no table.
     fn csv(&self, out: &mut impl Write) -> io::Result<()> {
         let list = |cells: Vec<String>| cells.join(",");
         if self.columns.is_empty() {
@@ -255,7 +255,7 @@ impl Sheet {
             .try_for_each(|row| writeln!(out, "{}", list(row.iter().map(Cell::csv).collect())))
     }
 
-    /// /// One member a line and one row a line, with `indent` blanks before each.
+    /// One member a line and one row a line, with `indent` blanks before each.
     pub fn json(&self, indent: usize) -> String {
         let pad = " ".repeat(indent);
         let mut members = vec![format!("\"title\": {}", json!(self.title))];
@@ -276,12 +276,12 @@ impl Sheet {
     }
 }
 
-/// /// Writes a line without blanks at its end.
+/// Writes a line without blanks at its end.
 fn line(out: &mut dyn Write, text: impl Display) -> io::Result<()> {
     writeln!(out, "{}", text.to_string().trim_end())
 }
 
-/// /// The width in letters, not bytes: "ω′" is two wide.
+/// The width in letters, not bytes: "ω′" is two wide.
 fn width(text: &str) -> usize {
     text.chars().count()
 }

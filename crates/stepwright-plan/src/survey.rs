@@ -1,4 +1,4 @@
-//! //! One walk over all pulses, for the summary and the plot.
+//! One walk over all pulses, for the summary and the plot.
 
 use stepwright::Run;
 use stepwright::profile::Phase;
@@ -7,7 +7,7 @@ use stepwright_oracle::{Double, Number};
 use crate::law::{Plan, PlannedLaw};
 use crate::watch::{Walk, Watch};
 
-/// /// Up to this many pulses, every pulse is measured against its ideal. Of a longer travel, the first and the
+/// Up to this many pulses, every pulse is measured against its ideal. Of a longer travel, the first and the
 /// last million pulses are measured, and between them only the end of every run. That takes seconds instead of
 /// minutes.
 const ALL: u32 = 4_000_000;
@@ -16,11 +16,11 @@ const EDGE: u32 = 1_000_000;
 /// The pulse that is furthest from its ideal.
 #[derive(Clone, Copy, Debug)]
 pub struct Worst {
-    /// /// The distance in ticks.
+    /// The distance in ticks.
     pub ticks: f64,
-    /// /// The number of the pulse, counted from 1.
+    /// The number of the pulse, counted from 1.
     pub step: u32,
-    /// /// The number of pulses measured.
+    /// The number of pulses measured.
     pub checked: u32,
 }
 
@@ -35,10 +35,10 @@ impl Worst {
     }
 }
 
-/// /// Plays runs as the engine does and measures the pulses.
+/// Plays runs as the engine does and measures the pulses.
 pub(crate) struct Player<'a> {
     law: &'a dyn PlannedLaw,
-    /// /// The last pulse, its time, and the carried part of a tick.
+    /// The last pulse, its time, and the carried part of a tick.
     n: u32,
     time: u64,
     part: u64,
@@ -46,7 +46,7 @@ pub(crate) struct Player<'a> {
 }
 
 impl<'a> Player<'a> {
-    /// /// A player after the first pulse.
+    /// A player after the first pulse.
     pub fn new(law: &'a dyn PlannedLaw) -> Player<'a> {
         let worst = Worst { ticks: 0.0, step: 0, checked: 0 };
         let mut player = Player { law, n: 0, time: 0, part: 0, worst };
@@ -56,7 +56,7 @@ impl<'a> Player<'a> {
         player
     }
 
-    /// /// Plays a run. Calls `seen` for each pulse, unless the next wanted pulse `next` lies after the run.
+    /// Plays a run. Calls `seen` for each pulse, unless the next wanted pulse `next` lies after the run.
     fn play(&mut self, run: Run, next: u32, mut seen: impl FnMut(u32, u64)) {
         let end = self.n.saturating_add(run.count().into());
         let inner = self.n >= EDGE && end < self.law.pulses().saturating_sub(EDGE);
@@ -78,12 +78,12 @@ impl<'a> Player<'a> {
         self.worst.measure(self.n, self.time, self.law.ideal(self.n));
     }
 
-    /// /// Plays a run without reporting single pulses.
+    /// Plays a run without reporting single pulses.
     pub fn run(&mut self, run: Run) {
         self.play(run, u32::MAX, |_, _| {});
     }
 
-    /// /// Advances the time by this many 2⁻¹⁶ ticks.
+    /// Advances the time by this many 2⁻¹⁶ ticks.
     fn pass(&mut self, fine: u64) {
         let due = self.part + fine;
         self.time += due >> 16;
@@ -91,29 +91,29 @@ impl<'a> Player<'a> {
     }
 }
 
-/// /// A phase as emitted.
+/// A phase as emitted.
 #[derive(Clone, Copy, Debug)]
 pub struct PhasePart {
-    /// /// The phase.
+    /// The phase.
     pub phase: Phase,
     /// Its pulses.
     pub pulses: u32,
-    /// /// Its duration in ticks.
+    /// Its duration in ticks.
     pub ticks: u64,
 }
 
-/// /// A pulse for the plot.
+/// A pulse for the plot.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// /// The number of steps after the first pulse.
+    /// The number of steps after the first pulse.
     pub n: u32,
-    /// /// The time at which it is emitted, in ticks.
+    /// The time at which it is emitted, in ticks.
     pub time: u64,
-    /// /// Its ideal time in ticks.
+    /// Its ideal time in ticks.
     pub ideal: Double,
 }
 
-/// /// The result of a walk over a plan.
+/// The result of a walk over a plan.
 pub struct Survey {
     /// Ticks from the first pulse to the last.
     pub duration: u64,
@@ -121,13 +121,13 @@ pub struct Survey {
     pub worst: Worst,
     /// The phases.
     pub parts: Vec<PhasePart>,
-    /// /// Pulses for the plot: all pulses of a short travel. Those of a long travel are close together near
+    /// Pulses for the plot: all pulses of a short travel. Those of a long travel are close together near
     /// the ends of phases, and further apart between.
     pub samples: Vec<Sample>,
 }
 
 impl Survey {
-    /// /// Walks over all pulses. This takes seconds for a long travel.
+    /// Walks over all pulses. This takes seconds for a long travel.
     pub fn of(plan: &Plan, watch: Watch<'_>) -> Survey {
         let law = plan.law.as_ref();
         let mut player = Player::new(law);
@@ -152,7 +152,7 @@ impl Survey {
     }
 }
 
-/// /// The times of the phases. Their ends are among the samples.
+/// The times of the phases. Their ends are among the samples.
 fn parts(law: &dyn PlannedLaw, samples: &[Sample]) -> Vec<PhasePart> {
     let (mut pulses, mut ticks) = (0u32, 0u64);
     let mut parts = Vec::new();
@@ -166,9 +166,9 @@ fn parts(law: &dyn PlannedLaw, samples: &[Sample]) -> Vec<PhasePart> {
     parts
 }
 
-/// /// The next pulse for the plot.
+/// The next pulse for the plot.
 struct Marks {
-    /// /// The corners: the pulses at which a phase ends, in order.
+    /// The corners: the pulses at which a phase ends, in order.
     corners: Vec<u32>,
     next: u32,
 }
@@ -183,13 +183,13 @@ impl Marks {
         Marks { corners, next: 0 }
     }
 
-    /// /// Advances by a fortieth of the distance to the nearest corner.
+    /// Advances by a fortieth of the distance to the nearest corner.
     fn advance(&mut self) {
         let here = self.next;
         let behind = self.corners.partition_point(|&corner| corner <= here);
         let since = here - self.corners[behind.saturating_sub(1)];
         let left = self.corners.get(behind).map_or(0, |corner| corner - here);
-        // // The stride grows from the corner before, and shrinks towards the corner ahead.
+        // The stride grows from the corner before, and shrinks towards the corner ahead.
         let stride = (since.min(left) / 40).clamp(1, left.max(1));
         self.next = here.saturating_add(stride);
     }
@@ -218,7 +218,7 @@ mod tests {
         }
     }
 
-    /// /// A walk run by run, which partly skips single pulses, gives the same results as the single delays.
+    /// A walk run by run, which partly skips single pulses, gives the same results as the single delays.
     #[test]
     fn a_walk_over_runs_meets_the_delays() {
         for (steps, ramp) in [(0, 1), (1, 1), (2, 1), (7, 3), (900, 200), (5_000_000, 60_000)] {
@@ -252,7 +252,7 @@ mod tests {
                 parts.iter().map(|part| (part.phase, part.pulses, part.ticks)).collect()
             };
             assert_eq!(flat(&survey.parts), flat(&parts));
-            // // The pulses that are not measured hide no larger error.
+            // The pulses that are not measured hide no larger error.
             assert!(worst <= 1.0 && (worst - survey.worst.ticks).abs() < 0.05, "{worst}");
             assert!(survey.worst.checked == steps || steps > ALL);
             assert!(survey.samples.len() < 3_000);

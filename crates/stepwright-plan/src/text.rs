@@ -1,4 +1,4 @@
-//! //! Output for people: the summary, and the steps or runs in columns.
+//! Output for people: the summary, and the steps or runs in columns.
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -8,10 +8,10 @@ use crate::runs;
 use crate::survey::{Survey, Worst};
 use stepwright_plot::time_unit;
 
-/// /// The number of runs that the summary lists; `--format table` lists all.
+/// The number of runs that the summary lists; `--format table` lists all.
 const FEW: usize = 20;
 
-/// /// Writes the values as understood, and the results.
+/// Writes the values as understood, and the results.
 ///
 /// # Errors
 /// Those of the writer.
@@ -91,7 +91,7 @@ pub fn lasting(seconds: f64, decimals: usize) -> String {
     }
 }
 
-/// /// The value with at most this many decimals.
+/// The value with at most this many decimals.
 pub fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.contains('.') {
@@ -113,7 +113,7 @@ fn error(plan: &Plan, worst: &Worst) -> String {
     format!("{ticks:.3} ticks ({micros:.3} µs) at step {step}, {all}")
 }
 
-/// /// Writes every step, or every run, in columns.
+/// Writes every step, or every run, in columns.
 ///
 /// # Errors
 /// Those of the writer.

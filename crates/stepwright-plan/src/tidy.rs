@@ -1,11 +1,11 @@
-//! //! Numbers for programs, without the rounding noise of binary fractions.
+//! Numbers for programs, without the rounding noise of binary fractions.
 
 use serde_json::{Number, Value};
 
-/// /// The significant digits of a measurement or a calculation.
+/// The significant digits of a measurement or a calculation.
 const DIGITS: usize = 12;
 
-/// /// The value with its fractions rounded to 12 digits: 0.3, not 0.30000000000000004; 0 for -0.
+/// The value with its fractions rounded to 12 digits: 0.3, not 0.30000000000000004; 0 for -0.
 pub fn tidy(value: Value) -> Value {
     match value {
         Value::Number(number) => Value::Number(rounded(&number).unwrap_or(number)),
@@ -15,7 +15,7 @@ pub fn tidy(value: Value) -> Value {
     }
 }
 
-/// /// The value, with 0 for -0.
+/// The value, with 0 for -0.
 pub fn unsigned_zero(value: f64) -> f64 {
     value + 0.0
 }

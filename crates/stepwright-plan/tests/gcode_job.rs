@@ -1,4 +1,4 @@
-//! //! Tests of G-code jobs: their time before they start, by hand and by their steps.
+//! Tests of G-code jobs: their time before they start, by hand and by their steps.
 
 use stepwright::{Board, Rate};
 use stepwright_path::{AxisPace, RouteStep, Unplannable, length};
@@ -15,7 +15,7 @@ fn plan(job: &str) -> JobPlan {
     JobPlan::of(job.bytes(), [AXIS; 3], &board(), |_, _| ()).unwrap()
 }
 
-/// /// All steps, and the time at which the job is over.
+/// All steps, and the time at which the job is over.
 fn steps(job: &str) -> (Vec<RouteStep>, f64) {
     let mut job = GcodeJob::new(job.bytes(), [AXIS; 3]).unwrap();
     let mut steps = Vec::new();
@@ -47,22 +47,22 @@ fn times_by_hand() {
     // As fast as the axes can: 200 mm/s each, and 200·√2 along the diagonal.
     near(plan("G0 X100 Y100").time, 0.7);
     near(plan("G0 X100 Y50").time, 0.7);
-    // // Rapid moves have no F.
+    // Rapid moves have no F.
     let rapid = plan("G0 X100 Y100\nG4 P1\nG1 F6000 X0");
     near(rapid.at_axes, 0.3);
     near(rapid.at_feed, 0.9);
-    // // X is at its limit, because the line would be faster.
+    // X is at its limit, because the line would be faster.
     let steep = plan("G1 F60000 X100 Y10");
     near(steep.time, 0.7);
     near(steep.at_axes, 0.3);
-    // // In inverse time, two moves a minute: 30 s, and 0.001 s for the ramps to 1 mm/s.
+    // In inverse time, two moves a minute: 30 s, and 0.001 s for the ramps to 1 mm/s.
     near(plan("G93 G1 F2 X30").time, 30.001);
     near(plan("G1 F6000 X100\nG4 P1.5\nX0").time, 1.1 + 1.5 + 1.1);
     near(plan("G4 P2").time, 2.0);
     assert_eq!(plan(""), JobPlan::default());
 }
 
-/// /// Each axis jumps by 5 mm/s at a right angle: the speed falls by 95 mm/s, and rises by as many.
+/// Each axis jumps by 5 mm/s at a right angle: the speed falls by 95 mm/s, and rises by as many.
 #[test]
 fn a_corner_costs_what_it_costs() {
     let found = plan("G1 F6000 X100\nY100\nX200\n");
@@ -72,7 +72,7 @@ fn a_corner_costs_what_it_costs() {
     assert_eq!((second.line, second.place), (2, [100.0, 100.0, 0.0]));
     near(first.speed, 5.0);
     near(first.cost, 0.09025);
-    // // A path of the same length without a corner is faster by the cost.
+    // A path of the same length without a corner is faster by the cost.
     near(found.time - plan("G1 F6000 X300").time, first.cost + second.cost);
 }
 
@@ -82,14 +82,14 @@ fn the_worst_ten_corners_come_first() {
     let corners = plan(&job).corners;
     assert_eq!(corners.len(), 10);
     assert!(corners.windows(2).all(|pair| pair[0].cost >= pair[1].cost - 1e-9), "{corners:?}");
-    // // Equal corners are in the order of the file.
+    // Equal corners are in the order of the file.
     let same = plan("G1 F6000 X100\nY100\nX200\nY200").corners;
     assert_eq!(same.iter().map(|corner| corner.line).collect::<Vec<_>>(), [1, 2, 3]);
-    // // The speed between short lines is low, and so is the cost of their corners.
+    // The speed between short lines is low, and so is the cost of their corners.
     assert!(corners.iter().all(|corner| corner.line > 8), "{corners:?}");
 }
 
-/// /// A slow stretch of any length is no corner.
+/// A slow stretch of any length is no corner.
 #[test]
 fn a_slow_feed_is_no_corner() {
     assert_eq!(plan("G1 F6000 X100\nF60 X102\nF6000 X200").corners, []);
@@ -101,13 +101,13 @@ fn a_change_of_the_spindle_is_at_rest() {
     near(found.time, 3.3);
     let corners: Vec<_> = found.corners.iter().map(|c| (c.line, c.speed)).collect();
     assert_eq!(corners, [(1, 0.0), (3, 0.0)]);
-    // // An order of the present state is no change. M1 and T do not stop.
+    // An order of the present state is no change. M1 and T do not stop.
     near(plan("M3 S100\nG1 F6000 X100\nM3 S100\nM1\nT2\nX200").time, 2.1);
 }
 
 const BADGE: &str = include_str!("../../../examples/gcode/badge.nc");
 
-/// /// Uneven arcs, helices, tiny pieces, a stop: the planned time is that of the steps, and the steps go to
+/// Uneven arcs, helices, tiny pieces, a stop: the planned time is that of the steps, and the steps go to
 /// the end of the path.
 #[test]
 fn the_plan_is_that_of_the_steps() {
@@ -131,7 +131,7 @@ fn the_plan_is_that_of_the_steps() {
     }
 }
 
-/// /// Ends rounded to 3 digits make no corners: a circle of arcs is passed at speed.
+/// Ends rounded to 3 digits make no corners: a circle of arcs is passed at speed.
 #[test]
 fn rounded_arcs_are_passed_at_speed() {
     for (word, side) in [("G2", -0.7), ("G3", 0.7)] {
@@ -151,19 +151,19 @@ fn rounded_arcs_are_passed_at_speed() {
     }
 }
 
-/// /// Arcs go in the ordered direction: a quarter and three quarters of a circle of 10 mm.
+/// Arcs go in the ordered direction: a quarter and three quarters of a circle of 10 mm.
 #[test]
 fn arcs_turn_their_way() {
     for (word, quarters) in [("G3", 1.0), ("G2", 3.0)] {
         let job = format!("{word} F600 X0 Y10 I-10\n");
         let found = plan(&format!("G0 X10\nM3 S1\n{job}"));
-        // // At 10 mm/s, with 10 ms for both ramps, and 0.2 s for the 10 mm to the start.
+        // At 10 mm/s, with 10 ms for both ramps, and 0.2 s for the 10 mm to the start.
         let time = quarters * 10.0 * std::f64::consts::FRAC_PI_2 / 10.0 + 0.01 + 0.2;
         assert!((found.time - time).abs() < 1e-4, "{word}: {} {time}", found.time);
     }
 }
 
-/// /// An arc of nearly a full circle whose ends are 4 µm nearer or farther. The radius changes evenly from one
+/// An arc of nearly a full circle whose ends are 4 µm nearer or farther. The radius changes evenly from one
 /// to the other, where one arc through both ends would be half a millimetre off.
 #[test]
 fn an_uneven_arc_stays_on_its_way() {
@@ -186,7 +186,7 @@ fn an_uneven_arc_stays_on_its_way() {
                 - std::f64::consts::PI;
             last = angle;
             let off = f64::from(at[0]).hypot(f64::from(at[1])) * fine.step - 20.0;
-            // // Each axis is within 3/4 of a step, and an arc of a quarter bows by less than 0.4 µm.
+            // Each axis is within 3/4 of a step, and an arc of a quarter bows by less than 0.4 µm.
             let most = fine.step * 0.75 * 1.415 + 0.000_4;
             assert!((off - change * turned / whole).abs() < most, "{off} at {at:?}, {turned}");
         }
@@ -194,7 +194,7 @@ fn an_uneven_arc_stays_on_its_way() {
     }
 }
 
-/// /// A circle whose end is on the spoke of its start, a micrometre farther or nearer, is a whole circle, as
+/// A circle whose end is on the spoke of its start, a micrometre farther or nearer, is a whole circle, as
 /// in grbl and LinuxCNC, for any direction of the spoke. An earlier version made a line of a micrometre.
 #[test]
 fn a_circle_that_ends_beside_its_start_is_whole() {
@@ -209,7 +209,7 @@ fn a_circle_that_ends_beside_its_start_is_whole() {
                 let (found, (steps, time)) = (plan(&job), steps(&job));
                 near_by(found.survey.arcs.distance, round);
                 assert!(found.time > round / 100.0 && found.time.to_bits() == time.to_bits());
-                // // The path is opposite once, and ends at its end.
+                // The path is opposite once, and ends at its end.
                 let (mut at, mut far) = ([0i32; 3], 0.0f64);
                 for step in &steps {
                     at[step.axis] += if step.forward { 1 } else { -1 };
@@ -224,11 +224,11 @@ fn a_circle_that_ends_beside_its_start_is_whole() {
     }
 }
 
-/// /// An arc no larger than a step takes its time, and an arc smaller than a step of another axis is made. An
+/// An arc no larger than a step takes its time, and an arc smaller than a step of another axis is made. An
 /// earlier version made neither.
 #[test]
 fn an_arc_within_a_step_is_made() {
-    // // A minute for a circle of 10 µm, and a minute for three quarters.
+    // A minute for a circle of 10 µm, and a minute for three quarters.
     near_by(plan("G93 G1 X1 F60\nG2 X1 I-0.01 F1\nG4 P1").time, 62.0);
     near_by(plan("G93 G1 X1 F60\nG2 X0.99 Y-0.01 I-0.01 F1\nG4 P1").time, 62.0);
     for coarse in 0..3 {
@@ -257,7 +257,7 @@ fn an_arc_within_a_step_is_made() {
     }
 }
 
-/// /// An arc that leads outwards by more than around is no error, as far as grbl accepts it.
+/// An arc that leads outwards by more than around is no error, as far as grbl accepts it.
 #[test]
 fn an_arc_that_leads_outwards_is_taken() {
     for job in [
@@ -268,7 +268,7 @@ fn an_arc_that_leads_outwards_is_taken() {
         let (found, (_, time)) = (plan(job), steps(job));
         assert_eq!(found.time.to_bits(), time.to_bits(), "{job}");
     }
-    // // A minute for the arc, for any length.
+    // A minute for the arc, for any length.
     near_by(plan("G0 X10\nG93 G3 X10.004 Y0.001 I-10 F1\nG4 P1").time, 61.12);
 }
 
@@ -281,7 +281,7 @@ fn an_error_ends_it_with_its_line() {
     let axis = AxisPace { step: 1e-6, ..AXIS };
     let far = JobPlan::of(*b"G0 X1\nX9999", [axis; 3], &board(), |_, _| ()).unwrap_err();
     assert!(matches!(far, JobError::Move(2, _)), "{far:?}");
-    // // The steps before the error are made.
+    // The steps before the error are made.
     let mut job = GcodeJob::new(*b"G1 F600 X1\nG1 Q\nX9", [AXIS; 3]).unwrap();
     let mut steps = 0;
     let error = loop {
@@ -302,14 +302,14 @@ fn what_a_board_cannot_do_is_said() {
     assert_eq!((found.line, found.axis), (2, 0));
     near(found.wanted, 12_000.0);
     near(found.most, 10_000.0);
-    // // The board is told the highest rate of each axis. X and Y need not be as fast at the same time.
+    // The board is told the highest rate of each axis. X and Y need not be as fast at the same time.
     let apart = plan("G1 F3000 X100\nF2900 Y100").refused.unwrap();
     assert_eq!((apart.line, apart.axis), (1, 0));
     assert!(plan("G1 F2600 X70 Y70").refused.is_none());
     assert!(plan("G1 F2700 X70 Y70").refused.is_some());
 }
 
-/// /// A full circle of 20 mm in chords of 0.1 mm, from places of two digits.
+/// A full circle of 20 mm in chords of 0.1 mm, from places of two digits.
 fn rounded_circle() -> String {
     let chord = |n: u32| {
         let (y, x) = (std::f64::consts::TAU * f64::from(n) / 1_257.0).sin_cos();
@@ -318,7 +318,7 @@ fn rounded_circle() -> String {
     (1..=1_257).map(chord).collect()
 }
 
-/// /// G64 P: where it allows that, chords are an arc, up to G61. The planned time is that of the steps.
+/// G64 P: where it allows that, chords are an arc, up to G61. The planned time is that of the steps.
 #[test]
 fn chords_within_a_tolerance_are_passed_as_their_arc() {
     let chords = rounded_circle();
@@ -333,7 +333,7 @@ fn chords_within_a_tolerance_are_passed_as_their_arc() {
         near(plan(job).time, time);
         assert_eq!(end(&steps), [0; 3]);
     }
-    // // 0.01 mm, the rounding of the text, and the steps.
+    // 0.01 mm, the rounding of the text, and the steps.
     let mut at = [0i32; 3];
     for step in steps(&within).0 {
         at[step.axis] += if step.forward { 1 } else { -1 };
@@ -342,7 +342,7 @@ fn chords_within_a_tolerance_are_passed_as_their_arc() {
     }
 }
 
-/// /// A given tolerance applies until the text orders another one.
+/// A given tolerance applies until the text orders another one.
 #[test]
 fn a_tolerance_that_is_asked_for_holds_until_the_job_orders_another() {
     let chords = rounded_circle();
@@ -363,7 +363,7 @@ fn a_tolerance_that_is_asked_for_holds_until_the_job_orders_another() {
     }
     let coarse = format!("G64 P0.05 {plain}");
     near(asked(&coarse).time, plan(&coarse).time);
-    // // The end of a program keeps the tolerance.
+    // The end of a program keeps the tolerance.
     let twice = format!("{plain}M2\n{plain}");
     near_by(asked(&twice).time, 2.0 * asked(&plain).time);
     let terms = JobTerms { tolerance: length(-0.01).unwrap(), ..JobTerms::default() };
@@ -375,7 +375,7 @@ fn near_by(found: f64, expected: f64) {
     assert!((found / expected - 1.0).abs() < 0.002, "{found}, not {expected}");
 }
 
-/// /// Lines that wait are made before a dwell.
+/// Lines that wait are made before a dwell.
 #[test]
 fn lines_that_wait_come_before_a_dwell() {
     let (steps, time) = steps("G64 P0.01\nG1 F6000 X10\nX20\nG4 P5\nX30\n");
@@ -384,7 +384,7 @@ fn lines_that_wait_come_before_a_dwell() {
     near(time, plan("G1 F6000 X20\nG4 P5\nX30").time);
 }
 
-/// /// A corner after chords that became one line has the line number of the last chord.
+/// A corner after chords that became one line has the line number of the last chord.
 #[test]
 fn a_corner_behind_a_fitted_line_has_its_line() {
     let chords: String = (1..=100).map(|n| format!("X{n}\n")).collect();
@@ -393,7 +393,7 @@ fn a_corner_behind_a_fitted_line_has_its_line() {
     assert_eq!((corner.line, corner.place), (102, [100.0, 0.0, 0.0]));
 }
 
-/// /// Lines that wait are held and dropped, as lines on the route are.
+/// Lines that wait are held and dropped, as lines on the route are.
 #[test]
 fn lines_that_wait_are_held_and_dropped() {
     let text = format!("G64 P0.01\nG1 F6000\n{}", rounded_circle());
@@ -411,7 +411,7 @@ fn lines_that_wait_are_held_and_dropped() {
     assert!(last.time < 0.65 && dropped.step().unwrap().is_none(), "{}", last.time);
 }
 
-/// /// A job brakes along its way from any place.
+/// A job brakes along its way from any place.
 #[test]
 fn a_job_is_cancelled() {
     let long = "G1 F6000 X100\nG3 X100 Y40 J20\nG1 X0 Y0\n".repeat(5);

@@ -1,6 +1,6 @@
-//! //! Tests of a laser's power, judged by the steps and the text of the job alone.
+//! Tests of a laser's power, judged by the steps and the text of the job alone.
 //!
-//! //! The judge knows the place of each step of an axis along the path: half a step after a whole position. M4
+//! The judge knows the place of each step of an axis along the path: half a step after a whole position. M4
 //! burns the same amount per mm at any speed, so between two steps the power adds up to S/F times the way
 //! between them. M3 adds up to S times the time. The judge does not use the planner's speeds.
 
@@ -23,7 +23,7 @@ fn near(found: f64, expected: f64) {
     assert!((found - expected).abs() < 1e-9 * (1.0 + expected.abs()), "{found}, not {expected}");
 }
 
-/// /// The power changes of a whole job.
+/// The power changes of a whole job.
 fn signal(job: &str) -> Vec<PowerChange> {
     let mut job = GcodeJob::new(job.bytes(), [AXIS; 3]).unwrap().with_laser(1_000.0);
     while job.step().unwrap().is_some() {}
@@ -32,12 +32,12 @@ fn signal(job: &str) -> Vec<PowerChange> {
 
 #[test]
 fn times_by_hand() {
-    // // 10 mm at 100 mm/s and two ramps of 0.1 s, for the first line only.
+    // 10 mm at 100 mm/s and two ramps of 0.1 s, for the first line only.
     let laser = plan("M3 S100\nG1 F6000 X10\nG4 P1\nG0 X0", Some(1_000.0)).laser.unwrap();
     near(laser.time, 0.2);
     near(laser.way, 10.0);
     assert_eq!((laser.highest, laser.most), (100.0, 1_000.0));
-    // // Never on at rest: a dwell, and the rests before and after it.
+    // Never on at rest: a dwell, and the rests before and after it.
     let laser = plan("M4 S50 G1 F6000 X10\nG4 P3\nX20\nM5\nX30", Some(1_000.0)).laser.unwrap();
     near(laser.time, 0.2 + 0.1 + 0.05);
     near(laser.way, 20.0);
@@ -47,7 +47,7 @@ fn times_by_hand() {
     assert_eq!(plan("M3 S9 G1 F600 X9", None).laser, None);
 }
 
-/// /// A change of the laser makes no corner and costs no time. A spindle rests for a change.
+/// A change of the laser makes no corner and costs no time. A spindle rests for a change.
 #[test]
 fn no_change_of_the_laser_stops_the_path() {
     const WORDS: [&str; 6] = ["M3 S100", "S200", "M4", "M5", "M3", "S0"];
@@ -62,7 +62,7 @@ fn no_change_of_the_laser_stops_the_path() {
     assert_eq!((with.time.to_bits(), &with.corners), (bare.time.to_bits(), &bare.corners));
     let spindle = plan(&job(true), None);
     assert!(spindle.time > bare.time + 0.5, "{} {}", spindle.time, bare.time);
-    // // Coolant, dwells and pauses still rest.
+    // Coolant, dwells and pauses still rest.
     let rests = "G1 F6000 X100\nM8\nX200\nG4 P1\nX300\nM0\nX400";
     near(plan(rests, Some(1.0)).time, plan(rests, None).time);
 }
@@ -72,29 +72,29 @@ fn powers_by_hand() {
     let power = |found: &[PowerChange], time: f64| {
         found.iter().rev().find(|change| change.time <= time).map_or(0.0, |change| change.power)
     };
-    // // M3: on from its start to its end, without a ramp. Above S1000 it is full power.
+    // M3: on from its start to its end, without a ramp. Above S1000 it is full power.
     let found = signal("M3 S250\nG1 F6000 X10\nG0 X20\nG1 S5000 X30");
     let powers: Vec<_> = found.iter().map(|change| change.power).collect();
     assert_eq!(powers, [0.25, 0.0, 1.0, 0.0]);
     assert_eq!(found[0].time, 0.0);
-    // // M4: half of the speed gives half of the power. The ramp to 100 mm/s takes 0.1 s.
+    // M4: half of the speed gives half of the power. The ramp to 100 mm/s takes 0.1 s.
     let found = signal("M4 S1000 G1 F6000 X100\nG4 P1\nX50");
     for (time, expected) in [(0.0, 0.0), (0.05, 0.5), (0.1, 1.0), (0.6, 1.0), (1.05, 0.5)] {
         let found = power(&found, time);
         assert!((found - expected).abs() <= 1.0 / 255.0, "{time}: {found}, not {expected}");
     }
-    // // Where the power is constant it is exact, and so is off.
+    // Where the power is constant it is exact, and so is off.
     assert_eq!((power(&found, 0.5), power(&found, 1.5), power(&found, 9.0)), (1.0, 0.0, 0.0));
     let off: Vec<_> = found.iter().filter(|change| change.power == 0.0).collect();
     assert_eq!(off.len(), 2);
     near(off[0].time, 1.1);
     // In inverse time: 30 mm in half a minute.
     assert_eq!(power(&signal("M4 S500 G93 G1 F2 X30"), 15.0), 0.5);
-    // // An axis slower than F makes the laser weaker too: 200 of 400 mm/s.
+    // An axis slower than F makes the laser weaker too: 200 of 400 mm/s.
     assert_eq!(power(&signal("M4 S800 G1 F24000 X100"), 0.4), 0.4);
 }
 
-/// /// Chords that become one line or one arc burn like it, and S changes at its own line.
+/// Chords that become one line or one arc burn like it, and S changes at its own line.
 #[test]
 fn chords_within_a_tolerance_burn_as_one() {
     let chords =
@@ -114,7 +114,7 @@ fn chords_within_a_tolerance_burn_as_one() {
     }
 }
 
-/// /// The laser of a braked job is off as soon as the job stands.
+/// The laser of a braked job is off as soon as the job stands.
 #[test]
 fn a_braked_job_is_dark() {
     let job = "M3 S1000 G1 F6000 X500";
@@ -175,7 +175,7 @@ fn part() -> impl Strategy<Value = Job> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 192, failure_persistence: None, ..Default::default() })]
 
-    /// /// Random programs, a third of them with limited jerk, half of them with holds.
+    /// Random programs, a third of them with limited jerk, half of them with holds.
     #[test]
     fn random_jobs_burn_what_they_order(
         job in prop::collection::vec(part(), 1..24),
@@ -186,7 +186,7 @@ proptest! {
         run(&job, AXES.map(|axis| AxisPace { jerk, ..axis }), &holds, stride).judge();
     }
 
-    /// /// For any bytes the power is from 0 to 1, times never fall, and the power ends at 0.
+    /// For any bytes the power is from 0 to 1, times never fall, and the power ends at 0.
     #[test]
     fn no_text_is_too_strange(
         words in prop::collection::vec(prop_oneof![
@@ -198,7 +198,7 @@ proptest! {
         most in prop_oneof![Just(1_000.0), Just(1e-9), Just(1e9)],
     ) {
         let text = words.concat();
-        // // A job may take hours: 30 s of it are enough.
+        // A job may take hours: 30 s of it are enough.
         let mut job = GcodeJob::new(text.bytes(), [AXIS; 3]).unwrap().with_laser(most);
         let mut last = PowerChange { time: 0.0, power: 0.0 };
         let mut see = |change: PowerChange| {
@@ -222,7 +222,7 @@ proptest! {
     }
 }
 
-/// /// The judge detects a laser that is off by a hundredth, late, or on at rest.
+/// The judge detects a laser that is off by a hundredth, late, or on at rest.
 #[test]
 fn the_judge_is_no_yes_man() {
     let line = |x, tool| Job::Line { x, y: 0, tool };

@@ -1,27 +1,27 @@
-//! //! The faults of a timer.
+//! The faults of a timer.
 
 use core::fmt;
 
-/// /// How a timer breaks the contract of [`StepTimer`](stepwright::timer::StepTimer). The text says what was
+/// How a timer breaks the contract of [`StepTimer`](stepwright::timer::StepTimer). The text says what was
 /// seen, what is required and what to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimerFault {
-    /// /// The counter shows the same value at every read.
+    /// The counter shows the same value at every read.
     StandsStill,
     /// The counter went back.
     Backward,
     /// The interrupt never came.
     Lost {
-        /// /// Ticks from the counter to the compare value when it was set; 0 or less if it had passed.
+        /// Ticks from the counter to the compare value when it was set; 0 or less if it had passed.
         ahead: i32,
-        /// /// Ticks after which the test gave up.
+        /// Ticks after which the test gave up.
         waited: i32,
     },
-    /// /// The interrupt came, and a deadline ahead counted as passed.
+    /// The interrupt came, and a deadline ahead counted as passed.
     Early {
-        /// /// Ticks from the counter to the compare value when it was set.
+        /// Ticks from the counter to the compare value when it was set.
         ahead: i32,
-        /// /// By how many ticks the deadline was too early.
+        /// By how many ticks the deadline was too early.
         by: i32,
     },
 }

@@ -1,4 +1,4 @@
-//! //! A model of a timer's registers whose time passes with each access; timers on it that keep the contract,
+//! A model of a timer's registers whose time passes with each access; timers on it that keep the contract,
 //! and timers that do not.
 
 use std::cell::Cell;
@@ -7,14 +7,14 @@ use std::marker::PhantomData;
 use stepwright::timer::{Count, StepTimer};
 use stepwright_port_test::{Checked, TestPort, TimerFault, TimerProbe, check};
 
-/// /// The registers: a counter, a compare register that matches when the counter reaches it, and the interrupt
+/// The registers: a counter, a compare register that matches when the counter reaches it, and the interrupt
 /// request.
 #[derive(Default)]
 struct Registers {
     count: Cell<u64>,
     compare: Cell<u64>,
     request: Cell<bool>,
-    /// /// Ticks per access.
+    /// Ticks per access.
     access: u64,
 }
 
@@ -29,29 +29,29 @@ impl Registers {
     }
 }
 
-/// /// How `wake_at` handles a value that has passed.
+/// How `wake_at` handles a value that has passed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
-    /// /// Writes the value, clears the old request, looks at the counter, and pends the interrupt.
+    /// Writes the value, clears the old request, looks at the counter, and pends the interrupt.
     Right,
-    /// /// Like `Right`, but looks at the counter before it writes the value.
+    /// Like `Right`, but looks at the counter before it writes the value.
     TooSoon,
-    /// /// Does not look at the counter.
+    /// Does not look at the counter.
     Forgets,
-    /// /// Looks at the counter, and then clears the request, its own too.
+    /// Looks at the counter, and then clears the request, its own too.
     ClearsLast,
-    /// /// Compares counts as numbers, which is wrong after a wrap.
+    /// Compares counts as numbers, which is wrong after a wrap.
     Unsigned,
     /// Counts down.
     Down,
-    /// /// Stands still.
+    /// Stands still.
     Stands,
 }
 
-/// /// The width of a counter: 16 or 32 bits.
+/// The width of a counter: 16 or 32 bits.
 trait Width: Count + Into<u64> {
     const MASK: u64;
-    /// /// The low bits of a count.
+    /// The low bits of a count.
     fn low(count: u64) -> Self;
 }
 
@@ -174,12 +174,12 @@ fn a_timer_that_keeps_the_contract_passes() {
         assert!(narrow.wrapped && narrow.values > 300, "{narrow:?}");
         let wide = tried::<u32>(Way::Right, access, true).unwrap();
         assert!(wide.wrapped && wide.values > narrow.values, "{wide:?}");
-        // // The test does not wait for 2³² ticks.
+        // The test does not wait for 2³² ticks.
         assert!(!tried::<u32>(Way::Right, access, false).unwrap().wrapped);
     }
 }
 
-/// /// The fault names the missed value: 0 ticks ahead, the first that is tried.
+/// The fault names the missed value: 0 ticks ahead, the first that is tried.
 #[test]
 fn a_timer_that_forgets_what_has_passed_fails() {
     for access in 1..=9 {

@@ -1,4 +1,4 @@
-//! //! The kinds of timers, and the virtual top of a speed on them.
+//! The kinds of timers, and the virtual top of a speed on them.
 
 use stepwright_timed::fit::{Hardware, Misfit};
 
@@ -21,7 +21,7 @@ pub enum TimerKind {
 }
 
 impl TimerKind {
-    /// /// The timer at this clock in Hz, at least 1.
+    /// The timer at this clock in Hz, at least 1.
     pub fn hardware(self, hz: u32) -> Hardware {
         match self {
             TimerKind::Avr16 => Hardware::avr16(hz),
@@ -36,12 +36,12 @@ impl TimerKind {
 /// The virtual top of a speed in steps/s, rounded down; `what` is the speed, for the message.
 ///
 /// # Errors
-/// /// [`CalcError::Misfit`]: the timer can't make this speed.
+/// [`CalcError::Misfit`]: the timer can't make this speed.
 pub fn virtual_top(hardware: &Hardware, steps: f64, what: &str) -> Result<u32, CalcError> {
     let top = f64::from(hardware.hz()) / steps;
-    // // The rounding of decimals must not cost a whole clock: 1 rpm is 4800000, not 4799999.
+    // The rounding of decimals must not cost a whole clock: 1 rpm is 4800000, not 4799999.
     let top = (top * (1.0 + 1e-14)).floor();
-    // // A speed of 0 gives an infinite top.
+    // A speed of 0 gives an infinite top.
     let checked = if top > f64::from(u32::MAX) {
         Err(Misfit::TooSlow { max: hardware.max_top() })
     } else {

@@ -1,4 +1,4 @@
-//! //! The delays that fit the period of a timer, and the range of its counters (stepper_h).
+//! The delays that fit the period of a timer, and the range of its counters (stepper_h).
 //!
 //! A step takes three periods (bounds, STEP up, STEP down), and a delay must be a
 //! whole number of them:
@@ -11,37 +11,37 @@ use super::linear::{paired, turns};
 use super::{CalcError, fraction};
 use crate::sheet::{Cell, Sheet};
 
-/// /// Wanted delays on a timer whose interrupt serves all motors.
+/// Wanted delays on a timer whose interrupt serves all motors.
 #[derive(Clone, Debug)]
 pub struct DelayFit {
-    /// /// From interrupt to interrupt in µs.
+    /// From interrupt to interrupt in µs.
     pub period: f64,
     /// Microsteps of a step, 1 to 256, one or several.
     pub microsteps: Vec<u32>,
-    /// /// Wanted delays in µs: one for all, or one for each of `microsteps`. None: the delays of stepper_h's
+    /// Wanted delays in µs: one for all, or one for each of `microsteps`. None: the delays of stepper_h's
     /// motor, for six kinds of microsteps.
     pub delays: Vec<f64>,
-    /// /// Distance of a step in mm.
+    /// Distance of a step in mm.
     pub distance: Option<f64>,
     /// Full steps of one turn.
     pub steps_per_rev: u32,
 }
 
-/// /// The delays that stepper_h's motor wants, from 1/1 to 1/32, in µs.
+/// The delays that stepper_h's motor wants, from 1/1 to 1/32, in µs.
 const WANTED: [f64; 6] = [1500.0, 650.0, 330.0, 180.0, 80.0, 40.0];
 
-/// /// The smallest fitting delay that is no shorter than `delay`.
+/// The smallest fitting delay that is no shorter than `delay`.
 fn fitting(delay: f64, period: f64) -> f64 {
-    // // Up to 10⁻⁹ of the periods is rounding, but at most 10⁻⁶ of a period: 0.3 is three times 0.1.
+    // Up to 10⁻⁹ of the periods is rounding, but at most 10⁻⁶ of a period: 0.3 is three times 0.1.
     let periods = delay / period;
     (periods - (periods * 1e-9).min(1e-6)).ceil().max(3.0) * period
 }
 
 impl DelayFit {
-    /// /// The fitting delays as a sheet.
+    /// The fitting delays as a sheet.
     ///
     /// # Errors
-    /// /// Fails if the number of delays matches no microsteps.
+    /// Fails if the number of delays matches no microsteps.
     pub fn sheet(&self) -> Result<Sheet, CalcError> {
         let DelayFit { period, ref microsteps, ref delays, .. } = *self;
         let defaults = delays.is_empty() && microsteps.len() == WANTED.len();
@@ -80,7 +80,7 @@ impl DelayFit {
         Ok(sheet)
     }
 
-    /// /// The ranges of positions, delays and steps in 32 and 64 bits.
+    /// The ranges of positions, delays and steps in 32 and 64 bits.
     fn counting(&self, sheet: &mut Sheet) {
         let (narrow, wide) = (2f64.powi(31), 2f64.powi(63));
         let mut fact =
@@ -104,7 +104,7 @@ impl DelayFit {
 mod tests {
     use super::*;
 
-    /// /// A fitting delay is never shorter than the wanted delay, for any number of periods.
+    /// A fitting delay is never shorter than the wanted delay, for any number of periods.
     #[test]
     fn a_delay_is_never_cut() {
         assert_eq!(fitting(0.3, 0.1), 3.0 * 0.1);

@@ -1,4 +1,4 @@
-//! //! The settings of a driver chip: reference voltage and jumpers (stepper_h).
+//! The settings of a driver chip: reference voltage and jumpers (stepper_h).
 
 use super::{CalcError, fraction};
 use crate::sheet::{Cell, Sheet};
@@ -21,7 +21,7 @@ impl StepDriver {
         }
     }
 
-    /// /// The highest current that the data sheet allows with cooling, in A.
+    /// The highest current that the data sheet allows with cooling, in A.
     fn most(self) -> f64 {
         match self {
             StepDriver::Drv8825 => 2.5,
@@ -29,7 +29,7 @@ impl StepDriver {
         }
     }
 
-    /// /// The ratio of Vref to the voltage at the sense resistor.
+    /// The ratio of Vref to the voltage at the sense resistor.
     fn gain(self) -> f64 {
         match self {
             StepDriver::Drv8825 => 5.0,
@@ -37,7 +37,7 @@ impl StepDriver {
         }
     }
 
-    /// /// The names of the jumpers, and which of them are set for each kind of microsteps.
+    /// The names of the jumpers, and which of them are set for each kind of microsteps.
     fn jumpers(self) -> ([&'static str; 3], &'static [(u32, [u8; 3])]) {
         match self {
             StepDriver::Drv8825 => (
@@ -89,7 +89,7 @@ impl StepDriver {
         sheet
     }
 
-    /// /// The jumpers for all microsteps, or for `only` these.
+    /// The jumpers for all microsteps, or for `only` these.
     ///
     /// # Errors
     /// [`CalcError::NoMicrosteps`]

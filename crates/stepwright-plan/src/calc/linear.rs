@@ -17,7 +17,7 @@ use crate::sheet::{Cell, Sheet};
 pub struct Gearing {
     /// Microsteps of a step, 1 to 256, one or several.
     pub microsteps: Vec<u32>,
-    /// /// Delays from step to step in µs: none, one for all, or one for each of `microsteps`.
+    /// Delays from step to step in µs: none, one for all, or one for each of `microsteps`.
     pub delays: Vec<f64>,
     /// A speed.
     pub speed: Option<SpeedArg>,
@@ -26,16 +26,16 @@ pub struct Gearing {
 }
 
 impl Gearing {
-    /// /// A belt: the teeth of the pulley, and the pitch in mm from tooth to tooth.
+    /// A belt: the teeth of the pulley, and the pitch in mm from tooth to tooth.
     ///
     /// # Errors
-    /// /// The number of delays matches no microsteps; the unit of a speed is not known.
+    /// The number of delays matches no microsteps; the unit of a speed is not known.
     pub fn belt(&self, teeth: u32, pitch: f64) -> Result<Sheet, CalcError> {
         let what = format!("A belt of {pitch} mm pitch on a pulley of {teeth}");
         self.sheet(what, pitch * f64::from(teeth))
     }
 
-    /// /// A screw: the pitch in mm from thread to thread, and the number of starts (threads side by side).
+    /// A screw: the pitch in mm from thread to thread, and the number of starts (threads side by side).
     ///
     /// # Errors
     /// Those of [`belt`](Gearing::belt).
@@ -49,9 +49,9 @@ impl Gearing {
         let mut sheet = Sheet::new(what);
         sheet.fact("mm_rev", "travel of a turn", Cell::digits(travel, 9), "mm");
         if let Some(speed) = &self.speed {
-            // // The travel of a turn is known here, so mm/s need no other option.
+            // The travel of a turn is known here, so mm/s need no other option.
             let geometry = Geometry::new(self.steps_per_rev).map_err(CalcError::Range)?;
-            // // Above 4 m a turn the geometry holds no millimetres.
+            // Above 4 m a turn the geometry holds no millimetres.
             let geometry = match MmArg::of(travel) {
                 Some(mm) => geometry.travelling_nm(mm.nm()).map_err(CalcError::Range)?,
                 None => geometry,
@@ -106,7 +106,7 @@ pub(super) fn turns(delay: f64, steps_per_turn: f64) -> f64 {
     1e6 / (delay * steps_per_turn)
 }
 
-/// /// The delay for microsteps number `i` of `of`.
+/// The delay for microsteps number `i` of `of`.
 pub(super) fn paired(delays: &[f64], i: usize, of: usize) -> Result<Option<f64>, CalcError> {
     match delays.len() {
         0 => Ok(None),
@@ -120,7 +120,7 @@ pub(super) fn paired(delays: &[f64], i: usize, of: usize) -> Result<Option<f64>,
 mod tests {
     use super::*;
 
-    /// /// The turns per second that stepper_h prints, each cut or rounded to a digit.
+    /// The turns per second that stepper_h prints, each cut or rounded to a digit.
     #[test]
     fn turns_per_second() {
         let cases = [

@@ -11,7 +11,7 @@
 //! assert_eq!(sheet.rows[0][2].shown(), "12.5"); // µm a step
 //! ```
 //!
-//! //! Each calculator makes a [`Sheet`](crate::sheet::Sheet). `stepwright_timed::fit` fits the timer.
+//! Each calculator makes a [`Sheet`](crate::sheet::Sheet). `stepwright_timed::fit` fits the timer.
 
 mod clock;
 mod delay;
@@ -41,7 +41,7 @@ pub use timer::{TimerSpeed, timer};
 pub enum CalcError {
     /// An interval that the timer can't make.
     Misfit {
-        /// /// What has this interval.
+        /// What has this interval.
         what: String,
         /// Why.
         why: Misfit,
@@ -50,7 +50,7 @@ pub enum CalcError {
     Range(OutOfRange),
     /// A value whose unit is not known.
     Unit(UnitError),
-    /// /// A speed in millimetres, but the travel of a turn is too long for millimetres.
+    /// A speed in millimetres, but the travel of a turn is too long for millimetres.
     LongTurn {
         /// The speed as typed.
         speed: String,
@@ -62,25 +62,25 @@ pub enum CalcError {
         /// As typed.
         given: String,
     },
-    /// /// The number of delays matches the number of kinds of microsteps in no way.
+    /// The number of delays matches the number of kinds of microsteps in no way.
     Delays {
         /// Delays.
         delays: usize,
         /// Kinds of microsteps.
         kinds: usize,
     },
-    /// /// Own microsteps, but no delays.
+    /// Own microsteps, but no delays.
     NoDelays,
-    /// /// The driver does not have these microsteps.
+    /// The driver does not have these microsteps.
     NoMicrosteps {
         /// The driver.
         driver: &'static str,
         /// The microsteps.
         only: u32,
-        /// /// The microsteps that the driver has.
+        /// The microsteps that the driver has.
         kinds: String,
     },
-    /// /// A change from a virtual top to the same virtual top.
+    /// A change from a virtual top to the same virtual top.
     SameTop {
         /// The speed at the start.
         from: String,
@@ -95,7 +95,7 @@ pub enum CalcError {
         updates: u16,
         /// Clocks in all.
         way: u32,
-        /// /// The highest possible number of updates.
+        /// The highest possible number of updates.
         most: u32,
     },
 }
@@ -137,7 +137,7 @@ impl From<UnitError> for CalcError {
     }
 }
 
-/// /// `1/16` in text, 16 in CSV and JSON.
+/// `1/16` in text, 16 in CSV and JSON.
 fn fraction(micro: u32) -> Cell {
     Cell::Real(micro.into(), format!("1/{micro}"))
 }

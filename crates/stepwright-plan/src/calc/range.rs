@@ -1,15 +1,15 @@
-//! //! The rates that a timer can make (the Arduino driver, section 6).
+//! The rates that a timer can make (the Arduino driver, section 6).
 
 use stepwright::Geometry;
 use stepwright_timed::fit::Hardware;
 
 use crate::sheet::{Cell, Sheet};
 
-/// /// The lowest and the highest rate of all prescalers together, and of each.
+/// The lowest and the highest rate of all prescalers together, and of each.
 pub fn range(hardware: &Hardware, geometry: &Geometry) -> Sheet {
     let turn = f64::from(geometry.steps_per_turn());
     let (hz, bits) = (f64::from(hardware.hz()), hardware.bits());
-    // // A step each time the counter wraps. A wide counter does not wrap within the longest interval.
+    // A step each time the counter wraps. A wide counter does not wrap within the longest interval.
     let whole = hardware.span() - 1 <= u64::from(hardware.max_top());
     let longest = if whole { hardware.span() } else { hardware.max_top().into() };
     let lowest = hz / longest as f64;
@@ -37,7 +37,7 @@ pub fn range(hardware: &Hardware, geometry: &Geometry) -> Sheet {
     for &shift in hardware.shifts() {
         let clocks = |counts: u64| (counts << shift).min(longest) as f64;
         let counts = 1u64 << bits;
-        // // The fewest counts that take no less than the shortest interval.
+        // The fewest counts that take no less than the shortest interval.
         let least = u64::from(hardware.min_top()).div_ceil(1 << shift);
         let mut row = vec![Cell::from(1u32 << shift)];
         for counts in [counts, counts - 1, least] {

@@ -6,7 +6,7 @@
 //!   halving     modification = ⌊(start − end) / (2 − 2^(1−n))⌋      faster
 //! ```
 //!
-//! //! start and end are virtual tops. After each update the modification doubles or halves (rounded down), so
+//! start and end are virtual tops. After each update the modification doubles or halves (rounded down), so
 //! that the speed changes more evenly.
 
 use stepwright::Geometry;
@@ -19,19 +19,19 @@ use crate::sheet::{Cell, Sheet};
 /// A speed that changes with the clock.
 #[derive(Clone, Debug)]
 pub struct TimedTable {
-    /// /// The name of the speed at the start.
+    /// The name of the speed at the start.
     pub from: String,
-    /// /// The name of the speed at the end.
+    /// The name of the speed at the end.
     pub to: String,
     /// The virtual top at the start.
     pub start: u32,
-    /// /// The wanted virtual top at the end.
+    /// The wanted virtual top at the end.
     pub end: u32,
     /// How many times the speed changes, at least once.
     pub updates: u16,
     /// Whether the modification doubles (slower) or halves (faster).
     pub doubling: bool,
-    /// /// The modification if it is given; the speed at the end follows from it.
+    /// The modification if it is given; the speed at the end follows from it.
     pub modification: Option<u32>,
     /// Seconds from update to update.
     pub every: Option<f64>,
@@ -42,13 +42,13 @@ pub struct TimedTable {
 pub struct TopChange {
     /// The virtual top at the start.
     pub start: u32,
-    /// /// Whether the virtual top gets smaller.
+    /// Whether the virtual top gets smaller.
     pub faster: bool,
     /// Whether the modification doubles or halves.
     pub doubling: bool,
     /// The first change, in clocks.
     pub modification: u32,
-    /// /// The number of updates.
+    /// The number of updates.
     pub updates: u16,
 }
 
@@ -57,12 +57,12 @@ pub struct TopChange {
 pub struct TopUpdate {
     /// The virtual top.
     pub top: u32,
-    /// /// The change by this update.
+    /// The change by this update.
     pub by: i64,
 }
 
 impl TopChange {
-    /// /// Every state from the start on. Ends before a top that the timer can't make, as the driver does.
+    /// Every state from the start on. Ends before a top that the timer can't make, as the driver does.
     pub fn states(self, hardware: Hardware) -> impl Iterator<Item = TopUpdate> {
         let (mut top, mut modification) = (self.start, self.modification);
         let changes = (0..self.updates).map_while(move |_| {
@@ -73,7 +73,7 @@ impl TopChange {
             };
             top = next.filter(|&top| hardware.check(top).is_ok())?;
             if self.doubling {
-                // // A modification that exceeds 32 bits exceeds the timer's range too, at the next update.
+                // A modification that exceeds 32 bits exceeds the timer's range too, at the next update.
                 modification = if self.faster { by / 2 } else { by.saturating_mul(2) };
             }
             let by = i64::from(by);
@@ -83,12 +83,12 @@ impl TopChange {
     }
 }
 
-/// /// The modification for a change of `way` clocks.
+/// The modification for a change of `way` clocks.
 fn modification(way: u32, updates: u16, doubling: bool, faster: bool) -> u32 {
     let (way, n) = (u128::from(way), u32::from(updates));
     let value = match doubling {
         false => way / u128::from(n),
-        // // 2 − 2^(1−n) = (2^n − 1) / 2^(n−1); more than 64 updates change no digit.
+        // 2 − 2^(1−n) = (2^n − 1) / 2^(n−1); more than 64 updates change no digit.
         true if faster => (way << (n.min(64) - 1)) / ((1 << n.min(64)) - 1),
         true => way / ((1 << n.min(64)) - 1),
     };
@@ -149,7 +149,7 @@ impl TimedTable {
         sheet.fact("end_top", "real end", end, "clocks");
         sheet.fact("end_rpm", "… speed", Cell::digits(rate(end) * 60.0 / turn, 7), "rpm");
         if let Some(every) = self.every {
-            // // A FAULT ends the change early.
+            // A FAULT ends the change early.
             let seconds = (states.len() - 1) as f64 * every;
             sheet.fact("seconds", "takes", Cell::digits(seconds, 6), "s");
         }
@@ -185,7 +185,7 @@ impl TimedTable {
         Ok(sheet)
     }
 
-    /// /// The speed over the updates, beside the curve of the other kind of change.
+    /// The speed over the updates, beside the curve of the other kind of change.
     ///
     /// # Errors
     /// Those of [`change`](TimedTable::change).
@@ -207,7 +207,7 @@ impl TimedTable {
                 points.extend(points.last().map(|&(_, before)| (x, before)));
                 points.push((x, y));
             }
-            // // After a FAULT the speed stays.
+            // After a FAULT the speed stays.
             let end = (f64::from(change.updates) + 1.0) * step;
             points.extend(dots.last().map(|&(_, y)| (end, y)));
             let dots = if dots.len() <= 60 && colour == 0 { dots } else { Vec::new() };
@@ -244,7 +244,7 @@ impl TimedTable {
 mod tests {
     use super::*;
 
-    /// /// The highest number of updates that an error names is the highest possible one.
+    /// The highest number of updates that an error names is the highest possible one.
     #[test]
     fn too_many_updates() {
         for (way, doubling) in [(10, false), (1000, true), (1023, true), (1022, true)] {

@@ -8,14 +8,14 @@ use super::CalcError;
 use super::clock::virtual_top;
 use crate::sheet::{Cell, Sheet};
 
-/// /// What the timer has to make.
+/// What the timer has to make.
 #[derive(Clone, Debug)]
 pub enum TimerSpeed {
     /// A speed, rounded down to whole steps/s unless it is `exact`.
     Speed {
-        /// /// The speed.
+        /// The speed.
         speed: SpeedArg,
-        /// /// Whether the speed is not rounded.
+        /// Whether the speed is not rounded.
         exact: bool,
     },
     /// A virtual top.
@@ -25,7 +25,7 @@ pub enum TimerSpeed {
 /// The virtual top, the prescaler and the real rate.
 ///
 /// # Errors
-/// /// The timer can't make the speed; the speed is less than one step/s; its unit is not known.
+/// The timer can't make the speed; the speed is less than one step/s; its unit is not known.
 pub fn timer(
     target: &TimerSpeed,
     hardware: &Hardware,
@@ -33,11 +33,11 @@ pub fn timer(
 ) -> Result<Sheet, CalcError> {
     let turn = geometry.steps_per_turn();
     let mut sheet;
-    // // In steps/s: the rate to make, and the rate that was asked for.
+    // In steps/s: the rate to make, and the rate that was asked for.
     let (wanted, asked, top) = match target {
         TimerSpeed::Speed { speed, exact } => {
             let asked = speed.steps(geometry, "SPEED")?;
-            // // Adds 5·10⁻¹⁰ steps/s before rounding down: 54 rpm of 200 steps are 180 steps/s.
+            // Adds 5·10⁻¹⁰ steps/s before rounding down: 54 rpm of 200 steps are 180 steps/s.
             let whole = if *exact { asked } else { (asked + 5e-10).floor() };
             let given = speed.given();
             if whole == 0.0 && asked > 0.0 {

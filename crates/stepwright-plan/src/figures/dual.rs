@@ -22,7 +22,7 @@ struct Move {
 }
 
 impl Move {
-    /// /// By Eq 24 up and down; by Eq 19 if the two transitions would overlap.
+    /// By Eq 24 up and down; by Eq 19 if the two transitions would overlap.
     fn new(m: u32) -> Move {
         let n2 = MOTOR.transition_from_rest(ACCEL, TOP) as u32;
         let n3 = m.saturating_sub(MOTOR.transition_from_rest(DECEL, TOP) as u32);
@@ -106,7 +106,7 @@ fn figure(title: &str, traces: &[Trace]) -> Figure {
     let all = |curve: &dyn Fn(&Trace, usize) -> Curve| {
         traces.iter().zip(0..).map(|(trace, i)| curve(trace, i)).collect()
     };
-    // // The curves begin at rest.
+    // The curves begin at rest.
     let speeds = all(&|trace, i| {
         let mut curve = trace.line(i);
         curve.points.insert(0, (0.0, curve.points[0].1));
@@ -139,14 +139,14 @@ mod tests {
             let delays = Move::new(m).delays();
             assert_eq!(delays.len(), m as usize);
             let accels: Vec<_> = delays.windows(2).map(|c| MOTOR.accel(c[0], c[1])).collect();
-            // // Except for the first and the last steps, where one step is a large part of a ramp.
+            // Except for the first and the last steps, where one step is a large part of a ramp.
             let inner = &accels[2..accels.len() - 3];
             assert!(inner.windows(2).all(|a| (a[1] - a[0]).abs() < 0.3), "m = {m}");
             assert!(inner.iter().all(|a| (-DECEL..=ACCEL).contains(a)), "m = {m}");
         }
     }
 
-    /// /// The top speed is that of Eq 23, and is kept from n2 to n3.
+    /// The top speed is that of Eq 23, and is kept from n2 to n3.
     #[test]
     fn the_top_speed() {
         let long = Move::new(700).delays();
@@ -156,7 +156,7 @@ mod tests {
         assert!((MOTOR.speed(short[333]) / MOTOR.top(ACCEL, 0.0, 333.0) - 1.0).abs() < 3e-3);
     }
 
-    /// /// Eq 25 is accurate too: the ramp down ends where Eq 15's ramp of ω′2 would begin.
+    /// Eq 25 is accurate too: the ramp down ends where Eq 15's ramp of ω′2 would begin.
     #[test]
     fn the_down_ramp_ends_as_an_up_ramp_begins() {
         let begin = MOTOR.begin(DECEL, Begin::Short)[0];

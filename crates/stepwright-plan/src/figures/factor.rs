@@ -1,4 +1,4 @@
-//! //! Figure 7: the changes of c are scaled by a factor that falls from 1 at step n1 to 0 at step n2.
+//! Figure 7: the changes of c are scaled by a factor that falls from 1 at step n1 to 0 at step n2.
 
 use std::f64::consts::PI;
 
@@ -8,9 +8,9 @@ use super::trace::Trace;
 use crate::equations::{Begin, Counter, MOTOR, next_scaled};
 use crate::sheet::{Cell, Sheet};
 
-/// /// 120 rpm in one second as in Figure 2, in rad/s and rad/s².
+/// 120 rpm in one second as in Figure 2, in rad/s and rad/s².
 const TOP: f64 = 4.0 * PI;
-/// /// Where the transitions begin, as parts of the top speed.
+/// Where the transitions begin, as parts of the top speed.
 const BEGINS: [f64; 4] = [0.0, 0.3, 0.5, 0.7];
 
 /// Eq 22's factor at step n.

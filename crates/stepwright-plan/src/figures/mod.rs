@@ -1,6 +1,6 @@
 //! The figures and tables of Austin's article, recomputed.
 //!
-//! //! They are computed from its equations in f64 ([`equations`](crate::equations)) and shown beside the
+//! They are computed from its equations in f64 ([`equations`](crate::equations)) and shown beside the
 //! numbers that it prints (`printed`). Each file has one figure, or a few that belong together:
 //!
 //! | module | what |
@@ -79,7 +79,7 @@ impl ArticleFigure {
         }
     }
 
-    /// /// Recomputes the figure or table.
+    /// Recomputes the figure or table.
     pub fn draw(self) -> Drawing {
         match self {
             ArticleFigure::Figure2 => ramp::whole(),
@@ -95,7 +95,7 @@ impl ArticleFigure {
     }
 }
 
-/// /// A recomputed figure or table.
+/// A recomputed figure or table.
 pub struct Drawing {
     /// Its numbers.
     pub sheet: Sheet,
@@ -103,17 +103,17 @@ pub struct Drawing {
     pub figure: Option<Figure>,
     /// Its curves, delay by delay.
     pub traces: Vec<Trace>,
-    /// /// Every number that has, or could have, a number of the article beside it.
+    /// Every number that has, or could have, a number of the article beside it.
     pub printed: Vec<Printed>,
 }
 
 impl Drawing {
-    /// /// A drawing of numbers only.
+    /// A drawing of numbers only.
     fn new(sheet: Sheet) -> Drawing {
         Drawing { sheet, figure: None, traces: Vec::new(), printed: Vec::new() }
     }
 
-    /// /// The delays as a sheet.
+    /// The delays as a sheet.
     pub fn points(&self) -> Sheet {
         Sheet {
             columns: Trace::COLUMNS.to_vec(),
@@ -123,7 +123,7 @@ impl Drawing {
     }
 }
 
-/// /// Writes the constants of a figure above its table: speeds and accelerations in radians.
+/// Writes the constants of a figure above its table: speeds and accelerations in radians.
 fn given(sheet: &mut Sheet, accel: f64, decel: Option<f64>, top: f64) {
     let Counter { hz, step } = MOTOR;
     sheet.fact("timer_hz", "timer", Cell::fixed(hz, 0), "Hz");
@@ -139,7 +139,7 @@ fn given(sheet: &mut Sheet, accel: f64, decel: Option<f64>, top: f64) {
 mod tests {
     use super::*;
 
-    /// /// Every printed number agrees to its last digit, except for the four that can't be right.
+    /// Every printed number agrees to its last digit, except for the four that can't be right.
     #[test]
     fn every_printed_digit() {
         let mut right = 0;
@@ -171,7 +171,7 @@ mod tests {
         }
     }
 
-    /// /// Curves hold finite numbers in the order of time.
+    /// Curves hold finite numbers in the order of time.
     #[test]
     fn curves_can_be_drawn() {
         for figure in ArticleFigure::EACH

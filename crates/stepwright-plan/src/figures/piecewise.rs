@@ -1,6 +1,6 @@
 //! Figure 5: the ramp approaches its top speed in stages.
 //!
-//! //! The breaks are at delays (c)_j = ((c)_(j−1) + c_min) / 2, from 3·c_min on. Where the ramp passes a
+//! The breaks are at delays (c)_j = ((c)_(j−1) + c_min) / 2, from 3·c_min on. Where the ramp passes a
 //! break, n becomes 1.375·(n + 1), so that the acceleration falls to 1/1.375.
 
 use std::f64::consts::PI;
@@ -11,19 +11,19 @@ use super::trace::Trace;
 use crate::equations::{Begin, MOTOR, next};
 use crate::sheet::{Cell, Sheet};
 
-/// /// 120 rpm in one second as in Figure 2, in rad/s and rad/s².
+/// 120 rpm in one second as in Figure 2, in rad/s and rad/s².
 const TOP: f64 = 4.0 * PI;
-/// /// The number of breaks.
+/// The number of breaks.
 const BREAKS: usize = 7;
 
-/// /// A break, and the step at which the ramp passes it.
+/// A break, and the step at which the ramp passes it.
 #[derive(Clone, Copy, Debug)]
 struct Break {
-    /// /// The delay of the break.
+    /// The delay of the break.
     delay: f64,
-    /// /// The first step after it.
+    /// The first step after it.
     step: usize,
-    /// /// n at this step, before and after the change.
+    /// n at this step, before and after the change.
     n: (f64, f64),
 }
 
@@ -36,7 +36,7 @@ fn breaks(least: f64) -> Vec<f64> {
     (0..BREAKS).map(next).collect()
 }
 
-/// /// The delays down to the delay of the top speed, and the breaks passed on the way.
+/// The delays down to the delay of the top speed, and the breaks passed on the way.
 fn ramp() -> (Vec<f64>, Vec<Break>) {
     let least = MOTOR.delay(TOP);
     let mut left = breaks(least).into_iter().peekable();
@@ -109,7 +109,7 @@ pub fn draw() -> Drawing {
 mod tests {
     use super::*;
 
-    /// /// (c)_j = c_min (1 + 2^(1−j)): the printed rule without its recursion.
+    /// (c)_j = c_min (1 + 2^(1−j)): the printed rule without its recursion.
     #[test]
     fn the_breaks_halve_the_rest() {
         for (delay, j) in breaks(1.0).into_iter().zip(1..) {
@@ -117,7 +117,7 @@ mod tests {
         }
     }
 
-    /// /// Each break divides the acceleration by 1.375, all seven divide it by 9.3.
+    /// Each break divides the acceleration by 1.375, all seven divide it by 9.3.
     #[test]
     fn the_acceleration_falls_in_stages() {
         let (delays, passed) = ramp();
@@ -125,7 +125,7 @@ mod tests {
         let accel = |i: usize| MOTOR.accel(delays[i - 1], delays[i]);
         for (j, window) in passed.windows(2).enumerate() {
             let want = TOP / 1.375f64.powi(j as i32 + 1);
-            // // In the middle between two breaks. The half step that Eq 18 adds and the rule leaves out makes
+            // In the middle between two breaks. The half step that Eq 18 adds and the rule leaves out makes
             // some percent at the first break.
             let middle = window[0].step.midpoint(window[1].step);
             assert!((accel(middle) / want - 1.0).abs() < 0.03, "{j}: {}", accel(middle));

@@ -8,14 +8,14 @@ use super::trace::Trace;
 use crate::equations::{Begin, MOTOR, next_power};
 use crate::sheet::{Cell, Sheet};
 
-/// /// 120 rpm in one second as in Figure 2, in rad/s and rad/s².
+/// 120 rpm in one second as in Figure 2, in rad/s and rad/s².
 const TOP: f64 = 4.0 * PI;
 /// The powers.
 const POWERS: [i32; 4] = [2, 3, 4, 5];
-/// /// The time of a ramp that is shown, in seconds.
+/// The time of a ramp that is shown, in seconds.
 const LONG: f64 = 3.0;
 
-/// /// The ramp of one power over the time that is shown.
+/// The ramp of one power over the time that is shown.
 fn ramp(p: i32) -> Trace {
     let k = MOTOR.power(TOP, TOP, p);
     let mut delays = MOTOR.begin(TOP, Begin::Short);

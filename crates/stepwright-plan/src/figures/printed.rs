@@ -1,32 +1,32 @@
-//! //! A number of the article beside the number by its equations.
+//! A number of the article beside the number by its equations.
 
 use crate::sheet::Cell;
 
 /// A value, and the article's value for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Printed {
-    /// /// The printed text without the comma between thousands: `2803.498`, `7.66E-4`.
+    /// The printed text without the comma between thousands: `2803.498`, `7.66E-4`.
     text: Option<&'static str>,
-    /// /// The value by the equations.
+    /// The value by the equations.
     value: f64,
-    /// /// Digits after the point where nothing is printed.
+    /// Digits after the point where nothing is printed.
     decimals: usize,
     /// Why the two differ, if the article is wrong.
     wrong: Option<&'static str>,
 }
 
 impl Printed {
-    /// /// A printed value that is right.
+    /// A printed value that is right.
     pub fn right(text: &'static str, value: f64) -> Printed {
         Printed { text: Some(text), value, decimals: 0, wrong: None }
     }
 
-    /// /// A printed value that is wrong, and why.
+    /// A printed value that is wrong, and why.
     pub fn wrong(text: &'static str, value: f64, why: &'static str) -> Printed {
         Printed { wrong: Some(why), ..Printed::right(text, value) }
     }
 
-    /// /// A value that is not printed.
+    /// A value that is not printed.
     pub fn none(value: f64, decimals: usize) -> Printed {
         Printed { text: None, value, decimals, wrong: None }
     }
@@ -50,13 +50,13 @@ impl Printed {
         self.wrong
     }
 
-    /// /// Whether the equations give the printed number to its last digit.
+    /// Whether the equations give the printed number to its last digit.
     pub fn agrees(&self) -> bool {
         self.text.is_none_or(|text| like(text, self.value) == text)
     }
 }
 
-/// /// A value with as many digits as a text has, in its notation.
+/// A value with as many digits as a text has, in its notation.
 fn like(text: &str, value: f64) -> String {
     let (number, power) = text.split_once('E').map_or((text, None), |(n, p)| (n, Some(p)));
     let decimals = number.split_once('.').map_or(0, |(_, part)| part.len());

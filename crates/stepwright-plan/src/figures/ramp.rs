@@ -9,14 +9,14 @@ use crate::equations::{Begin, MOTOR, next, next_simple};
 use crate::sheet::{Cell, Sheet};
 use stepwright_plot::{Figure, Panel, View};
 
-/// /// 120 rpm in rad/s. The acceleration is the same number: the ramp takes a second.
+/// 120 rpm in rad/s. The acceleration is the same number: the ramp takes a second.
 const TOP: f64 = 4.0 * PI;
-/// /// Steps of the ramp, by Eq 16.
+/// Steps of the ramp, by Eq 16.
 const STEPS: u32 = 200;
-/// /// rpm of one rad/s.
+/// rpm of one rad/s.
 const RPM: f64 = 30.0 / PI;
 
-/// /// The ramp made in four ways.
+/// The ramp made in four ways.
 struct Ramps {
     exact: Trace,
     special: Trace,
@@ -35,7 +35,7 @@ impl Ramps {
             delays
         };
         let exact: Vec<f64> = (0..1).chain(steps).map(|n| MOTOR.exact(TOP, n.into())).collect();
-        // // The c0 with which c/2n ends at the speed of the exact ramp.
+        // The c0 with which c/2n ends at the speed of the exact ramp.
         let simple = vec![PI.sqrt() / 2.0 * exact[0]];
         Ramps {
             special: trace("c1 = 0.4056 c0", go_on(MOTOR.begin(TOP, Begin::Special), next)),
@@ -77,7 +77,7 @@ pub fn whole() -> Drawing {
     let ramps = Ramps::new();
     let c0 = MOTOR.c0(TOP);
     let last = |trace: &Trace| trace.delays[trace.delays.len() - 1];
-    // // The c0 with which a ramp ends at the speed of the exact ramp, in % of the exact c0.
+    // The c0 with which a ramp ends at the speed of the exact ramp, in % of the exact c0.
     let part = |law: &Trace| last(&ramps.exact) / (last(law) / law.delays[0]) / c0 * 100.0;
     let rows = [
         ("delay of 300 rpm (2)", Printed::right("1000", MOTOR.delay(10.0 * PI))),
@@ -140,7 +140,7 @@ pub fn end() -> Drawing {
     ramps.drawing(sheet, title, note, View { x: Some((0.95, 1.0)), y: Some((113.0, 120.5)) })
 }
 
-/// /// Some steps of each ramp.
+/// Some steps of each ramp.
 fn detail(ramps: &Ramps, title: &str, steps: std::ops::Range<usize>) -> Sheet {
     let mut sheet = Sheet {
         columns: vec![
@@ -187,7 +187,7 @@ mod tests {
         assert_eq!(shown(exact.delays[199], 3), "2503.133");
         assert_eq!(shown(short.delays[199], 3), "2503.210");
         assert_eq!(shown(exact.delays.iter().sum(), 1), "1000000.0");
-        // // 0.4056 = 0.6 · 0.676: from c1 on both ways are equal.
+        // 0.4056 = 0.6 · 0.676: from c1 on both ways are equal.
         assert_eq!(exact.delays.len(), 200);
         assert_eq!(special.delays[0], exact.delays[0]);
         for n in 1..200 {

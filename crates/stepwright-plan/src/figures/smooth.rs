@@ -5,7 +5,7 @@ use super::{Drawing, given};
 use crate::sheet::Sheet;
 use stepwright_plot::{Figure, Panel, View};
 
-/// /// Speed and acceleration over time, beside the ramp without a transition to the same speed.
+/// Speed and acceleration over time, beside the ramp without a transition to the same speed.
 pub fn approach(
     mut sheet: Sheet,
     title: &str,
@@ -15,7 +15,7 @@ pub fn approach(
     top: f64,
 ) -> Drawing {
     given(&mut sheet, accel, None, top);
-    // // Long enough to show all of them at the top speed.
+    // Long enough to show all of them at the top speed.
     let longest = traces.iter().map(Trace::seconds).fold(0.0, f64::max);
     let end = (longest.min(3.0) * 10.0).ceil() / 10.0;
     let (full, plain) = (top / accel, "no transition");
@@ -32,7 +32,7 @@ pub fn approach(
         let curves = traces.iter().zip(0..).map(|(trace, i)| curve(trace, i));
         std::iter::once(line).chain(curves).collect()
     };
-    // // Every curve continues at its last speed.
+    // Every curve continues at its last speed.
     let speed = with(at_top, &|trace, i| {
         let mut curve = trace.line(i);
         let last = trace.speed_at(f64::INFINITY);

@@ -1,4 +1,4 @@
-//! //! Table 1, the accuracy of the approximation, and Table 2, changes of acceleration.
+//! Table 1, the accuracy of the approximation, and Table 2, changes of acceleration.
 
 use super::Drawing;
 use super::printed::Printed;
@@ -56,7 +56,7 @@ pub fn accuracy() -> Drawing {
     drawing
 }
 
-/// /// Changes from 10 to 5 and to −20 rad/s² at step 200.
+/// Changes from 10 to 5 and to −20 rad/s² at step 200.
 pub fn changes() -> Drawing {
     let (before, slower, brake) = (10.0, 5.0, -20.0);
     let c198 = MOTOR.exact(before, 198.0);
@@ -128,7 +128,7 @@ pub fn changes() -> Drawing {
 mod tests {
     use super::*;
 
-    /// /// The remarks of Table 1 and Table 2 are right.
+    /// The remarks of Table 1 and Table 2 are right.
     #[test]
     fn the_misprints_are_such() {
         let shown = |c: f64| format!("{c:.3}");
@@ -139,14 +139,14 @@ mod tests {
         let printed = ((1.0 + 1.0 / n).sqrt() - 1.0) / (1.0 - (1.0 - 1.0 / n).sqrt());
         assert_eq!(format!("{:.2E}", ratio(n) / printed - 1.0), "9.37E-11");
         assert_eq!(format!("{:.5E}", ratio(n) / exact_ratio(n) - 1.0), "9.37503E-11");
-        // // 2799.001 follows from 2802.498, but not from the printed 2803.498.
+        // 2799.001 follows from 2802.498, but not from the printed 2803.498.
         assert_eq!(shown(next(2802.498, 400.5)), "2799.001");
         assert_eq!(shown(next(2803.498, 400.5)), "2800.000");
         assert_eq!(shown(next(2806.008, -99.25)), "2820.180");
         assert_eq!(shown(next(next(MOTOR.exact(10.0, 198.0), 199.0), -99.25)), "2820.179");
     }
 
-    /// /// The error falls with n³, as the article says.
+    /// The error falls with n³, as the article says.
     #[test]
     fn the_error_falls_with_the_cube() {
         let error = |n: f64| ratio(n) / exact_ratio(n) - 1.0;

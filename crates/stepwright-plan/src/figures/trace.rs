@@ -7,15 +7,15 @@ use stepwright_plot::{Curve, PALETTE};
 /// One curve of a figure: the delays of a move.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// /// The name in the legend.
+    /// The name in the legend.
     pub name: String,
-    /// /// The motor that moves.
+    /// The motor that moves.
     pub motor: Counter,
     /// c0, c1 … in timer counts.
     pub delays: Vec<f64>,
 }
 
-/// /// The grey of a curve that others are compared with.
+/// The grey of a curve that others are compared with.
 pub const GREY: usize = 5;
 
 impl Trace {
@@ -29,7 +29,7 @@ impl Trace {
         std::iter::once(0.0).chain(self.delays.iter().map(time)).collect()
     }
 
-    /// /// The sum of all delays in seconds.
+    /// The sum of all delays in seconds.
     pub fn seconds(&self) -> f64 {
         self.times().last().copied().unwrap_or(0.0)
     }
@@ -39,14 +39,14 @@ impl Trace {
         self.motor.speed(self.delays.iter().copied().fold(f64::INFINITY, f64::min))
     }
 
-    /// /// The speed at a time, in rad/s; after the end the last speed.
+    /// The speed at a time, in rad/s; after the end the last speed.
     pub fn speed_at(&self, seconds: f64) -> f64 {
         let passed = self.times().iter().skip(1).take_while(|&&t| t <= seconds).count();
         let c = self.delays.get(passed).or(self.delays.last());
         c.map_or(0.0, |&c| self.motor.speed(c))
     }
 
-    /// /// Speed over time as it changes from step to step, by Eq 2, in `unit` per rad/s.
+    /// Speed over time as it changes from step to step, by Eq 2, in `unit` per rad/s.
     pub fn stairs(&self, colour: usize, unit: f64) -> Curve {
         let times = self.times();
         let step = |(c, t): (&f64, &[f64])| {
@@ -73,7 +73,7 @@ impl Trace {
         Curve { name: self.name.clone(), colour: PALETTE[colour], points, ..Curve::default() }
     }
 
-    /// /// Keys and headings of the rows.
+    /// Keys and headings of the rows.
     pub const COLUMNS: [(&'static str, &'static str); 6] = [
         ("curve", "curve"),
         ("step", "step"),
@@ -83,7 +83,7 @@ impl Trace {
         ("accel_rad_s2", "ω′ (3), rad/s²"),
     ];
 
-    /// /// Every delay: its number, its start, its speed, and the acceleration from the delay before.
+    /// Every delay: its number, its start, its speed, and the acceleration from the delay before.
     pub fn rows(&self) -> impl Iterator<Item = Vec<Cell>> + '_ {
         let times = self.times();
         self.delays.iter().enumerate().map(move |(i, &c)| {
@@ -101,7 +101,7 @@ impl Trace {
     }
 }
 
-/// /// A dashed line that other curves are compared with.
+/// A dashed line that other curves are compared with.
 pub fn target(name: &str, points: Vec<(f64, f64)>) -> Curve {
     Curve { name: name.into(), colour: PALETTE[GREY], points, dashed: true, ..Curve::default() }
 }

@@ -1,4 +1,4 @@
-//! //! The steps of a job: G-code through a [`Route`], read only as far as steps are asked for.
+//! The steps of a job: G-code through a [`Route`], read only as far as steps are asked for.
 //!
 //! ```text
 //!   bytes ─► Reader ─► effects ─┬─ a move ──► ArcFit ─► line_to, arc ─► Route ─► steps, or stretches
@@ -6,12 +6,12 @@
 //!                                  at rest where the route ends
 //! ```
 //!
-//! //! With G64 P the path may be off its lines by a tolerance. Lines that one arc or one line may replace wait
+//! With G64 P the path may be off its lines by a tolerance. Lines that one arc or one line may replace wait
 //! in [`ArcFit`].
 //!
-//! //! With a laser M3, M4, M5 and S are properties of the moves after them. The route does not stop for them.
+//! With a laser M3, M4, M5 and S are properties of the moves after them. The route does not stop for them.
 //!
-//! //! The job reads no more than the route asks for. The memory of a job of any length is that of the moves
+//! The job reads no more than the route asks for. The memory of a job of any length is that of the moves
 //! ahead of its steps.
 
 use std::collections::VecDeque;
@@ -25,12 +25,12 @@ use stepwright_path::{
 use super::laser::LaserSignal;
 use super::{JobSurvey, PowerChange};
 
-/// /// Why a job ends early.
+/// Why a job ends early.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JobError {
     /// A line that can't be read.
     Code(Error),
-    /// /// A move in this line that can't be planned.
+    /// A move in this line that can't be planned.
     Move(u32, Unplannable),
 }
 
@@ -45,27 +45,27 @@ impl fmt::Display for JobError {
 
 impl std::error::Error for JobError {}
 
-/// /// The settings of a job beside its text.
+/// The settings of a job beside its text.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JobTerms {
-    /// /// A [laser](GcodeJob::with_laser) instead of a spindle; full power at this S.
+    /// A [laser](GcodeJob::with_laser) instead of a spindle; full power at this S.
     pub laser: Option<f64>,
-    /// /// How far the path may be [off its lines](GcodeJob::with_tolerance).
+    /// How far the path may be [off its lines](GcodeJob::with_tolerance).
     pub tolerance: Length,
 }
 
 /// A move ahead.
 #[derive(Clone, Copy, Debug)]
 struct End {
-    /// /// The place along the route where it ends.
+    /// The place along the route where it ends.
     way: f64,
     line: u32,
     laser: LaserMove,
 }
 
-/// /// A running G-code job of the axes X, Y and Z in millimetres.
+/// A running G-code job of the axes X, Y and Z in millimetres.
 ///
-/// /// Rapid moves are as fast as the axes can go. The spindle and the coolant change at rest, as in grbl
+/// Rapid moves are as fast as the axes can go. The spindle and the coolant change at rest, as in grbl
 /// without laser mode. The job does not wait for a person (M0, M1) or a probe: a probing move goes to its end.
 ///
 /// ```
@@ -88,20 +88,20 @@ pub struct GcodeJob<B> {
     route: Route<3>,
     survey: JobSurvey,
     todo: VecDeque<(u32, Effect)>,
-    /// /// The moves ahead in their order.
+    /// The moves ahead in their order.
     ends: VecDeque<End>,
     spindle: Spindle,
     laser: Option<LaserSignal>,
     error: Option<JobError>,
-    /// /// Nothing more has to be read.
+    /// Nothing more has to be read.
     read: bool,
 }
 
 impl<B: Iterator<Item = u8>> GcodeJob<B> {
-    /// /// A job that starts at rest at the machine's zero.
+    /// A job that starts at rest at the machine's zero.
     ///
     /// # Errors
-    /// /// [`Unplannable`] for these axes.
+    /// [`Unplannable`] for these axes.
     pub fn new(
         bytes: impl IntoIterator<Item = u8, IntoIter = B>,
         axes: [AxisPace; 3],
@@ -121,7 +121,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         })
     }
 
-    /// /// Sets a laser instead of a spindle, with its full power at S = `most`. M3, M4, M5 and S change the
+    /// Sets a laser instead of a spindle, with its full power at S = `most`. M3, M4, M5 and S change the
     /// laser from the next move on, and the path goes on at speed. [`power`](GcodeJob::power) then gives a
     /// signal beside the steps.
     ///
@@ -149,10 +149,10 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         self
     }
 
-    /// /// Sets the tolerance: the path may be that far off its lines until the job orders G61 or G64. One line
+    /// Sets the tolerance: the path may be that far off its lines until the job orders G61 or G64. One line
     /// or one arc replaces as many short lines as it fits. Without this call the path is exact.
     ///
-    /// /// The first move refuses a negative tolerance with [`Unplannable::Tolerance`].
+    /// The first move refuses a negative tolerance with [`Unplannable::Tolerance`].
     ///
     /// ```
     /// use stepwright_gcode::Length;
@@ -179,7 +179,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         self
     }
 
-    /// /// A job with these settings.
+    /// A job with these settings.
     ///
     /// # Errors
     /// As for [`new`](GcodeJob::new).
@@ -192,17 +192,17 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         Ok(terms.laser.into_iter().fold(job, GcodeJob::with_laser))
     }
 
-    /// /// The next step. `None` at the end of the job, and while it [is held](GcodeJob::is_held).
+    /// The next step. `None` at the end of the job, and while it [is held](GcodeJob::is_held).
     ///
     /// # Errors
-    /// /// [`JobError`] after all steps before the error: the job ends at rest there.
+    /// [`JobError`] after all steps before the error: the job ends at rest there.
     pub fn step(&mut self) -> Result<Option<RouteStep>, JobError> {
         loop {
             if let Some(step) = self.route.next() {
                 return Ok(Some(step));
             }
             if self.laser.is_none() {
-                // // Nobody asks for the lines of the moves.
+                // Nobody asks for the lines of the moves.
                 self.ends.clear();
             }
             if self.route.is_held() || !self.more()? {
@@ -211,7 +211,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         }
     }
 
-    /// /// The next part of the way without its steps, and the line of its move. `None` at the end.
+    /// The next part of the way without its steps, and the line of its move. `None` at the end.
     ///
     /// # Errors
     /// As for [`step`](GcodeJob::step).
@@ -227,11 +227,11 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         }
     }
 
-    /// /// The next change of the laser's power up to `until`, in s: no later than the last step, unless the
+    /// The next change of the laser's power up to `until`, in s: no later than the last step, unless the
     /// job stands or is over. The job keeps all changes that are not taken. `None` as well without a
     /// [laser](GcodeJob::with_laser).
     ///
-    /// /// The laser is off at first. A change holds until the next one. While the speed changes, the power of
+    /// The laser is off at first. A change holds until the next one. While the speed changes, the power of
     /// M4 is within [`POWER_WITHIN`](super::POWER_WITHIN) of S in proportion to the speed.
     pub fn power(&mut self, until: f64) -> Option<PowerChange> {
         loop {
@@ -246,24 +246,24 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         }
     }
 
-    /// /// What the laser does along the last [`stretch`](GcodeJob::stretch).
+    /// What the laser does along the last [`stretch`](GcodeJob::stretch).
     pub fn laser_move(&self) -> LaserMove {
         self.ends.front().map_or(LaserMove::default(), |end| end.laser)
     }
 
-    /// /// Removes moves that end before this place. A cell ends exactly where its move ends.
+    /// Removes moves that end before this place. A cell ends exactly where its move ends.
     fn reach(&mut self, way: f64) {
         while self.ends.len() > 1 && self.ends[0].way < way {
             self.ends.pop_front();
         }
     }
 
-    /// /// Brakes along the way as soon as possible. The rest of the job is dropped.
+    /// Brakes along the way as soon as possible. The rest of the job is dropped.
     pub fn cancel(&mut self) {
         self.cancel_at(0.0);
     }
 
-    /// /// Brakes along the way as [`cancel`](GcodeJob::cancel), but not before this time in s.
+    /// Brakes along the way as [`cancel`](GcodeJob::cancel), but not before this time in s.
     pub fn cancel_at(&mut self, at: f64) {
         (self.read, self.error) = (true, None);
         self.todo.clear();
@@ -271,32 +271,32 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         self.route.cancel(at);
     }
 
-    /// /// Brakes along the way, not before this time in s, and stands there.
+    /// Brakes along the way, not before this time in s, and stands there.
     pub fn hold_at(&mut self, at: f64) {
         self.route.hold(at);
     }
 
-    /// /// Goes on at this time in s, or as soon as the job stands.
+    /// Goes on at this time in s, or as soon as the job stands.
     pub fn resume_at(&mut self, at: f64) {
         self.route.resume(at);
     }
 
-    /// /// Whether the job stands because it is held: it has no step until it is resumed.
+    /// Whether the job stands because it is held: it has no step until it is resumed.
     pub fn is_held(&self) -> bool {
         self.route.is_held()
     }
 
-    /// /// Seconds from the start to the end of the steps so far, with dwells.
+    /// Seconds from the start to the end of the steps so far, with dwells.
     pub fn time(&self) -> f64 {
         self.route.time()
     }
 
-    /// /// The survey of the part that has been read.
+    /// The survey of the part that has been read.
     pub fn survey(&self) -> &JobSurvey {
         &self.survey
     }
 
-    /// /// Gives the route more to plan. False if there is nothing more.
+    /// Gives the route more to plan. False if there is nothing more.
     fn more(&mut self) -> Result<bool, JobError> {
         loop {
             let Some((line, effect)) = self.todo.pop_front() else {
@@ -343,7 +343,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         }
     }
 
-    /// /// Gives the waiting lines to the route.
+    /// Gives the waiting lines to the route.
     fn settle(&mut self) {
         if let Err(why) = self.fit.settle(&mut self.route) {
             self.fail(JobError::Move(self.survey.lines, why));
@@ -351,7 +351,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         self.settled();
     }
 
-    /// /// Records the ends of the moves that the route has got. Returns whether there are any.
+    /// Records the ends of the moves that the route has got. Returns whether there are any.
     fn settled(&mut self) -> bool {
         let before = self.ends.len();
         while let Some((way, (line, laser))) = self.fit.settled() {
@@ -360,7 +360,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         self.ends.len() > before
     }
 
-    /// /// Ends the job after the moves that have been read.
+    /// Ends the job after the moves that have been read.
     fn fail(&mut self, error: JobError) {
         (self.read, self.error) = (true, Some(error));
         self.todo.clear();
@@ -383,7 +383,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
         match block {
             Some(Ok(block)) => {
                 self.survey.add(&block);
-                // // Everything in the lines before this one is done.
+                // Everything in the lines before this one is done.
                 let tolerance = mm(self.reader.modal().tolerance);
                 if let Err(why) = self.fit.set_tolerance(&mut self.route, tolerance) {
                     return self.fail(JobError::Move(block.line, why));
@@ -397,7 +397,7 @@ impl<B: Iterator<Item = u8>> GcodeJob<B> {
     }
 }
 
-/// /// The steps of a job that was read to its end before without an error. An error ends it.
+/// The steps of a job that was read to its end before without an error. An error ends it.
 impl<B: Iterator<Item = u8>> StepSource for GcodeJob<B> {
     fn next_step(&mut self) -> Option<RouteStep> {
         self.step().ok().flatten()

@@ -1,4 +1,4 @@
-//! //! A G-code job: its distances and extents, its time, and its steps.
+//! A G-code job: its distances and extents, its time, and its steps.
 //!
 //! ```text
 //!   bytes ──► Reader ──► JobSurvey     distances, extents: no axis need be known
@@ -32,10 +32,10 @@ mod job;
 mod laser;
 mod plan;
 
-/// /// The distances, extents and rates of a job in millimetres, from a machine at its zero without offsets.
+/// The distances, extents and rates of a job in millimetres, from a machine at its zero without offsets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JobSurvey {
-    /// /// The lines read.
+    /// The lines read.
     pub lines: u32,
     /// Rapid moves.
     pub rapids: MoveSum,
@@ -43,33 +43,33 @@ pub struct JobSurvey {
     pub feeds: MoveSum,
     /// Arcs.
     pub arcs: MoveSum,
-    /// /// Probing moves, at their full length.
+    /// Probing moves, at their full length.
     pub probes: MoveSum,
     /// Dwells, in s.
     pub dwell: f64,
-    /// /// The ends of moves in machine coordinates. The start of the first move is included only if it cuts.
+    /// The ends of moves in machine coordinates. The start of the first move is included only if it cuts.
     pub extents: Extents,
-    /// /// The starts and ends of moves at a feed rate: where the job cuts.
+    /// The starts and ends of moves at a feed rate: where the job cuts.
     pub cut: Extents,
     /// The slowest and the fastest feed rate, in mm/min.
     pub rates: Option<[f64; 2]>,
 }
 
-/// /// The sum of moves of one kind.
+/// The sum of moves of one kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MoveSum {
-    /// /// The number of moves.
+    /// The number of moves.
     pub count: u32,
-    /// /// Their length in mm.
+    /// Their length in mm.
     pub distance: f64,
 }
 
-/// /// The least and the greatest coordinate of X, Y and Z in mm; none without moves.
+/// The least and the greatest coordinate of X, Y and Z in mm; none without moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extents(pub [Option<[f64; 2]>; 3]);
 
 impl JobSurvey {
-    /// /// Reads a job. The first error ends it.
+    /// Reads a job. The first error ends it.
     pub fn of(job: impl IntoIterator<Item = u8>) -> Result<JobSurvey, Error> {
         let mut survey = JobSurvey::default();
         let mut reader = Reader::new(Options::default());
@@ -239,14 +239,14 @@ mod tests {
         let found = survey("G0 X5\nG2 F1 X15 I5");
         covers(found.extents, [[5.0, 15.0], [0.0, 5.0], [0.0, 0.0]]);
         covers(found.cut, [[5.0, 15.0], [0.0, 5.0], [0.0, 0.0]]);
-        // // Three quarters, beyond the ends below and to the left; a full circle; another plane.
+        // Three quarters, beyond the ends below and to the left; a full circle; another plane.
         covers(survey("G0 X1\nG2 F1 X0 Y1 I-1").extents, [[-1.0, 1.0], [-1.0, 1.0], [0.0, 0.0]]);
         covers(survey("G3 F1 X0 I-2").cut, [[-4.0, 0.0], [-2.0, 2.0], [0.0, 0.0]]);
         covers(survey("G18 G2 F1 Z2 K1").cut, [[0.0, 1.0], [0.0, 0.0], [0.0, 2.0]]);
-        // // From a radius of 400 mm to 400.4 mm: 400.1, .2 and .3 on its sides.
+        // From a radius of 400 mm to 400.4 mm: 400.1, .2 and .3 on its sides.
         let uneven = survey("G0 X400\nG3 F1 X400.4 I-400").cut;
         covers(uneven, [[-400.2, 400.4], [-400.3, 400.1], [0.0, 0.0]]);
-        // // A quarter arc stays within its ends.
+        // A quarter arc stays within its ends.
         covers(survey("G3 F1 X1 Y1 J1").cut, [[0.0, 1.0], [0.0, 1.0], [0.0, 0.0]]);
     }
 
@@ -264,7 +264,7 @@ mod tests {
         covers(found.extents, [[-3.0, 20.0], [0.0, 0.0], [-1.0, 5.0]]);
         covers(found.cut, [[10.0, 20.0], [0.0, 0.0], [-1.0, 5.0]]);
         assert_eq!(found.rates, Some([100.0, 300.0]));
-        // // Two moves of 10 mm a minute.
+        // Two moves of 10 mm a minute.
         assert_eq!(survey("G93 G1 F2 X10").rates, Some([20.0, 20.0]));
     }
 

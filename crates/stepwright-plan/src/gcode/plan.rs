@@ -1,6 +1,6 @@
-//! //! The time of a job and its way, before it starts.
+//! The time of a job and its way, before it starts.
 //!
-//! //! A job is planned as it will run, without its steps. Each stretch is a rise, a constant speed and a fall.
+//! A job is planned as it will run, without its steps. Each stretch is a rise, a constant speed and a fall.
 //! The cost of a corner is the extra time of the way down to it and up from it, compared with the speeds on
 //! either side.
 //!
@@ -21,94 +21,94 @@ use super::{GcodeJob, JobError, JobSurvey, JobTerms};
 use crate::sheet::{Cell, Sheet};
 use crate::tidy::unsigned_zero;
 
-/// /// The number of corners kept.
+/// The number of corners kept.
 const CORNERS: usize = 10;
 
-/// /// A constant speed for less than this time, in s, is part of the way down or up.
+/// A constant speed for less than this time, in s, is part of the way down or up.
 const LEVEL: f64 = 0.001;
 
 /// Stretches from one call of a watch to the next.
 const STRIDE: u32 = 10_000;
 
-/// /// A place where a job slows down and speeds up again.
+/// A place where a job slows down and speeds up again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
     /// The line of the move that ends there.
     pub line: u32,
-    /// /// The place in mm, to a millionth.
+    /// The place in mm, to a millionth.
     pub place: [f64; 3],
-    /// /// The speed there in mm/s; 0 if the job rests.
+    /// The speed there in mm/s; 0 if the job rests.
     pub speed: f64,
-    /// /// The lost time in s.
+    /// The lost time in s.
     pub cost: f64,
 }
 
-/// /// Where a board can't follow the job.
+/// Where a board can't follow the job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardRefusal {
     /// The line in which the axis is fastest.
     pub line: u32,
-    /// /// The axis, counted from 0.
+    /// The axis, counted from 0.
     pub axis: usize,
-    /// /// Steps/s of the axis there.
+    /// Steps/s of the axis there.
     pub wanted: f64,
-    /// /// Steps/s of the axis that the board can do beside the others.
+    /// Steps/s of the axis that the board can do beside the others.
     pub most: f64,
 }
 
-/// /// The highest speed of an axis.
+/// The highest speed of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Peak {
     /// Steps/s.
     pub rate: f64,
-    /// /// The first line with this speed.
+    /// The first line with this speed.
     pub line: u32,
 }
 
-/// /// The use of a laser along a job.
+/// The use of a laser along a job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaserPlan {
-    /// /// S at full power.
+    /// S at full power.
     pub most: f64,
-    /// /// Seconds with the laser on; it is never on at rest.
+    /// Seconds with the laser on; it is never on at rest.
     pub time: f64,
-    /// /// mm with the laser on.
+    /// mm with the laser on.
     pub way: f64,
-    /// /// The highest S while it is on; above `most` it is full power.
+    /// The highest S while it is on; above `most` it is full power.
     pub highest: f64,
 }
 
-/// /// A planned job with its time.
+/// A planned job with its time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JobPlan {
-    /// /// The settings of the job.
+    /// The settings of the job.
     pub terms: JobTerms,
     /// Distances and extents.
     pub survey: JobSurvey,
     /// Seconds from the start to the end.
     pub time: f64,
-    /// /// Of this time, s at the ordered speed,
+    /// Of this time, s at the ordered speed,
     pub at_feed: f64,
-    /// /// s at the limits of the axes (speed, or acceleration in a curve),
+    /// s at the limits of the axes (speed, or acceleration in a curve),
     pub at_axes: f64,
-    /// /// and s speeding up and braking. The rest are dwells.
+    /// and s speeding up and braking. The rest are dwells.
     pub ramps: f64,
-    /// /// The highest speed of each axis.
+    /// The highest speed of each axis.
     pub peaks: [Peak; 3],
-    /// /// The corners that cost most, the most expensive first.
+    /// The corners that cost most, the most expensive first.
     pub corners: Vec<Corner>,
-    /// /// Where the board would refuse the job.
+    /// Where the board would refuse the job.
     pub refused: Option<BoardRefusal>,
-    /// /// The use of the laser, if the job has one instead of a spindle.
+    /// The use of the laser, if the job has one instead of a spindle.
     pub laser: Option<LaserPlan>,
 }
 
-/// /// Ordered by cost; equal costs by line.
+/// Ordered by cost; equal costs by line.
 #[derive(Debug)]
 struct Ranked(Corner);
 
 impl Ranked {
-    /// /// The corner, its place without the rounding noise of a sine.
+    /// The corner, its place without the rounding noise of a sine.
     fn corner(self) -> Corner {
         let place = self.0.place.map(|at| unsigned_zero((at * 1e6).round() / 1e6));
         Corner { place, ..self.0 }
@@ -117,7 +117,7 @@ impl Ranked {
 
 impl Ord for Ranked {
     fn cmp(&self, other: &Ranked) -> std::cmp::Ordering {
-        // // To 1 ns: everything below is rounding.
+        // To 1 ns: everything below is rounding.
         let cost = |ranked: &Ranked| (ranked.0.cost * 1e9).round();
         cost(other).total_cmp(&cost(self)).then(self.0.line.cmp(&other.0.line))
     }
@@ -142,12 +142,12 @@ impl Eq for Ranked {}
 struct Slope {
     time: f64,
     way: f64,
-    /// /// The speed at its beginning.
+    /// The speed at its beginning.
     top: f64,
 }
 
 impl Slope {
-    /// /// The extra time, compared with the speed `top`.
+    /// The extra time, compared with the speed `top`.
     fn loss(&self, top: f64) -> f64 {
         if top > 0.0 { self.time - self.way / top } else { 0.0 }
     }
@@ -159,18 +159,18 @@ struct Corners {
     kept: BinaryHeap<Ranked>,
     slope: Slope,
     rises: bool,
-    /// /// The corner from which the speed rises; none after a start or a constant speed.
+    /// The corner from which the speed rises; none after a start or a constant speed.
     low: Option<Corner>,
 }
 
 impl Corners {
-    /// /// Adds a time at constant acceleration that begins in this line and at this place.
+    /// Adds a time at constant acceleration that begins in this line and at this place.
     fn go(&mut self, line: u32, place: [f64; 3], [from, to]: [f64; 2], time: f64, way: f64) {
         if time <= 0.0 {
             return;
         }
         if from == to && time >= LEVEL {
-            // // The speed is at a top, or low for a reason that is no corner.
+            // The speed is at a top, or low for a reason that is no corner.
             self.top(from);
         } else if to > from && !self.rises {
             let cost = self.slope.loss(self.slope.top);
@@ -188,7 +188,7 @@ impl Corners {
         }
     }
 
-    /// /// Handles a top with this speed: the corner before it is complete.
+    /// Handles a top with this speed: the corner before it is complete.
     fn top(&mut self, speed: f64) {
         if self.rises
             && let Some(low) = self.low.take()
@@ -205,11 +205,11 @@ impl Corners {
 }
 
 impl JobPlan {
-    /// /// Plans a job of these axes for this board. Calls `watch` from time to time with the number of lines
+    /// Plans a job of these axes for this board. Calls `watch` from time to time with the number of lines
     /// read and the seconds planned.
     ///
     /// # Errors
-    /// /// [`JobError`]: the first error of the job. Errors of the axes have line 0.
+    /// [`JobError`]: the first error of the job. Errors of the axes have line 0.
     pub fn of<const N: usize>(
         bytes: impl IntoIterator<Item = u8>,
         axes: [AxisPace; 3],
@@ -219,7 +219,7 @@ impl JobPlan {
         JobPlan::on(bytes, axes, &JobTerms::default(), board, watch)
     }
 
-    /// /// Plans a job with these settings.
+    /// Plans a job with these settings.
     ///
     /// # Errors
     /// As for [`of`](JobPlan::of).
@@ -275,7 +275,7 @@ impl JobPlan {
             speed * first[axis].abs().max(last[axis].abs()) / axes[axis].step
         });
         for (peak, rate) in self.peaks.iter_mut().zip(rates) {
-            // // An axis often reaches the same speed in many lines, except for rounding.
+            // An axis often reaches the same speed in many lines, except for rounding.
             if rate > peak.rate * (1.0 + 1e-9) {
                 *peak = Peak { rate, line };
             }
@@ -290,10 +290,10 @@ impl JobPlan {
         }
     }
 
-    /// /// The least µs between two steps of each axis, for a board that is told them before. `None` for an
+    /// The least µs between two steps of each axis, for a board that is told them before. `None` for an
     /// axis without steps.
     ///
-    /// /// A little less than at the peak: within a part of an arc an axis may be 0.13 % faster than at both of
+    /// A little less than at the peak: within a part of an arc an axis may be 0.13 % faster than at both of
     /// its ends, and a step is rounded to a tick. For an axis slower than ten steps a second it is 0.1 s: the
     /// job begins later by this time, and a timer can count it.
     pub fn delays(&self) -> [Option<u32>; 3] {
@@ -303,7 +303,7 @@ impl JobPlan {
         })
     }
 
-    /// /// What the board would refuse if it is told the [`delays`](JobPlan::delays): all steps together may
+    /// What the board would refuse if it is told the [`delays`](JobPlan::delays): all steps together may
     /// take up to all of its time.
     fn refused_by<const N: usize>(&self, board: &Board<N>) -> Option<BoardRefusal> {
         let delays = self.delays();
@@ -324,7 +324,7 @@ impl JobPlan {
         Some(BoardRefusal { line, axis, wanted, most })
     }
 
-    /// /// The plan as a sheet: the time and distances as facts, extents and corners as tables. `board` is the
+    /// The plan as a sheet: the time and distances as facts, extents and corners as tables. `board` is the
     /// name of the board.
     pub fn sheet(&self, title: impl Into<String>, board: &str) -> Sheet {
         let mut sheet = self.survey.sheet(title);
@@ -380,7 +380,7 @@ impl JobPlan {
 }
 
 impl BoardRefusal {
-    /// /// The refusal in words.
+    /// The refusal in words.
     pub fn words(&self, board: &str) -> String {
         let axis = ["X", "Y", "Z"].get(self.axis).copied().unwrap_or("?");
         format!(

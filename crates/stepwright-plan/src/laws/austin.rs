@@ -13,7 +13,7 @@ use crate::watch::Watch;
 
 const ROOT_PI: f64 = 1.772_453_850_905_516;
 
-/// /// The first delay as a line of the summary.
+/// The first delay as a line of the summary.
 pub(crate) fn begin(limits: &PlanLimits, c0: First, divisor: Divide) -> PlanValue {
     let first = limits.motor().c0(limits.accels().0);
     match divisor {
@@ -51,7 +51,7 @@ pub(crate) fn law(
     Ok(Box::new(Counted::new(delays, formula, limits.rate, "")))
 }
 
-/// /// The law with changes of acceleration on the way up.
+/// The law with changes of acceleration on the way up.
 pub(crate) fn changing(
     limits: &PlanLimits,
     c0: First,
@@ -72,18 +72,18 @@ pub(crate) fn changing(
     Ok(Box::new(Counted::new(delays, formula, limits.rate, "")))
 }
 
-/// /// The ramps of Eq 12 and 14, or of their variant.
+/// The ramps of Eq 12 and 14, or of their variant.
 pub(crate) struct Plain {
-    /// /// Whether changes are c/2n.
+    /// Whether changes are c/2n.
     pub two: bool,
 }
 
 impl Plain {
-    /// /// Up to the top speed or the turning point (Eq 19); J by Eq 18, rounded.
+    /// Up to the top speed or the turning point (Eq 19); J by Eq 18, rounded.
     fn turns(&self, pulses: u32, c: f64, least: f64, accel: f64, decel: f64) -> Turns {
         let m = f64::from(pulses);
         let half = if self.two { 0.25 } else { 0.5 };
-        // // As one fraction of whole numbers, so that halves are exact.
+        // As one fraction of whole numbers, so that halves are exact.
         let down = |n: f64| {
             let (a, d) = ((accel * 1e3).round(), (decel * 1e3).round());
             (((n + half) * a + (0.5 - half) * d) / d).floor()

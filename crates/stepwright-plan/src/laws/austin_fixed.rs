@@ -11,7 +11,7 @@ use crate::law::{Plan, PlanValue};
 use crate::watch::Watch;
 
 impl Plan {
-    /// /// Austin's ramp as published, in fixed point, equal in every delay. The first delay sets the
+    /// Austin's ramp as published, in fixed point, equal in every delay. The first delay sets the
     /// acceleration, the shortest delay the top speed; both are in ticks, 1 to 2³¹ − 1.
     ///
     /// # Errors
@@ -50,7 +50,7 @@ fn ticks(name: &'static str, held: u32, means: String) -> PlanValue {
     PlanValue { name, shown, given: held.to_string(), held: held.into(), unit: "ticks" }
 }
 
-/// /// As many steps down as up; from the shortest delay three fewer, as published.
+/// As many steps down as up; from the shortest delay three fewer, as published.
 fn turns(pulses: u32, c: f64, least: f64) -> Turns {
     let middle = pulses.saturating_sub(1) / 2;
     let mut at = At { c, ..At::default() };

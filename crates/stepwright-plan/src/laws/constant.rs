@@ -1,4 +1,4 @@
-//! //! A law whose motion the core gives as a path: at most three pieces of constant acceleration.
+//! A law whose motion the core gives as a path: at most three pieces of constant acceleration.
 
 use stepwright::profile::{Cursor, Delays, Fit, Path, Phase};
 use stepwright::{Rate, Run, Speed, Ticks};
@@ -6,11 +6,11 @@ use stepwright_oracle::{Double, IdealTrapezoid, Number};
 
 use crate::law::{Closeness, PlannedLaw, Span};
 
-/// /// A path and its ideal.
+/// A path and its ideal.
 pub(crate) struct ConstantLaw {
     path: Path,
     delays: Delays,
-    /// /// In steps and thousandths of a step/s, so its times are in 1000 s.
+    /// In steps and thousandths of a step/s, so its times are in 1000 s.
     ideal: IdealTrapezoid<Double>,
     /// Ticks in 1000 s.
     ticks: Double,
@@ -18,7 +18,7 @@ pub(crate) struct ConstantLaw {
 }
 
 impl ConstantLaw {
-    /// /// A law's path and delays, measured against an ideal profile of the same values.
+    /// A law's path and delays, measured against an ideal profile of the same values.
     pub fn new(path: Path, delays: Delays, rate: Rate, start: Speed, top: Speed) -> ConstantLaw {
         let speed = |speed: Speed| Double::whole(speed.millisteps().into());
         let ends = (speed(start), speed(start));
@@ -48,7 +48,7 @@ impl PlannedLaw for ConstantLaw {
     }
 
     fn spans(&self) -> Vec<Span> {
-        // // Each phase occurs once: look for the changes between them.
+        // Each phase occurs once: look for the changes between them.
         let (pulses, phase) = (self.pulses(), |n| self.path.phase_of(n));
         let first_not = |from: u32, wanted: fn(Phase) -> bool| {
             let (mut low, mut high) = (from, pulses);

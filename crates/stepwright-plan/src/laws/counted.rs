@@ -1,4 +1,4 @@
-//! //! A law that computes each delay from the delay before, and its formula in f64.
+//! A law that computes each delay from the delay before, and its formula in f64.
 
 use stepwright::compress::Compress;
 use stepwright::profile::Phase;
@@ -8,17 +8,17 @@ use stepwright_oracle::Double;
 use super::formula::Formula;
 use crate::law::{Closeness, PlannedLaw, Span};
 
-/// /// The core's delays, and the same travel by formula.
+/// The core's delays, and the same travel by formula.
 pub(crate) struct Counted<I> {
     delays: I,
     formula: Formula,
     rate: Rate,
-    /// /// Why the peak may stay below the top speed, although the travel is long enough.
+    /// Why the peak may stay below the top speed, although the travel is long enough.
     short: &'static str,
 }
 
 impl<I> Counted<I> {
-    /// /// `delays` are those of the core, one for each pulse.
+    /// `delays` are those of the core, one for each pulse.
     pub fn new(delays: I, formula: Formula, rate: Rate, short: &'static str) -> Counted<I> {
         Counted { delays, formula, rate, short }
     }
@@ -48,7 +48,7 @@ impl<I: Iterator<Item = Ticks> + Clone> PlannedLaw for Counted<I> {
     }
 
     fn runs(&self, fit: Closeness) -> Box<dyn Iterator<Item = Run> + '_> {
-        // // The delays are within a tick of the formula. Constant stretches give whole runs, so looking far
+        // The delays are within a tick of the formula. Constant stretches give whole runs, so looking far
         // ahead is worth it.
         Box::new(Compress::<_, 256>::new(self.delays.clone().skip(1), fit.error))
     }

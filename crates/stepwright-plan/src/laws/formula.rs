@@ -1,6 +1,6 @@
-//! //! Austin's laws in f64, as the ideal for the core's delays.
+//! Austin's laws in f64, as the ideal for the core's delays.
 //!
-//! //! A travel is N steps up from c₀, some at the speed reached, and J − 1 down; the J-th is the hold after
+//! A travel is N steps up from c₀, some at the speed reached, and J − 1 down; the J-th is the hold after
 //! the last pulse. An implementation of [`Ramps`] computes a delay from the delay before by the
 //! [`equations`](crate::equations). Times are summed in 104 bits.
 
@@ -10,9 +10,9 @@ use stepwright_oracle::{Double, Number};
 
 use crate::watch::{Walk, Watch};
 
-/// /// The ramps up and down of a law.
+/// The ramps up and down of a law.
 pub(crate) trait Ramps {
-    /// /// Goes one step up on the ramp from rest.
+    /// Goes one step up on the ramp from rest.
     fn faster(&self, at: &mut At);
 
     /// The delay after `c` on the way down, j steps before the end.
@@ -26,20 +26,20 @@ pub(crate) struct At {
     pub i: u32,
     /// The delay.
     pub c: f64,
-    /// /// n, for laws whose n is not `i`.
+    /// n, for laws whose n is not `i`.
     pub n: f64,
-    /// /// The number of breaks so far.
+    /// The number of breaks so far.
     pub crossed: usize,
 }
 
-/// /// The turn of a travel.
+/// The turn of a travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Turns {
     /// N.
     pub up: u32,
     /// J.
     pub down: u32,
-    /// /// Whether the ramp reached its end, and the travel is not too short for it.
+    /// Whether the ramp reached its end, and the travel is not too short for it.
     pub complete: bool,
 }
 
@@ -47,15 +47,15 @@ pub(crate) struct Turns {
 pub(crate) struct Formula {
     pulses: u32,
     ramps: Box<dyn Ramps>,
-    /// /// c₀ as emitted, and c₀ from which the ramp continues.
+    /// c₀ as emitted, and c₀ from which the ramp continues.
     first: (f64, f64),
     /// c_min.
     least: f64,
-    /// /// Delays up, level and down, and the unclamped level delay.
+    /// Delays up, level and down, and the unclamped level delay.
     up: u32,
     level: u32,
     down: u32,
-    /// /// J: the step of the ramp down at which braking begins, for travels of any length.
+    /// J: the step of the ramp down at which braking begins, for travels of any length.
     braking: u32,
     held: f64,
     complete: bool,
@@ -71,7 +71,7 @@ struct Cursor {
 }
 
 impl Formula {
-    /// /// A travel of `pulses` pulses with c₀ as emitted and c₀ from which the ramp continues. No delay is
+    /// A travel of `pulses` pulses with c₀ as emitted and c₀ from which the ramp continues. No delay is
     /// shorter than `least`.
     pub fn new(
         ramps: Box<dyn Ramps>,
@@ -82,7 +82,7 @@ impl Formula {
         watch: Watch<'_>,
     ) -> Formula {
         let delays = pulses.saturating_sub(1);
-        // // The first delay is c₀, even if the travel is shorter than the way down.
+        // The first delay is c₀, even if the travel is shorter than the way down.
         let down = turns.down.saturating_sub(1).min(delays.saturating_sub(1));
         let up = (turns.up + 1).min(delays - down);
         let begin =
@@ -108,17 +108,17 @@ impl Formula {
         }
     }
 
-    /// /// The number of pulses.
+    /// The number of pulses.
     pub fn pulses(&self) -> u32 {
         self.pulses
     }
 
-    /// /// The delays up, level and down.
+    /// The delays up, level and down.
     pub fn parts(&self) -> (u32, u32, u32) {
         (self.up, self.level, self.down)
     }
 
-    /// /// Whether the travel was long enough for the ramp.
+    /// Whether the travel was long enough for the ramp.
     pub fn is_complete(&self) -> bool {
         self.complete
     }
@@ -129,7 +129,7 @@ impl Formula {
         held.max(self.least)
     }
 
-    /// /// The time of pulse `n`, in ticks after the first. Fast if asked in order.
+    /// The time of pulse `n`, in ticks after the first. Fast if asked in order.
     pub fn time(&self, n: u32) -> Double {
         let mut cursor = self.cursor.borrow_mut();
         if n < cursor.pulse {
@@ -142,7 +142,7 @@ impl Formula {
         cursor.time
     }
 
-    /// /// Goes to the next pulse, or at once through the level part, but not beyond `n`.
+    /// Goes to the next pulse, or at once through the level part, but not beyond `n`.
     fn step(&self, cursor: &mut Cursor, n: u32) {
         let Cursor { pulse, at, time } = cursor;
         let level = self.up + self.level;
@@ -167,7 +167,7 @@ impl Formula {
     }
 }
 
-/// /// Computes the turn for a law without a closed form. The way down is a ramp of its own, entered at its
+/// Computes the turn for a law without a closed form. The way down is a ramp of its own, entered at its
 /// first step that is as fast as the way up. Delays of `enough` or less count as the top speed.
 pub fn shadow(
     pulses: u32,
@@ -186,7 +186,7 @@ pub fn shadow(
             }
             let before = next.c;
             follow(&mut next);
-            // // With a power term the speed approaches a limit and never reaches it.
+            // With a power term the speed approaches a limit and never reaches it.
             if next.c >= before {
                 return false;
             }

@@ -10,7 +10,7 @@ use crate::equations::{next_scaled, turning_point};
 use crate::law::{PlanValue, PlannedLaw};
 use crate::watch::Watch;
 
-/// /// The corners as a line of the summary.
+/// The corners as a line of the summary.
 pub(crate) fn knee(limits: &PlanLimits, c0: First, knee: u16) -> Result<PlanValue, PlanError> {
     let corners = core(limits, c0, knee).corners(limits.steps)?;
     let part = f64::from(knee) / 1e3;
@@ -51,7 +51,7 @@ pub(crate) fn law(
     Ok(Box::new(Counted::new(delays, formula, limits.rate, short)))
 }
 
-/// /// n₁ and n₂ of the way up, j₁ and j₂ of the way down.
+/// n₁ and n₂ of the way up, j₁ and j₂ of the way down.
 struct Factor {
     up: (f64, f64),
     down: (f64, f64),
@@ -76,7 +76,7 @@ fn corners(limits: &PlanLimits, c0: First, knee: f64) -> (Factor, Turns) {
         (up, down) = (scaled(up, short), scaled(down, m - short));
     }
     down.0 = down.0.max(1.0);
-    // // If n₃ = n₂, this step belongs to the way down.
+    // If n₃ = n₂, this step belongs to the way down.
     let (last, steps) = (up.1.min(m - down.1 - 1.0), down.1.min(m));
     (Factor { up, down }, Turns { up: last as u32, down: steps as u32, complete })
 }

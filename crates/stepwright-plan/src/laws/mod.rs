@@ -1,4 +1,4 @@
-//! //! The ramp laws, one file each, and modules that some of them share.
+//! The ramp laws, one file each, and modules that some of them share.
 //!
 //! | module | what |
 //! | --- | --- |
@@ -7,7 +7,7 @@
 //! | `austin`, `austin_fixed`, `linear_factor`, `power`, `piecewise` | Austin's: [`counted`] from delay to delay, beside their [`formula`] |
 //! | [`change`] | a ramp that changes its acceleration on its way |
 //!
-//! //! A further law is another file and a variant of [`LawChoice`].
+//! A further law is another file and a variant of [`LawChoice`].
 
 mod austin;
 mod austin_fixed;
@@ -31,7 +31,7 @@ use crate::law::{Plan, PlanValue, PlannedLaw};
 use crate::watch::Watch;
 use change::RampChange;
 
-/// /// A law with an acceleration and a top speed, and its other parameters.
+/// A law with an acceleration and a top speed, and its other parameters.
 #[derive(Clone, Debug)]
 pub enum LawChoice {
     /// Constant acceleration between the start speed and the top speed.
@@ -39,18 +39,18 @@ pub enum LawChoice {
         /// Speed at both ends.
         start: Rounded<Speed>,
     },
-    /// /// Constant acceleration with a limited jerk.
+    /// Constant acceleration with a limited jerk.
     SCurve {
         /// Speed at both ends.
         start: Rounded<Speed>,
-        /// /// The jerk: the rate of change of acceleration and deceleration.
+        /// The jerk: the rate of change of acceleration and deceleration.
         jerk: Rounded<Jerk>,
     },
     /// Austin's general form, from rest.
     Austin {
         /// The first delay.
         c0: First,
-        /// /// The divisor of the change per step.
+        /// The divisor of the change per step.
         divisor: Divide,
         /// Other accelerations on the way up, in the order of their steps.
         changes: Vec<RampChange>,
@@ -59,7 +59,7 @@ pub enum LawChoice {
     LinearFactor {
         /// The first delay.
         c0: First,
-        /// /// The begin of the factor, in thousandths of the top speed: 0 to 900.
+        /// The begin of the factor, in thousandths of the top speed: 0 to 900.
         knee: u16,
     },
     /// Austin's power term.
@@ -73,17 +73,17 @@ pub enum LawChoice {
     Piecewise {
         /// The first delay.
         c0: First,
-        /// /// The number of reductions of the acceleration, 0 to 16.
+        /// The number of reductions of the acceleration, 0 to 16.
         breaks: u8,
     },
 }
 
 impl LawChoice {
-    /// /// The names of all laws, as on the command line.
+    /// The names of all laws, as on the command line.
     pub const NAMES: [&str; 6] =
         ["trapezoid", "s-curve", "austin", "linear-factor", "power", "piecewise"];
 
-    /// /// The name of the law: `linear-factor`.
+    /// The name of the law: `linear-factor`.
     pub fn name(&self) -> &'static str {
         LawChoice::NAMES[match self {
             LawChoice::Trapezoid { .. } => 0,
@@ -95,11 +95,11 @@ impl LawChoice {
         }]
     }
 
-    /// /// The law for a travel. Reports its progress to `watch`: a travel of billions of steps takes minutes
+    /// The law for a travel. Reports its progress to `watch`: a travel of billions of steps takes minutes
     /// with Austin's laws.
     ///
     /// # Errors
-    /// /// [`PlanError::Unfit`]: the core can't hold the travel.
+    /// [`PlanError::Unfit`]: the core can't hold the travel.
     pub fn law(
         &self,
         limits: &PlanLimits,
@@ -118,7 +118,7 @@ impl LawChoice {
         }
     }
 
-    /// /// The plan: the law with its values.
+    /// The plan: the law with its values.
     ///
     /// # Errors
     /// Those of [`law`](LawChoice::law); [`PlanError::TooFast`].
@@ -163,7 +163,7 @@ impl LawChoice {
     }
 }
 
-/// /// The note for a travel that starts at its top speed or above.
+/// The note for a travel that starts at its top speed or above.
 fn no_ramp(start: Speed, top: Speed) -> Option<String> {
     (start >= top).then(|| {
         format!("the start speed is not below the top speed: no ramp, all at {top} steps/s")

@@ -10,7 +10,7 @@ use crate::equations::next;
 use crate::law::{PlanValue, PlannedLaw};
 use crate::watch::Watch;
 
-/// /// The breaks as a line of the summary.
+/// The breaks as a line of the summary.
 pub(crate) fn stages(breaks: u8) -> PlanValue {
     let last = 1.375f64.powi(breaks.into()).recip() * 100.0;
     PlanValue {
@@ -46,7 +46,7 @@ pub(crate) fn law(
         let before = at.crossed;
         step(&levels, at);
         if at.crossed > before {
-            // // A step that was tried without success is tried a second time.
+            // A step that was tried without success is tried a second time.
             down.retain(|(i, _)| *i < at.i);
             down.push((at.i, at.n));
         }
@@ -58,13 +58,13 @@ pub(crate) fn law(
     Ok(Box::new(Counted::new(delays, formula, limits.rate, "")))
 }
 
-/// /// The delays of the breaks, each half way between the break before and the top speed.
+/// The delays of the breaks, each half way between the break before and the top speed.
 fn levels(least: f64, breaks: u8) -> Vec<f64> {
     let next = |c: &f64| Some((c + least) / 2.0);
     std::iter::successors(Some(3.0 * least), next).skip(1).take(breaks.into()).collect()
 }
 
-/// /// Goes one step up. Several breaks within one step apply one after the other.
+/// Goes one step up. Several breaks within one step apply one after the other.
 fn step(levels: &[f64], at: &mut At) {
     at.i += 1;
     at.n += 1.0;
@@ -77,7 +77,7 @@ fn step(levels: &[f64], at: &mut At) {
 
 struct Stages {
     levels: Vec<f64>,
-    /// /// Steps of the ramp down at which n was multiplied, and n from these steps on.
+    /// Steps of the ramp down at which n was multiplied, and n from these steps on.
     down: Vec<(u32, f64)>,
 }
 

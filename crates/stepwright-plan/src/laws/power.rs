@@ -10,7 +10,7 @@ use crate::equations::next_power;
 use crate::law::{PlanValue, PlannedLaw};
 use crate::watch::Watch;
 
-/// /// k and p as a line of the summary.
+/// k and p as a line of the summary.
 pub(crate) fn term(limits: &PlanLimits, c0: First, p: u8) -> PlanValue {
     let k = constant(limits, limits.accels().0 * c0.part(), p.into());
     PlanValue {
@@ -22,7 +22,7 @@ pub(crate) fn term(limits: &PlanLimits, c0: First, p: u8) -> PlanValue {
     }
 }
 
-/// /// k by Eq 21. A top speed within the first step counts as the speed after one step.
+/// k by Eq 21. A top speed within the first step counts as the speed after one step.
 fn constant(limits: &PlanLimits, accel: f64, p: i32) -> f64 {
     limits.motor().power(accel, limits.speed().max((2.0 * accel).sqrt()), p)
 }
@@ -47,7 +47,7 @@ pub(crate) fn law(
     let least = motor.delay(limits.speed()).max(1.0);
     let up = |at: &mut At| term.faster(at);
     let down = |at: &mut At| Term { up: term.down, ..term }.faster(at);
-    // // The approach never ends, so no travel is too short for it.
+    // The approach never ends, so no travel is too short for it.
     let turns = shadow(limits.steps, least, at(accel), at(decel), up, down, watch);
     let turns = Turns { complete: true, ..turns };
     let first = c0.counts(motor.c0(accel));
@@ -56,7 +56,7 @@ pub(crate) fn law(
     Ok(Box::new(Counted::new(delays, formula, limits.rate, short)))
 }
 
-/// /// p, and k of both ramps.
+/// p, and k of both ramps.
 #[derive(Clone, Copy)]
 struct Term {
     p: i32,

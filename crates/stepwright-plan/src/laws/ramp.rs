@@ -1,4 +1,4 @@
-//! //! A ramp given in steps, as the serial line orders it.
+//! A ramp given in steps, as the serial line orders it.
 
 use stepwright::profile::RampSteps;
 use stepwright::{Geometry, Rate, Speed};
@@ -9,7 +9,7 @@ use crate::PlanError;
 use crate::law::{Plan, PlanValue};
 
 impl Plan {
-    /// /// A travel whose ramps have this many steps each. The motor jumps to the start speed, accelerates
+    /// A travel whose ramps have this many steps each. The motor jumps to the start speed, accelerates
     /// constantly to the top speed, and brakes over its last steps.
     ///
     /// # Errors
@@ -37,7 +37,7 @@ impl Plan {
     }
 }
 
-/// /// R and the resulting acceleration. `slope` is 2a in 10⁻⁶ (steps/s)².
+/// R and the resulting acceleration. `slope` is 2a in 10⁻⁶ (steps/s)².
 fn slope_of(steps: u16, slope: u64, start: u32, top: u32) -> PlanValue {
     let square = |v: u32| u64::from(v) * u64::from(v);
     let exact = slope.checked_mul(steps.into()) == Some(square(top) - square(start));

@@ -1,4 +1,4 @@
-//! //! Ramps with a limited jerk.
+//! Ramps with a limited jerk.
 
 use stepwright::profile::{Curve, Fit, SCurve, Tracer};
 use stepwright::run::Steps as Single;
@@ -18,7 +18,7 @@ pub(crate) fn law(
     let PlanLimits { rate, steps, ref accel, ref decel, ref top } = *limits;
     let (accel, decel, top) = (accel.value, decel.value, top.value);
     let law = SCurve::new(rate, start, top, accel, jerk).with_decel(decel);
-    // // In thousandths of a step, so that all values are whole numbers.
+    // In thousandths of a step, so that all values are whole numbers.
     let ideal = JerkLimits {
         start: Double::whole(start.millisteps().into()),
         top: Double::whole(top.millisteps().into()),
@@ -36,7 +36,7 @@ pub(crate) fn law(
     }))
 }
 
-/// /// A curve and its ideal.
+/// A curve and its ideal.
 struct CurveLaw {
     curve: Curve,
     ideal: IdealSCurve<Double>,

@@ -1,4 +1,4 @@
-//! //! Constant acceleration, constant speed, constant deceleration.
+//! Constant acceleration, constant speed, constant deceleration.
 
 use stepwright::Speed;
 use stepwright::profile::Trapezoid;

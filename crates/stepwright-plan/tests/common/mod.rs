@@ -1,4 +1,4 @@
-//! //! Jobs for a laser, judged by their text and by the place of each step along the path.
+//! Jobs for a laser, judged by their text and by the place of each step along the path.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -6,25 +6,25 @@ use std::fmt::Write;
 use stepwright_path::{AxisPace, RouteStep};
 use stepwright_plan::gcode::{GcodeJob, PowerChange};
 
-/// /// mm per step.
+/// mm per step.
 const STEP: f64 = 0.0125;
 
-/// /// The limits of the axes.
+/// The limits of the axes.
 pub const AXES: [AxisPace; 3] = {
     let x = AxisPace { step: STEP, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
     [x, AxisPace { speed: 150.0, accel: 700.0, ..x }, x]
 };
 
-/// /// S at full power.
+/// S at full power.
 const FULL: f64 = 1_000.0;
 
-/// /// How far a power may be off while it changes.
+/// How far a power may be off while it changes.
 const WITHIN: f64 = 1.0 / 255.0;
 
-/// /// The duration of a hold in s, at least.
+/// The duration of a hold in s, at least.
 const HELD: f64 = 0.5;
 
-/// /// The tool of a move, with F in mm/min.
+/// The tool of a move, with F in mm/min.
 #[derive(Clone, Copy, Debug)]
 pub enum Tool {
     M3 { s: u32, f: u32 },
@@ -47,14 +47,14 @@ pub enum Job {
         clockwise: bool,
         tool: Tool,
     },
-    /// /// A dwell in ms.
+    /// A dwell in ms.
     Dwell(u32),
 }
 
-/// /// A step according to the text: its place along the path, and whether it is forward.
+/// A step according to the text: its place along the path, and whether it is forward.
 type Mark = (f64, bool);
 
-/// /// A part of the path.
+/// A part of the path.
 #[derive(Clone, Debug)]
 struct Leg {
     from: f64,
@@ -62,21 +62,21 @@ struct Leg {
     tool: Tool,
 }
 
-/// /// A job after its run.
+/// A job after its run.
 #[derive(Clone, Debug)]
 pub struct Run {
     pub steps: Vec<RouteStep>,
     pub power: Vec<PowerChange>,
     legs: Vec<Leg>,
     marks: [Vec<Mark>; 2],
-    /// /// The places of the dwells along the path, and their times.
+    /// The places of the dwells along the path, and their times.
     dwells: Vec<(f64, f64)>,
-    /// /// The times at which holds ended.
+    /// The times at which holds ended.
     resumed: Vec<f64>,
     end: f64,
 }
 
-/// /// A place in steps as mm, exact.
+/// A place in steps as mm, exact.
 fn mm(steps: i32) -> String {
     let sign = if steps < 0 { "-" } else { "" };
     let fine = i64::from(steps.abs()) * 125;
@@ -87,7 +87,7 @@ fn hypot(x: i32, y: i32) -> f64 {
     f64::from(x).hypot(f64::from(y)) * STEP
 }
 
-/// /// Runs the job. Holds it after the steps `holds`, and asks for the power every `stride` steps.
+/// Runs the job. Holds it after the steps `holds`, and asks for the power every `stride` steps.
 pub fn run(job: &[Job], axes: [AxisPace; 3], holds: &[usize], stride: usize) -> Run {
     let (mut text, mut at, mut way) = (String::new(), [0, 0], 0.0);
     let (mut legs, mut marks, mut dwells) = (Vec::new(), [Vec::new(), Vec::new()], Vec::new());
@@ -163,7 +163,7 @@ pub fn run(job: &[Job], axes: [AxisPace; 3], holds: &[usize], stride: usize) -> 
 }
 
 impl Run {
-    /// /// The powers between two times, each with its duration.
+    /// The powers between two times, each with its duration.
     fn powers(&self, from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
         let first = self.power.partition_point(|change| change.time <= from);
         let before = first.checked_sub(1).map_or(0.0, |n| self.power[n].power);
@@ -174,7 +174,7 @@ impl Run {
         starts.zip(ends).map(|((from, power), to)| (power, to - from))
     }
 
-    /// /// The time without power between two times.
+    /// The time without power between two times.
     fn dark(&self, from: f64, to: f64) -> f64 {
         self.powers(from, to).filter(|(power, _)| *power == 0.0).map(|(_, time)| time).sum()
     }
@@ -198,7 +198,7 @@ impl Run {
         }
         all.sort_by(|a, b| a.1.total_cmp(&b.1));
         let last = all.last().map_or(0.0, |mark| mark.1);
-        // // The job ends without power: not before its last step and not after its end.
+        // The job ends without power: not before its last step and not after its end.
         let dark = self.power.last().map_or(0.0, |change| change.power);
         let off = self.power.last().map_or(last, |change| change.time);
         assert!(dark == 0.0 && off <= self.end + 1e-9, "{dark} {off} {}", self.end);
@@ -208,7 +208,7 @@ impl Run {
             let dark = self.dark(last, at);
             assert!(dark >= HELD - 1e-9 && self.dark(at - HELD + 1e-9, at) > HELD - 1e-8);
         }
-        // // Several dwells at one place count as one.
+        // Several dwells at one place count as one.
         for &(place, _) in &self.dwells {
             let time: f64 = self.dwells.iter().filter(|other| other.0 == place).map(|d| d.1).sum();
             let next = all.iter().find(|mark| mark.0 > place).map_or(self.end, |mark| mark.1);
@@ -217,7 +217,7 @@ impl Run {
         }
     }
 
-    /// /// Judges the power between two steps of an axis.
+    /// Judges the power between two steps of an axis.
     fn judge_between(&self, (from, begin): (f64, f64), (to, end): (f64, f64)) {
         let legs = || self.legs.iter().filter(|leg| leg.from < to && leg.to > from);
         let constant = |leg: &Leg| matches!(leg.tool, Tool::M3 { .. });
@@ -228,7 +228,7 @@ impl Run {
         let slack = (end - begin - dark) * WITHIN + 1e-9;
         if !legs().any(constant) {
             assert!((burnt - by_way).abs() <= slack, "{burnt}, not {by_way}, at {begin}: {end}");
-            // // The power is 0 all the time.
+            // The power is 0 all the time.
             let burns = legs().any(|leg| leg.burns() > 0.0);
             assert!(burns || self.powers(begin, end).all(|(power, _)| power == 0.0), "at {begin}");
             return;
@@ -244,7 +244,7 @@ impl Run {
 }
 
 impl Leg {
-    /// /// The full-power time that M4 burns per mm, in s.
+    /// The full-power time that M4 burns per mm, in s.
     fn burns(&self) -> f64 {
         match self.tool {
             Tool::M4 { s, f } => f64::from(s) / FULL * 60.0 / f64::from(f),

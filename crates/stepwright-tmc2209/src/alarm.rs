@@ -1,15 +1,16 @@
-//! DIAG, while the motors are at work.
+//! Alarms of the pin DIAG while the motors work.
 
 use embedded_hal_async::digital::Wait;
 use stepwright::{AxisSet, Control};
 use stepwright_embassy::Motors;
 
-/// Brakes these axes along their ramps whenever DIAG of their driver rises, and forgets where they are:
-/// their moves end as `Uncertain`. It is high on a stall, if those are set up, and while the
-/// driver is off because of a fault; [`faults`](crate::Tmc2209::faults) tells which.
+/// Brakes these axes along their ramps and makes their positions unknown whenever their driver's
+/// DIAG rises: their moves end as `Uncertain`. DIAG is high on a stall, if stall detection is set
+/// up, and while the driver is off because of a fault; [`faults`](crate::Tmc2209::faults) tells
+/// which.
 ///
-/// For a task of its own, or a `select` with what moves the axes. It ends if the pin can't be read, and
-/// takes that for an alarm.
+/// Run it in a task of its own, or in a `select` with the code that moves the axes. If the pin
+/// can't be read, it treats that as an alarm and returns the error.
 pub async fn brake_on_alarm<E: Control, P: Wait, const N: usize, const Q: usize>(
     motors: &Motors<'_, E, N, Q>,
     axes: impl Into<AxisSet<N>>,

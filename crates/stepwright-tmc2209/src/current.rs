@@ -1,4 +1,4 @@
-//! Milliamperes as the chip counts them.
+//! The chip's current steps in milliamperes.
 //!
 //! ```text
 //!           CS + 1     V_FS            1
@@ -11,26 +11,27 @@ use stepwright::OutOfRange;
 /// 10⁶·√2
 const ROOT: u64 = 1_414_214;
 
-/// Full-scale voltages in mV: with the low and with the high sensitivity.
+/// The full-scale voltages in mV at low and at high sensitivity.
 const FULL_SCALE: [u64; 2] = [325, 180];
 
-/// The steps of current of a chip with this sense resistor.
+/// The current scale of a chip with a given sense resistor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Scale {
-    /// The resistor and the chip's own resistance, in mΩ.
+    /// The sense resistor plus the chip's own resistance, in mΩ.
     ohm: u64,
     pub(crate) sensitive: bool,
 }
 
 impl Scale {
-    /// With the high sensitivity if it reaches this current, whose steps are finer.
+    /// The scale for a maximum current: high sensitivity, which has finer steps, if it reaches that
+    /// current.
     pub(crate) fn reaching(milliamps: u16, sense_milliohms: u16) -> Scale {
         let ohm = u64::from(sense_milliohms) + 20;
         let fine = Scale { ohm, sensitive: true };
         if milliamps <= fine.most() { fine } else { Scale { sensitive: false, ..fine } }
     }
 
-    /// (CS + 1) · 10⁹ for this many mA, times mV.
+    /// (CS + 1) · 10⁹ · V_FS for a current in mA, with V_FS in mV.
     fn product(self, milliamps: u16) -> u64 {
         32 * ROOT * u64::from(milliamps) * self.ohm
     }
@@ -46,10 +47,10 @@ impl Scale {
         u16::try_from(most).unwrap_or(u16::MAX)
     }
 
-    /// CS for a current, the step below it.
+    /// CS for a current, rounded down to a step.
     ///
     /// # Errors
-    /// Above the highest, or below the lowest, which is 1/32 of that.
+    /// The current is above the highest, or below the lowest, which is 1/32 of the highest.
     pub(crate) fn steps(self, milliamps: u16) -> Result<u8, OutOfRange> {
         let steps = self.product(milliamps) / self.full_scale();
         match u8::try_from(steps) {
@@ -67,8 +68,8 @@ impl Scale {
 mod tests {
     use super::*;
 
-    /// The data sheet's table, revision 1.09, section 8: the highest currents by the sense resistor, in
-    /// 10 mA.
+    /// The table of the data sheet, revision 1.09, section 8: the highest current for each sense
+    /// resistor, in 10 mA.
     #[test]
     fn the_highest_currents_are_those_of_the_data_sheet() {
         for (milliohms, most) in [
@@ -94,7 +95,7 @@ mod tests {
         }
     }
 
-    /// What is set is never above what was asked for, and less than a step below.
+    /// The current that is set is never above the requested one, and less than a step below it.
     #[test]
     fn a_current_is_rounded_down_to_a_step() {
         for milliohms in [75, 110, 150, 220] {

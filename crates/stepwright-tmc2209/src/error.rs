@@ -1,4 +1,4 @@
-//! What goes wrong.
+//! Errors.
 
 use core::fmt;
 
@@ -6,20 +6,20 @@ use stepwright::{MoveError, OutOfRange};
 
 use crate::faults::DriverFaults;
 
-/// Why a driver was not set up, or did not answer. `E` is of its line.
+/// Why a driver was not set up, or did not answer. `E` is the error of its line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverError<E> {
-    /// The line itself.
+    /// The line itself failed.
     Line(E),
-    /// No answer, three times: its power, the wire, its address (MS1 and MS2).
+    /// The driver did not answer three times: check its power, the wire, its address (MS1 and MS2).
     Silent,
-    /// It answers, and takes no writes, three times: noise on the line.
+    /// The driver answered, but did not take a write three times: noise on the line.
     NotTaken,
-    /// Something answers that is no TMC2209: it says this version, 0x21 is right.
+    /// The chip that answers is no TMC2209: it reports this version instead of 0x21.
     OtherChip(u8),
-    /// It can't do what was asked for.
+    /// The driver can't do what was requested.
     Range(OutOfRange),
-    /// It was not set up.
+    /// The driver was not set up.
     NotSetUp,
 }
 
@@ -50,22 +50,24 @@ impl<E: fmt::Debug> fmt::Display for DriverError<E> {
 
 impl<E: fmt::Debug> core::error::Error for DriverError<E> {}
 
-/// Why an axis is not homed. Its position is not known. `E` is of the driver's line, `P` of its pin DIAG.
+/// Why an axis was not homed. Its position is unknown. `E` is the error of the driver's line, `P`
+/// that of its pin DIAG.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotHomed<E, P> {
-    /// No stall on all the way: the threshold is too low, or the speed below what was set up.
+    /// No stall within the longest search: the threshold is too low, or the speed is below that of
+    /// the stall set-up.
     NoStall,
-    /// It stalled twice in less than the least distance: it is stuck, or the threshold is too high.
+    /// Two stalls within the least distance: the axis is stuck, or the threshold is too high.
     TooSoon,
-    /// Something else has stopped it.
+    /// The axis was stopped from elsewhere.
     Stopped,
-    /// The driver has raised DIAG because it is at fault.
+    /// The driver raised DIAG because of a fault.
     Faulty(DriverFaults),
     /// A move was refused.
     Move(MoveError),
-    /// The driver.
+    /// The driver failed.
     Driver(DriverError<E>),
-    /// The pin.
+    /// The pin DIAG failed.
     Pin(P),
 }
 

@@ -1,10 +1,10 @@
-//! What the driver says is wrong.
+//! Faults that the driver reports.
 
 use core::fmt;
 
 use tmc2209::reg;
 
-/// One thing that is wrong, or was.
+/// A fault, present or remembered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum DriverFault {
@@ -12,23 +12,25 @@ pub enum DriverFault {
     Reset,
     /// The charge pump's voltage is too low: the driver is off.
     ChargePump,
-    /// Too hot: the driver is off until it has cooled down.
+    /// Overheated: the driver is off until it has cooled down.
     Overheated,
-    /// Nearly too hot: 120 °C. The driver goes on.
+    /// Nearly overheated: 120 °C. The driver goes on.
     Hot,
     /// Coil A is shorted to ground: the driver is off.
     ShortToGroundA,
-    /// Coil B is.
+    /// Coil B is shorted to ground: the driver is off.
     ShortToGroundB,
-    /// Coil A is shorted to the supply, or the low-side transistor takes too much: the driver is off.
+    /// Coil A is shorted to the supply, or the low-side transistor is overloaded: the driver is
+    /// off.
     ShortToSupplyA,
-    /// Coil B is.
+    /// Coil B is shorted to the supply, or the low-side transistor is overloaded: the driver is
+    /// off.
     ShortToSupplyB,
-    /// Coil A may not be connected. Right at low speeds alone: a hint.
+    /// Coil A may not be connected. A hint: reliable at low speeds only.
     OpenLoadA,
-    /// Coil B may not be.
+    /// Coil B may not be connected. A hint, like `OpenLoadA`.
     OpenLoadB,
-    /// The driver was off because of an error of those above.
+    /// The driver was off because of one of the errors above.
     SwitchedOff,
 }
 
@@ -47,7 +49,7 @@ impl DriverFault {
         DriverFault::SwitchedOff,
     ];
 
-    /// Whether the motor has lost its position by it: the driver is off, or was.
+    /// Whether the motor has lost its position through this fault: the driver is off, or was.
     pub const fn lets_go(self) -> bool {
         !matches!(self, DriverFault::Hot | DriverFault::OpenLoadA | DriverFault::OpenLoadB)
     }
@@ -71,7 +73,7 @@ impl fmt::Display for DriverFault {
     }
 }
 
-/// All that is wrong with a driver.
+/// The faults of a driver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DriverFaults(u16);
 
@@ -98,12 +100,12 @@ impl DriverFaults {
         faults
     }
 
-    /// Whether it is among them.
+    /// Whether this fault is among them.
     pub const fn has(self, fault: DriverFault) -> bool {
         self.0 >> fault as u8 & 1 != 0
     }
 
-    /// Nothing is wrong.
+    /// Whether there are no faults.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
@@ -113,13 +115,13 @@ impl DriverFaults {
         self.iter().any(DriverFault::lets_go)
     }
 
-    /// One after the other.
+    /// The faults, one after another.
     pub fn iter(self) -> impl Iterator<Item = DriverFault> {
         DriverFault::ALL.into_iter().filter(move |fault| self.has(*fault))
     }
 }
 
-/// Separated by commas; "none".
+/// The faults separated by commas, or "none".
 impl fmt::Display for DriverFaults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.is_empty() {

@@ -1,4 +1,4 @@
-//! Homing by stall.
+//! Homing by stall detection.
 //!
 //! ```text
 //!             current, dwell      least                       stop
@@ -19,45 +19,48 @@ use stepwright_embassy::{AsyncAxis, Outcome};
 use crate::error::NotHomed;
 use crate::line::Tmc2209;
 
-/// How an axis is homed against a stop, without a switch.
+/// Parameters of homing an axis against a stop, without a switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StallHoming {
-    /// The stop lies forward.
+    /// Whether the stop lies forward.
     pub forward: bool,
-    /// Of the first pass. Well above the speed from which on stalls are told.
+    /// The speed of the first pass. Well above the speed from which stalls are detected.
     pub speed: Speed,
-    /// Of the second pass, likewise.
+    /// The speed of the second pass, likewise well above.
     pub second: Speed,
-    /// Of both, and of backing off. The ramp up is a part of the least distance.
+    /// The acceleration of both passes and of backing off. The ramp up is part of the least
+    /// distance.
     pub accel: Accel,
-    /// While it homes, in mA: less than else, so that the stop is met softly.
+    /// The current during homing, in mA: lower than usual, so that the axis meets the stop softly.
     pub milliamps: u16,
-    /// ms after each change of the current: StallGuard's measure settles.
+    /// The wait after each change of the current, in ms, until StallGuard's measure has settled.
     pub dwell: u32,
-    /// A stall in less than this many steps is none: the motor has not been at speed, or stood at the
-    /// stop. Then it backs off by twice as many, and tries once more.
+    /// The least distance in steps. An earlier stall does not count: the motor was not at speed
+    /// yet, or stood at the stop. Then the axis backs off by twice this distance, and tries once
+    /// more.
     pub least: u32,
-    /// Steps back from the stop. The second pass is twice as many at most.
+    /// The distance to back off from the stop, in steps. The second pass searches at most twice as
+    /// far.
     pub back_off: u32,
-    /// The most steps that it searches for the stop.
+    /// The longest search for the stop, in steps.
     pub most: u32,
-    /// What the position of the stop is called.
+    /// The position to give the stop.
     pub position: i64,
 }
 
 impl StallHoming {
-    /// Homes an axis: it ends `back_off` steps from the stop, its position known.
+    /// Homes an axis. It ends `back_off` steps from the stop, with a known position.
     ///
-    /// The position is as exact as a motor is that was pressed against a stop: within two full steps
-    /// of it.
+    /// The position is within two full steps of the stop, the accuracy of a motor that was pressed
+    /// against a stop.
     ///
-    /// A future that is dropped on the way brakes; the current and the limits are then those of the
-    /// homing still, and the position is one that means nothing: home again.
+    /// A future that is dropped on the way brakes the axis. The current and the limits then remain
+    /// those of homing, and the position is meaningless: home again.
     ///
     /// # Errors
-    /// [`NotHomed`]. The axis rests, its position is not known, its limits and the current are as before.
-    /// It is [`Unfit::TooLong`] before anything has moved if `most`, twice `least` or twice `back_off` is
-    /// more than a travel may have, 2³¹ − 1 steps.
+    /// [`NotHomed`]. The axis rests, its position is unknown, its limits and the current are as
+    /// before. The error is [`Unfit::TooLong`], before anything has moved, if `most`, twice `least`
+    /// or twice `back_off` exceeds the longest travel of 2³¹ − 1 steps.
     pub async fn home<E, U, D, P, const N: usize, const Q: usize>(
         &self,
         axis: &mut AsyncAxis<'_, '_, E, N, Q>,
@@ -89,7 +92,7 @@ impl StallHoming {
         homed
     }
 
-    /// Both passes, at the current of homing.
+    /// Makes both passes, at the homing current.
     async fn passes<E, U, D, P, const N: usize, const Q: usize>(
         &self,
         axis: &mut AsyncAxis<'_, '_, E, N, Q>,
@@ -118,7 +121,7 @@ impl StallHoming {
         driver.delay.delay_ms(self.dwell).await;
         axis.set_limits(AxisLimits::new(self.second, self.accel));
         let made = self.pass(twice_back, axis, driver, diag).await?;
-        // Where the first pass has been pressed against the stop, the way back is shorter.
+        // After a first pass that pressed against the stop, the way back is shorter.
         if made < i64::from(self.back_off / 2) {
             return Err(NotHomed::TooSoon);
         }
@@ -126,7 +129,8 @@ impl StallHoming {
         self.back(back_off, axis).await
     }
 
-    /// Towards the stop: how many steps were made up to the stall. The axis rests.
+    /// Moves towards the stop until a stall, and returns the steps made up to it. The axis rests
+    /// afterwards.
     async fn pass<E, U, D, P, const N: usize, const Q: usize>(
         &self,
         most: i32,
@@ -160,7 +164,7 @@ impl StallHoming {
         }
     }
 
-    /// Away from the stop.
+    /// Moves away from the stop.
     async fn back<E: Control, F, P, const N: usize, const Q: usize>(
         &self,
         steps: i32,
@@ -173,7 +177,7 @@ impl StallHoming {
     }
 }
 
-/// Steps of a travel, either way.
+/// The steps of a travel in either direction.
 fn travel(steps: u32) -> Result<i32, MoveError> {
     i32::try_from(steps).map_err(|_| Unfit::TooLong.into())
 }

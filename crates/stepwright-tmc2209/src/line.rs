@@ -1,4 +1,4 @@
-//! A driver on its UART: registers are read, and written so that it is known.
+//! A driver on its UART: reads registers, and writes them with confirmation.
 
 use embassy_futures::select::{Either, select};
 use embedded_hal_async::delay::DelayNs;
@@ -9,16 +9,17 @@ use tmc2209::{ReadRequest, ReadResponse, Reader, WriteRequest};
 use crate::current::Scale;
 use crate::error::DriverError;
 
-/// How often an access is tried.
+/// The number of attempts of an access.
 const ATTEMPTS: u8 = 3;
 
-/// How long an answer is waited for, in ms: at 9600 baud it takes 13, with the echo of what was asked.
+/// The time-out of an answer in ms. At 9600 baud an answer takes 13 ms, with the echo of the
+/// request.
 const ANSWER_MS: u32 = 30;
 
-/// Which of the drivers on one wire: what its pins MS2 and MS1 are at, MS2 first.
+/// The address of a driver on a shared wire: the levels of its pins MS2 and MS1, MS2 first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverAddress {
-    /// Both low, also where they are open: the only driver.
+    /// Both low or open: the only driver.
     A0 = 0,
     /// MS1 high.
     A1 = 1,
@@ -30,9 +31,9 @@ pub enum DriverAddress {
 
 /// A TMC2209 on a UART.
 ///
-/// The wire is one for both directions, so what is sent is read back before the answer: that is
-/// passed over. Two to four drivers on one wire have [addresses](DriverAddress) of their own. What is written is
-/// confirmed by the chip's counter of writes, and written again if it was lost.
+/// One wire carries both directions, so each request is read back before the answer: the echo is
+/// skipped. Two to four drivers on one wire have [addresses](DriverAddress) of their own. The
+/// chip's counter of writes confirms each write; a lost one is repeated.
 pub struct Tmc2209<U, D> {
     line: U,
     pub(crate) delay: D,
@@ -42,7 +43,7 @@ pub struct Tmc2209<U, D> {
 }
 
 impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
-    /// The driver with this address on a line, 9,600 to 500,000 baud.
+    /// The driver with this address, on a line of 9,600 to 500,000 baud.
     pub fn new(line: U, delay: D, address: DriverAddress) -> Tmc2209<U, D> {
         let currents = reg::IHOLD_IRUN::default();
         Tmc2209 { line, delay, address: address as u8, scale: None, currents }
@@ -64,7 +65,7 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         Err(DriverError::Silent)
     }
 
-    /// Writes a register, and sees that it was taken.
+    /// Writes a register, and checks that the driver took it.
     ///
     /// # Errors
     /// [`DriverError::Line`], [`DriverError::Silent`], [`DriverError::NotTaken`]
@@ -76,7 +77,8 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         let before = self.read::<reg::IFCNT>().await?.get();
         for _ in 0..ATTEMPTS {
             self.send(request.bytes()).await?;
-            // The same value twice does no harm, so it need not be known which was taken.
+            // Writing the same value twice does no harm, so it need not be known which write was
+            // taken.
             if self.read::<reg::IFCNT>().await?.get() != before {
                 return Ok(());
             }
@@ -90,7 +92,7 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
     }
 }
 
-/// The next answer of a register that came over whole.
+/// Returns the next intact answer for a register.
 async fn answer<R: ReadableRegister, U: Read>(line: &mut U) -> Result<R, U::Error> {
     let (mut reader, mut buffer) = (Reader::default(), [0; ReadResponse::LEN_BYTES]);
     loop {

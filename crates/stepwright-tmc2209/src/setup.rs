@@ -1,4 +1,4 @@
-//! What a driver is set to.
+//! The set-up of a driver.
 
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{Read, Write};
@@ -15,10 +15,10 @@ use crate::line::Tmc2209;
 const CLOCK: u64 = 12_000_000;
 /// The highest value of a register of 20 bits.
 const LONGEST: u64 = (1 << 20) - 1;
-/// What the first and every later TMC2209 says of itself.
+/// The version that every TMC2209 reports so far.
 const VERSION: u8 = 0x21;
 
-/// What a driver is set to.
+/// The settings of a driver.
 ///
 /// ```
 /// use stepwright::Speed;
@@ -32,7 +32,7 @@ const VERSION: u8 = 0x21;
 pub struct DriverSetup {
     sense_milliohms: u16,
     run: u16,
-    /// None: half of `run`.
+    /// The current at rest; `None` stands for half of `run`.
     hold: Option<u16>,
     microsteps: u16,
     stall: u8,
@@ -40,8 +40,9 @@ pub struct DriverSetup {
 }
 
 impl DriverSetup {
-    /// A sense resistor in mΩ, as the board's maker says (0.11 Ω is usual), and the motor's current in
-    /// mA (rms). Half of it at rest, or the chip's lowest step, 16 microsteps, no stalls.
+    /// Settings for a sense resistor in mΩ, as the board's maker states it (0.11 Ω is usual), and
+    /// for a motor current in mA (rms). The current at rest is half of that, or the chip's lowest
+    /// step; 16 microsteps, no stall detection.
     pub const fn new(sense_milliohms: u16, milliamps: u16) -> DriverSetup {
         DriverSetup {
             sense_milliohms,
@@ -53,30 +54,31 @@ impl DriverSetup {
         }
     }
 
-    /// The current at rest in mA; 0 is the chip's lowest step.
+    /// Sets the current at rest in mA; 0 is the chip's lowest step.
     #[must_use]
     pub const fn hold(self, milliamps: u16) -> DriverSetup {
         DriverSetup { hold: Some(milliamps), ..self }
     }
 
-    /// Steps a full step: 1, 2, 4 … 256.
+    /// Sets the microsteps per full step: 1, 2, 4 … 256.
     #[must_use]
     pub const fn microsteps(self, microsteps: u16) -> DriverSetup {
         DriverSetup { microsteps, ..self }
     }
 
-    /// DIAG tells stalls, from a speed in (micro)steps/s on: below it StallGuard knows nothing. The
-    /// higher the threshold, the less load is a stall; it has to be found by trying
-    /// ([`load`](Tmc2209::load) helps), at the speed and the current that it is used with.
+    /// Has DIAG report stalls from a speed in (micro)steps/s on; below it StallGuard can't detect
+    /// them. The higher the threshold, the lower the load that counts as a stall. Find the
+    /// threshold by trial ([`load`](Tmc2209::load) helps), at the speed and the current of the
+    /// application.
     #[must_use]
     pub const fn stall(self, threshold: u8, from: Speed) -> DriverSetup {
         DriverSetup { stall: threshold, stall_from: Some(from), ..self }
     }
 
-    /// The steps of the current at rest.
+    /// The CS of the current at rest.
     fn hold_steps(&self, scale: Scale) -> Result<u8, OutOfRange> {
         match self.hold {
-            // Half of a current that it can drive may be below its lowest step, and is not above.
+            // Half of a valid current may be below the lowest step, but is never above the highest.
             None => Ok(scale.steps(self.run / 2).unwrap_or(0)),
             Some(0) => Ok(0),
             Some(given) => scale.steps(given).map_err(|range| OutOfRange {
@@ -87,7 +89,7 @@ impl DriverSetup {
         }
     }
 
-    /// The exponent of the microsteps.
+    /// The exponent of the microsteps per full step.
     fn resolution(&self) -> Result<MicroStepResolution, OutOfRange> {
         if self.microsteps.is_power_of_two() && self.microsteps <= 256 {
             Ok(MicroStepResolution::from_microsteps(self.microsteps.into()))
@@ -96,7 +98,8 @@ impl DriverSetup {
         }
     }
 
-    /// Ticks of the chip's clock in 1/256 of a full step at the speed from which on stalls are told.
+    /// TSTEP at the speed from which stalls are detected: the chip's clock ticks in 1/256 of a full
+    /// step.
     fn stall_ticks(&self) -> Result<u32, OutOfRange> {
         let Some(from) = self.stall_from else { return Ok(0) };
         let millis = 256 * u64::from(from.millisteps());
@@ -112,12 +115,12 @@ impl DriverSetup {
 }
 
 impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
-    /// Sets the driver up. Its chopper is StealthChop, which StallGuard asks for; its current is by
-    /// these settings and not by the pin VREF; faults that it remembers are forgotten.
+    /// Sets the driver up: StealthChop, which StallGuard requires; the current from these settings
+    /// and not from the pin VREF. Clears the faults that the driver remembers.
     ///
     /// # Errors
-    /// [`DriverError`]. What was not reached keeps its setting; a range is refused before anything is
-    /// written.
+    /// [`DriverError`]. A range error is returned before anything is written. After any other, the
+    /// registers not reached yet keep their settings.
     pub async fn set_up(&mut self, setup: &DriverSetup) -> Result<(), DriverError<U::Error>> {
         let scale = Scale::reaching(setup.run, setup.sense_milliohms);
         let mut currents = reg::IHOLD_IRUN::default();
@@ -141,8 +144,8 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         chopper.set_vsense(scale.sensitive);
         chopper.set_mres(resolution);
         chopper.set_tbl(2);
-        // In the order in which the motor never has more than its current, whatever was set before: the
-        // high sensitivity makes any current lower, and a low one has to find the right step.
+        // The motor current never exceeds the larger of the old and the new one, whatever was set
+        // before: the high sensitivity lowers any current, and the low one must find the right CS.
         if scale.sensitive {
             self.write(chopper).await?;
             self.write(currents).await?;
@@ -162,12 +165,12 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         Ok(())
     }
 
-    /// Has another current on the way, in mA, until [`restore_current`](Tmc2209::restore_current); that
-    /// at rest stays.
+    /// Changes the motor current while moving, in mA, until
+    /// [`restore_current`](Tmc2209::restore_current). The current at rest stays.
     ///
     /// # Errors
-    /// [`DriverError::NotSetUp`], [`DriverError::Range`] above what the sensitivity of the set-up reaches,
-    /// and those of [`write`](Tmc2209::write).
+    /// [`DriverError::NotSetUp`]; [`DriverError::Range`] above the highest current at the
+    /// sensitivity of the set-up; and those of [`write`](Tmc2209::write).
     pub async fn set_run_current(&mut self, milliamps: u16) -> Result<(), DriverError<U::Error>> {
         let scale = self.scale.ok_or(DriverError::NotSetUp)?;
         let mut currents = self.currents;
@@ -175,7 +178,7 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         self.write(currents).await
     }
 
-    /// Has the current of the set-up again.
+    /// Restores the current of the set-up.
     ///
     /// # Errors
     /// Those of [`write`](Tmc2209::write).
@@ -183,7 +186,7 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         self.write(self.currents).await
     }
 
-    /// What is wrong now, and what was since the faults were forgotten.
+    /// The present faults, and those since the faults were last cleared.
     ///
     /// # Errors
     /// Those of [`read`](Tmc2209::read).
@@ -191,17 +194,18 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         Ok(DriverFaults::of(self.read().await?, self.read().await?))
     }
 
-    /// Forgets faults that are over. A driver that was [reset](crate::DriverFault::Reset) is to be set
-    /// up again instead.
+    /// Clears past faults. A driver that was [reset](crate::DriverFault::Reset) must be set up
+    /// again instead.
     ///
     /// # Errors
     /// Those of [`write`](Tmc2209::write).
     pub async fn forget_faults(&mut self) -> Result<(), DriverError<U::Error>> {
-        // Each bit that is written as 1 is cleared.
+        // Writing a 1 clears a bit.
         self.write(reg::GSTAT(0b111)).await
     }
 
-    /// How freely the motor turns, 0 to 510: 0 is a stall. It is one from twice the threshold down.
+    /// How freely the motor turns, from 0 (a stall) to 510. A value up to twice the threshold
+    /// counts as a stall.
     ///
     /// # Errors
     /// Those of [`read`](Tmc2209::read).

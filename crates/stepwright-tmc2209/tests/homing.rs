@@ -1,4 +1,4 @@
-//! Homing against a stop that the motor can't pass, and alarms on the way.
+//! Homing against a stop that the motor can't pass, and alarms during work.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,7 +15,7 @@ use stepwright_tmc2209::{
     DriverAddress, DriverFault, DriverSetup, NotHomed, StallHoming, Tmc2209, brake_on_alarm,
 };
 
-/// Microsteps of a full step, and steps of an electrical period.
+/// Microsteps per full step, and steps per electrical period.
 const FULL: u32 = 16;
 const PERIOD: u32 = 4 * FULL;
 
@@ -34,7 +34,8 @@ const HOMING: StallHoming = StallHoming {
     position: 50,
 };
 
-/// A board whose X runs against a stop: the chip of its driver, the driver, and DIAG.
+/// Plays a scenario on a board whose X runs against a stop, with its driver chip, the driver, and
+/// DIAG.
 fn with(
     stop: HardStop,
     play: impl AsyncFnOnce(
@@ -63,12 +64,13 @@ fn with(
     });
 }
 
-/// Where the rotor of X is.
+/// The position of the rotor of X.
 fn rotor(bench: &Bench<'_>) -> i64 {
     bench.shafts.borrow().stops[0].unwrap().rotor()
 }
 
-/// Homes, and returns how far the position is from the rotor's distance to the stop.
+/// Homes, and returns the error of the position: the rotor's distance to the stop minus the nominal
+/// one.
 fn homed(stop: HardStop, homing: StallHoming) -> i64 {
     let mut off = i64::MAX;
     with(stop, async |bench, motors, chip, driver, diag| {
@@ -80,7 +82,7 @@ fn homed(stop: HardStop, homing: StallHoming) -> i64 {
         let back = if homing.forward { -back_off } else { back_off };
         assert_eq!(x.position(), Some(homing.position + back));
         off = rotor(bench) - back;
-        // 800 mA, 500 while it homes, 800 again; no step within the dwell behind a change.
+        // 800 mA, 500 during homing, 800 again; no step within the dwell after a change.
         let currents = chip.borrow().currents.clone();
         assert_eq!(currents.iter().map(|(_, steps)| *steps).collect::<Vec<_>>(), [25, 15, 25]);
         let steps = &bench.shafts.borrow().steps[0];
@@ -92,7 +94,7 @@ fn homed(stop: HardStop, homing: StallHoming) -> i64 {
     off
 }
 
-/// From wherever it starts, on both sides: within two full steps of the stop.
+/// From any start, on both sides: within two full steps of the stop.
 #[test]
 fn it_homes_within_two_full_steps() {
     for start in [1_000, 1_001, 1_777, 5_000, 12_345, 19_000] {
@@ -109,7 +111,7 @@ fn it_homes_within_two_full_steps() {
     }
 }
 
-/// At the stop, or so near that the motor has not been at speed: it backs off and tries again.
+/// At the stop, or so near that the motor does not reach its speed: it backs off and tries again.
 #[test]
 fn it_homes_from_the_stop() {
     for start in [0, 3, 100, 590] {
@@ -118,7 +120,7 @@ fn it_homes_from_the_stop() {
     }
 }
 
-/// A stall that StallGuard sees in the ramp, where it knows nothing, is none.
+/// A false stall on the ramp, where StallGuard can't detect anything, does not count.
 #[test]
 fn a_stall_within_the_least_distance_is_none() {
     with(HardStop::below(0, 5_000, PERIOD), async |bench, motors, chip, driver, diag| {
@@ -127,7 +129,7 @@ fn a_stall_within_the_least_distance_is_none() {
         assert_eq!(HOMING.home(&mut x, driver, diag).await, Ok(()));
         let off = rotor(bench) - i64::from(HOMING.back_off);
         assert!(off.abs() <= 2 * i64::from(FULL), "{off}");
-        // Without a least distance this one is taken for the stop.
+        // Without a least distance, the false stall is taken for the stop.
         let hasty = StallHoming { least: 0, ..HOMING };
         x.move_by(3_000).await.unwrap();
         chip.borrow_mut().false_stall = Some(bench.shafts.borrow().steps[0].len() + 300);
@@ -148,7 +150,8 @@ fn no_stall_and_one_that_comes_too_soon_are_told() {
             assert_eq!(chip.borrow().registers[model::IHOLD_IRUN], before);
         });
     };
-    // Further than it searches; below the threshold's speed; any load is a stall.
+    // The stop is beyond the search; the speed is below that of stall detection; any load counts as
+    // a stall.
     judge(25_000, HOMING, SETUP, NotHomed::NoStall);
     judge(5_000, HOMING, SETUP.stall(60, Speed::of::<5_000>()), NotHomed::NoStall);
     judge(5_000, HOMING, SETUP.stall(200, Speed::of::<1_000>()), NotHomed::TooSoon);
@@ -171,7 +174,7 @@ fn too_long_a_way_is_refused() {
     }
 }
 
-/// A driver that switches itself off is no stall.
+/// A driver that switches itself off is not taken for a stall.
 #[test]
 fn a_fault_is_no_stall() {
     with(HardStop::below(0, 9_000, PERIOD), async |bench, motors, chip, driver, diag| {
@@ -191,7 +194,7 @@ fn a_fault_is_no_stall() {
     });
 }
 
-/// Who stops the axis stops its homing.
+/// Stopping the axis stops its homing.
 #[test]
 fn homing_is_stopped_and_dropped() {
     with(HardStop::below(0, 9_000, PERIOD), async |bench, motors, _, driver, diag| {
@@ -204,7 +207,7 @@ fn homing_is_stopped_and_dropped() {
         let ended = select(HOMING.home(&mut x, driver, diag), stop).await;
         assert!(matches!(ended, Either::First(Err(NotHomed::Stopped))));
         assert!(rotor(bench) > 5_000);
-        // Dropped, it brakes.
+        // A dropped homing brakes.
         x.set_position(0).unwrap();
         select(HOMING.home(&mut x, driver, diag), bench.after(700)).await;
         x.rest().await;
@@ -212,7 +215,7 @@ fn homing_is_stopped_and_dropped() {
     });
 }
 
-/// At work: a stall and a fault brake the axis along its ramp, and its position is unknown.
+/// During work a stall and a fault brake the axis along its ramp, and its position becomes unknown.
 #[test]
 fn an_alarm_brakes_and_forgets() {
     for by_stall in [true, false] {
@@ -237,7 +240,7 @@ fn an_alarm_brakes_and_forgets() {
             let steps = &shafts.steps[0];
             let last = steps[steps.len() - 1] - steps[steps.len() - 2];
             assert!(last > 3_000, "{last} µs: it did not brake");
-            // 400 steps of braking, and what was planned.
+            // 400 steps of braking, and the steps that were already planned.
             assert!(steps.len() < 7_000, "{}", steps.len());
         });
     }

@@ -1,4 +1,4 @@
-//! Registers by the data sheet, over a line with noise.
+//! Registers according to the data sheet, over a line with noise.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -10,7 +10,7 @@ use crate::model::{
 use stepwright::Speed;
 use stepwright_tmc2209::{DriverAddress, DriverError, DriverFault, DriverSetup, Tmc2209};
 
-/// Has a driver do something, at address 2 of a chip.
+/// Plays a scenario with a driver at address 2 of a chip.
 fn with(chip: &Rc<RefCell<Chip>>, play: impl AsyncFnOnce(&mut Tmc2209<Wire, Delay>)) {
     bench::with(|bench, motors| {
         let mut driver = Tmc2209::new(
@@ -30,8 +30,8 @@ fn chip() -> Rc<RefCell<Chip>> {
 const SETUP: DriverSetup =
     DriverSetup::new(110, 800).hold(400).microsteps(16).stall(60, Speed::of::<2_000>());
 
-/// What `SETUP` is, computed by hand: 0.180 V / 0.13 Ω / √2 = 979 mA in 32 steps, so 800 mA are 26 of
-/// them and 400 mA 13; 12 MHz · 16 / 256 / 2,000 Hz = 375.
+/// The registers of `SETUP`, computed by hand: 0.180 V / 0.13 Ω / √2 = 979 mA in 32 steps, so 800
+/// mA are 26 steps and 400 mA 13; 12 MHz · 16 / 256 / 2,000 Hz = 375.
 const WRITTEN: [(usize, u32); 6] = [
     (GCONF, 1 << 6 | 1 << 7 | 1 << 8),
     (IHOLD_IRUN, 12 | 25 << 8 | 8 << 16),
@@ -43,7 +43,7 @@ const WRITTEN: [(usize, u32); 6] = [
 
 #[test]
 fn checksums_are_those_of_others() {
-    // Reads of GCONF and IOIN as other programs send them.
+    // Requests to read GCONF and IOIN, as other programs send them.
     assert_eq!(crc(&[0x05, 0x00, 0x00]), 0x48);
     assert_eq!(crc(&[0x05, 0x00, 0x06]), 0x6F);
 }
@@ -58,9 +58,8 @@ fn a_driver_is_set_up() {
     }
 }
 
-/// Whichever byte is spoiled, of a request, its echo or an answer.
-/// Half of the lowest currents is below a step of 30.6 mA: then it is that step. One that was given is
-/// refused by its name.
+/// Half of the lowest currents is below the step of 30.6 mA: the lowest step is used instead. An
+/// explicit current at rest is refused with its name.
 #[test]
 fn the_lowest_currents_are_set_up() {
     let chip = chip();
@@ -82,6 +81,7 @@ fn the_lowest_currents_are_set_up() {
     });
 }
 
+/// Whichever byte is corrupted: of a request, of its echo or of an answer.
 #[test]
 fn a_spoiled_byte_is_made_good() {
     let clean = chip();
@@ -118,7 +118,7 @@ fn who_does_not_answer_or_obey_is_told() {
     });
 }
 
-/// Before anything is written.
+/// Refused before anything is written.
 #[test]
 fn what_is_out_of_range_is_refused() {
     let chip = chip();
@@ -137,16 +137,16 @@ fn what_is_out_of_range_is_refused() {
             assert!(matches!(refused, Err(DriverError::Range(_))), "{bad:?}: {refused:?}");
         }
         driver.set_up(&SETUP).await.unwrap();
-        // Above the sensitivity that the set-up has chosen.
+        // Above the range of the sensitivity that the set-up chose.
         assert!(driver.set_run_current(980).await.is_err());
         driver.set_run_current(500).await.unwrap();
     });
     let chip = chip.borrow();
-    // 500 of 979 mA in 32 steps: 16 of them.
+    // 500 of 979 mA in 32 steps: 16 steps.
     assert_eq!(chip.currents.iter().map(|(_, steps)| *steps).collect::<Vec<_>>(), [25, 15]);
 }
 
-/// Bits of DRV_STATUS and GSTAT by the data sheet.
+/// Bits of DRV_STATUS and GSTAT according to the data sheet.
 #[test]
 fn faults_have_names() {
     let bits = [

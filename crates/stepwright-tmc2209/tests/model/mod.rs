@@ -1,6 +1,7 @@
-//! A TMC2209 by its data sheet (revision 1.09): registers and datagrams on one wire, and its pin DIAG.
+//! A model of the TMC2209 from its data sheet (revision 1.09): registers and datagrams on one wire,
+//! and its pin DIAG.
 //!
-//! It shares nothing with what it judges: numbers of registers and bits are written out here.
+//! It shares nothing with the code under test: register numbers and bits are written out here.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -26,7 +27,8 @@ pub const SG_RESULT: usize = 0x41;
 pub const CHOPCONF: usize = 0x6C;
 pub const DRV_STATUS: usize = 0x6F;
 
-/// x⁸ + x² + x + 1, by long division of the bits, each byte's lowest first.
+/// The CRC of polynomial x⁸ + x² + x + 1, by long division of the bits, the lowest of each byte
+/// first.
 pub fn crc(bytes: &[u8]) -> u8 {
     let mut bits: Vec<bool> =
         bytes.iter().flat_map(|byte| (0..8).map(move |n| byte >> n & 1 != 0)).collect();
@@ -47,15 +49,15 @@ pub struct Chip {
     address: u8,
     outgoing: VecDeque<u8>,
     readers: Vec<Waker>,
-    /// Bytes that have come over the wire, either way; that with this number is spoiled.
+    /// Bytes that have passed the wire in either direction, and the number of the byte to corrupt.
     pub passed: usize,
     pub spoiled: Option<usize>,
-    /// It is not there; it takes no writes.
+    /// Whether the chip is absent, and whether it ignores writes.
     pub silent: bool,
     pub deaf: bool,
-    /// StallGuard sees a stall at this step, where there is none.
+    /// The step at which StallGuard reports a false stall.
     pub false_stall: Option<usize>,
-    /// When the run current was written, and to what.
+    /// The times at which the run current was written, and its values.
     pub currents: Vec<(u64, u32)>,
     now: u64,
 }
@@ -88,7 +90,7 @@ impl Chip {
         if spoiled { byte ^ 0x10 } else { byte }
     }
 
-    /// A datagram, behind a pause.
+    /// Receives a datagram, after a pause.
     fn receive(&mut self, bytes: &[u8]) {
         if self.silent {
             return;
@@ -111,7 +113,7 @@ impl Chip {
             (1, 8) if !self.deaf => {
                 let value = u32::from_be_bytes([rest[3], rest[4], rest[5], rest[6]]);
                 match register {
-                    // What is written as 1 is cleared.
+                    // Writing a 1 clears a bit.
                     GSTAT => self.registers[GSTAT] &= !value,
                     _ => self.registers[register] = value,
                 }
@@ -154,7 +156,7 @@ impl Write for Wire {
         let mut chip = self.0.borrow_mut();
         chip.now = self.1.time.now();
         let bytes: Vec<u8> = bytes.iter().map(|byte| chip.on_wire(*byte)).collect();
-        // One wire: who sends hears it.
+        // One wire: the sender hears itself.
         chip.outgoing.extend(&bytes);
         chip.receive(&bytes);
         chip.readers.drain(..).for_each(Waker::wake);
@@ -173,7 +175,7 @@ impl DelayNs for Delay {
     }
 }
 
-/// DIAG of the driver of X.
+/// The pin DIAG of the driver of X.
 pub struct Diag(pub Rc<RefCell<Chip>>, pub Rc<Around>);
 
 impl Diag {
@@ -184,7 +186,7 @@ impl Diag {
             return true;
         }
         let [.., before, last] = shafts.steps[0][..] else { return false };
-        // MHz, and 1/256 of a full step.
+        // TSTEP: clock ticks at 12 MHz in 1/256 of a full step.
         let interval = (last - before).max(self.1.time.now() - last) as u32;
         let microsteps = 256 >> (chip.registers[CHOPCONF] >> 24 & 0xF);
         let ticks = interval.saturating_mul(12) * microsteps / 256;

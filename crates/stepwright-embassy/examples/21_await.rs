@@ -1,4 +1,5 @@
-//! Moves that are awaited, joined and raced; on a PC a thread is the interrupt, as in `10_interrupt`.
+//! Moves that are awaited, joined and raced. On a PC a thread plays the interrupt, as in
+//! `10_interrupt`.
 //!
 //! `cargo run -p stepwright-embassy --example 21_await`
 
@@ -14,7 +15,7 @@ use stepwright::timer::StepTimer;
 use stepwright::{Accel, Axis, AxisLimits, Board, HoldOff, Rate, SharedEngine, Speed};
 use stepwright_embassy::{Motors, News, Outcome};
 
-/// Counts microseconds. The thread looks at it again and again, so nothing that has passed is missed.
+/// Counts microseconds. The thread polls it continuously, so no wake-up is needed.
 struct Timer(Instant);
 
 impl StepTimer for Timer {
@@ -26,7 +27,7 @@ impl StepTimer for Timer {
     fn wake_at(&mut self, _: u32) {}
 }
 
-/// Motors that nobody sees.
+/// Motors without pins.
 struct Pins;
 
 impl Drive for Pins {
@@ -35,7 +36,8 @@ impl Drive for Pins {
     fn direction(&mut self, _: u8, _: bool) {}
 }
 
-/// Who finds it false is in. At power-up the interrupt is held off.
+/// Whether the lock is taken. Who swaps it from false to true holds it; it starts taken, as
+/// interrupts are off at power-up.
 static ENTERED: AtomicBool = AtomicBool::new(true);
 
 struct Interrupt;
@@ -87,7 +89,7 @@ fn main() {
         println!("x rests at {:?}", x.rest().await);
         x.move_to(0).await
     };
-    // The planner has no end.
+    // The planner never ends.
     let Either::Second(end) = block_on(select(motors.plan(), moves));
     assert_eq!(end, Ok(Outcome::Reached { at: 0 }));
 }

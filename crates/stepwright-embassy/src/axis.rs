@@ -1,4 +1,4 @@
-//! An axis whose moves can be awaited.
+//! An axis with moves to await.
 
 use core::future::poll_fn;
 use core::task::Poll;
@@ -10,11 +10,12 @@ use crate::outcome::Outcome;
 
 /// An axis of [`Motors`].
 ///
-/// A move begins when its future is first polled, and has the axis to itself until that has ended or
-/// is dropped: another move is refused as [busy](stepwright::Refusal::Busy) until then. **A future that
-/// is dropped on the way brakes**: the axis comes to rest along its ramp, behind what is planned
-/// already, and its position stays known. So the losers of a `select` stop, and so does what a task
-/// was doing that has ended. A move of an axis that brakes so begins when it rests.
+/// A move begins when its future is first polled, and owns the axis until it has ended or its
+/// future is dropped: another move is refused as [busy](stepwright::Refusal::Busy) until then. **A
+/// future that is dropped on the way brakes its axis**: the axis comes to rest along its ramp,
+/// after the part that is planned already, and its position stays known. So the losers of a
+/// `select` stop, and so do the moves of a task that ends. The next move of such a braking axis
+/// begins when the axis rests.
 ///
 /// | to | call |
 /// | --- | --- |
@@ -27,7 +28,7 @@ pub struct AsyncAxis<'a, 'q, E, const N: usize, const Q: usize = 8> {
     pub(crate) axis: Axis<N>,
 }
 
-/// A move that a future owns.
+/// The ownership of a move by its future.
 struct Owned<'a, 'q, E: Control, const N: usize, const Q: usize> {
     motors: &'a Motors<'q, E, N, Q>,
     axis: Axis<N>,
@@ -42,7 +43,7 @@ impl<E: Control, const N: usize, const Q: usize> Drop for Owned<'_, '_, E, N, Q>
 type Planned<'q, E, const N: usize, const Q: usize> = Steppers<'q, ByNews<E>, N, Q>;
 
 impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
-    /// Sets the limits of the axis: they hold for moves that begin from now on.
+    /// Sets the limits of the axis, for moves that begin from now on.
     pub fn set_limits(&self, limits: AxisLimits) {
         self.motors.look(|steppers| steppers.set_limits(self.axis, limits));
     }
@@ -52,12 +53,12 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
         self.motors.look(|steppers| steppers.limits(self.axis)).unwrap_or_default()
     }
 
-    /// The position in steps, also on the way; `None` where it is not known.
+    /// The position in steps, also during a move; `None` if it is unknown.
     pub fn position(&self) -> Option<i64> {
         self.motors.look(|steppers| steppers.position(self.axis)).flatten()
     }
 
-    /// Says that the axis, which rests, stands at this position.
+    /// Sets the position of the resting axis.
     ///
     /// # Errors
     /// [`Refusal::Busy`](stepwright::Refusal::Busy) while it moves.
@@ -65,12 +66,12 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
         self.motors.say(|steppers| steppers.set_position(self.axis, position))
     }
 
-    /// Forgets the position: something else may have turned the motor.
+    /// Makes the position unknown: the motor may have been turned from outside.
     pub fn mark_unknown(&self) {
         self.motors.look(|steppers| steppers.mark_unknown(self.axis));
     }
 
-    /// Whether the axis moves, or is about to.
+    /// Whether the axis moves or is about to.
     pub fn is_moving(&self) -> bool {
         self.motors.look(|steppers| steppers.is_moving(self.axis)).unwrap_or(true)
     }
@@ -78,18 +79,18 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
     /// Moves to a position, in steps.
     ///
     /// # Errors
-    /// Those of [`Steppers::move_to`], and [`Refusal::Busy`](stepwright::Refusal::Busy) while another
-    /// future has the axis. Nothing moves.
+    /// Those of [`Steppers::move_to`], and [`Refusal::Busy`](stepwright::Refusal::Busy) while
+    /// another future owns the axis. Nothing moves.
     pub fn move_to(&mut self, position: i64) -> impl Future<Output = Result<Outcome, MoveError>> {
         let axis = self.axis;
         self.carry_out(move |_| Some(position), move |steppers| steppers.move_to(axis, position))
     }
 
-    /// Moves by this many steps, forward or backward. The position need not be known; then the move
+    /// Moves by this many steps, forward or backward. The position may be unknown; then the move
     /// ends as [`Outcome::Uncertain`].
     ///
     /// # Errors
-    /// As of [`move_to`](AsyncAxis::move_to), but for the position.
+    /// Those of [`move_to`](AsyncAxis::move_to), except that for an unknown position.
     pub fn move_by(&mut self, steps: i32) -> impl Future<Output = Result<Outcome, MoveError>> {
         let axis = self.axis;
         let goal = move |steppers: &Planned<'_, E, N, Q>| {
@@ -98,12 +99,12 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
         self.carry_out(goal, move |steppers| steppers.move_by(axis, steps))
     }
 
-    /// Turns at this speed in steps/s, backward below 0, until it is stopped: by another handle, or by
-    /// the drop of this future. At 0 it is at its end already.
+    /// Turns at this speed in steps/s, backward if negative, until it is stopped by another handle,
+    /// or its future is dropped. A speed of 0 ends at once.
     ///
     /// # Errors
-    /// Those of [`Steppers::run`], and [`Refusal::Busy`](stepwright::Refusal::Busy) while another future
-    /// has the axis.
+    /// Those of [`Steppers::run`], and [`Refusal::Busy`](stepwright::Refusal::Busy) while another
+    /// future owns the axis.
     pub fn run(
         &mut self,
         steps_per_second: i32,
@@ -131,7 +132,7 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
                 owned = Some(Owned { motors, axis });
             }
             if owned.is_none() {
-                // It has ended: nothing more comes.
+                // The move has ended already: a finished future stays pending.
                 return Poll::Pending;
             }
             let ended = motors.poll_end(axis, context);
@@ -142,8 +143,8 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
         })
     }
 
-    /// Brakes along the ramp, and waits for rest: where that is; `None` if that is not known. A move
-    /// that is awaited ends as [`Outcome::Stopped`].
+    /// Brakes along the ramp, and waits for rest. Returns the position, or `None` if it is unknown.
+    /// An awaited move ends as [`Outcome::Stopped`].
     pub fn stop(&mut self) -> impl Future<Output = Option<i64>> {
         let AsyncAxis { motors, axis } = *self;
         let mut told = false;
@@ -154,35 +155,36 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
                     steppers.stop(axis);
                     Ok(())
                 };
-                // Refused within `with` alone, where nobody awaits.
+                // Refused only within `with`, where nothing can be awaited.
                 let _ = motors.say(brake);
             }
             motors.poll_rest(axis, context)
         })
     }
 
-    /// Waits until the axis rests, whoever moves it: where that is; `None` if that is not known.
+    /// Waits until the axis rests, whoever moves it. Returns the position, or `None` if it is
+    /// unknown.
     ///
-    /// Of more than four tasks that wait for one axis, the one that moves it among them, some wake each
-    /// other until it rests.
+    /// If more than four tasks wait for one axis, including the one that moves it, some keep waking
+    /// each other until it rests.
     pub fn rest(&self) -> impl Future<Output = Option<i64>> {
         let AsyncAxis { motors, axis } = *self;
         poll_fn(move |context| motors.poll_rest(axis, context))
     }
 
-    /// Gives a move that is under way, or a run, another target, in steps: its future waits for that.
+    /// Gives a move under way, or a run, a new target in steps. Its future waits for the new
+    /// target.
     ///
     /// # Errors
-    /// Those of [`Steppers::retarget`]. The move goes on as it was.
+    /// Those of [`Steppers::retarget`]. The move goes on unchanged.
     pub fn retarget(&self, position: i64) -> Result<(), MoveError> {
         self.motors.retarget(self.axis, position)
     }
 
-    /// Gives a move that is under way, or a run, another top speed.
+    /// Gives a move under way, or a run, a new top speed.
     ///
     /// # Errors
-    /// Those of [`Steppers::set_top_speed`]. The move goes on as it
-    /// was.
+    /// Those of [`Steppers::set_top_speed`]. The move goes on unchanged.
     pub fn set_top_speed(&self, top: Speed) -> Result<(), MoveError> {
         self.motors.say(|steppers| steppers.set_top_speed(self.axis, top))
     }

@@ -1,4 +1,4 @@
-//! Motors that several tasks of one executor share, and their planner.
+//! Motors shared by several tasks of one executor, and their planner.
 
 use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
@@ -14,35 +14,35 @@ use crate::news::News;
 use crate::outcome::Outcome;
 use crate::waiters::Waiters;
 
-/// N motors whose moves are futures.
+/// N motors with moves as futures.
 ///
-/// Made of what [`SharedEngine::fill`](stepwright::SharedEngine::fill) gives. It belongs to one
-/// executor: tasks share it by reference. One of them, or a part of one, is the planner
-/// ([`plan`](Motors::plan)); without it nothing moves.
+/// Made from the parts that [`SharedEngine::fill`](stepwright::SharedEngine::fill) returns. It
+/// belongs to one executor, whose tasks share it by reference. One task, or a part of one, must run
+/// the planner ([`plan`](Motors::plan)); without it nothing moves.
 pub struct Motors<'q, E, const N: usize, const Q: usize = 8> {
     shared: RefCell<Shared<'q, E, N, Q>>,
-    /// Axes whose futures were dropped while somebody was at the motors: they brake behind that.
+    /// Axes whose futures were dropped while `shared` was borrowed: they brake after the borrow.
     released: Cell<AxisSet<N>>,
     news: &'q News,
 }
 
-/// What the tasks share.
+/// The state that the tasks share.
 struct Shared<'q, E, const N: usize, const Q: usize> {
     steppers: Steppers<'q, ByNews<E>, N, Q>,
     places: [Place; N],
 }
 
-/// An axis, as those who wait for it see it.
+/// The state of an axis for the tasks that wait for it.
 struct Place {
-    /// Where its move is to end; `None` for a run.
+    /// The target of its move; `None` for a run.
     goal: Option<i64>,
-    /// A future has moved it, and has not seen the end.
+    /// Whether a future owns its move and has not yet seen the end.
     owned: bool,
-    /// What became of that move, where another one may have begun behind it.
+    /// The outcome of that move, if it was noted because another move might begin after it.
     ended: Option<Outcome>,
-    /// Its future was dropped on the way, and it may brake yet.
+    /// Whether its future was dropped during the move, so that the axis may still brake.
     dropped: bool,
-    /// Whom its rest wakes.
+    /// The tasks that wait for its rest.
     waiters: Waiters,
 }
 
@@ -50,7 +50,7 @@ impl Place {
     const FREE: Place =
         Place { goal: None, owned: false, ended: None, dropped: false, waiters: Waiters::NONE };
 
-    /// What became of its move, which has ended here.
+    /// The outcome of its move, which has ended at this position.
     fn outcome(&self, position: Option<i64>) -> Outcome {
         match position {
             None => Outcome::Uncertain,
@@ -61,7 +61,7 @@ impl Place {
 }
 
 impl<E: Control, const N: usize, const Q: usize> Shared<'_, E, N, Q> {
-    /// Notes which moves have ended, before others begin that belong to no future.
+    /// Notes which moves have ended, before others can begin without a future.
     fn settle(&mut self) {
         for (axis, place) in Axis::all().zip(&mut self.places) {
             if !self.steppers.is_moving(axis) {
@@ -75,10 +75,11 @@ impl<E: Control, const N: usize, const Q: usize> Shared<'_, E, N, Q> {
 }
 
 impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
-    /// All motors at rest at position 0, with [`AxisLimits::DEFAULT`](stepwright::AxisLimits::DEFAULT).
+    /// All motors at rest at position 0, with
+    /// [`AxisLimits::DEFAULT`](stepwright::AxisLimits::DEFAULT).
     ///
-    /// `engine` and `feeds` are of one [`fill`](stepwright::SharedEngine::fill), `board` is that
-    /// which it was given; the interrupt of that engine tells `news`.
+    /// `engine` and `feeds` come from one [`fill`](stepwright::SharedEngine::fill), `board` is the
+    /// one given to it, and the interrupt of that engine tells `news`.
     pub const fn new(
         engine: E,
         feeds: [Producer<'q, Q>; N],
@@ -90,17 +91,18 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         Motors { shared, released: Cell::new(AxisSet::NONE), news }
     }
 
-    /// Plans ahead for all axes, for ever: a task of its own, or joined with what moves the motors.
-    /// One at a time.
+    /// Plans ahead for all axes, for ever. Run it in a task of its own, or joined with the code
+    /// that moves the motors; only one instance at a time.
     ///
-    /// It sleeps until an order comes, the step interrupt has taken an entry from a queue, or an axis
-    /// has come to rest: of a move, it wakes at most twice more than the move has entries.
-    /// Awake, it lets other tasks come after every run that it has planned: 3,000 to 7,000 cycles.
+    /// It sleeps until an order comes, the step interrupt has taken an entry from a queue, or an
+    /// axis has come to rest. In a move it wakes at most twice more than the move has entries.
+    /// While awake, it yields to other tasks after every run that it has planned: 3,000 to 7,000
+    /// cycles.
     pub fn plan(&self) -> impl Future<Output = Infallible> {
         poll_fn(|context| {
             loop {
                 if self.plan_once() {
-                    // Others come first.
+                    // Other tasks come first.
                     context.waker().wake_by_ref();
                     return Poll::Pending;
                 }
@@ -111,7 +113,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         })
     }
 
-    /// Plans a run at most, and wakes whom the rest of an axis concerns: whether there may be more.
+    /// Plans at most one run, and wakes the tasks that wait for axes now at rest. Returns whether
+    /// there may be more to plan.
     fn plan_once(&self) -> bool {
         let planned = self.ask(|Shared { steppers, places }| {
             let more = steppers.poll() == Some(0);
@@ -125,17 +128,18 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         planned.unwrap_or(false)
     }
 
-    /// An axis. There may be several handles of one axis, in several tasks: a move that is awaited by
-    /// one can be changed and stopped by another.
+    /// A handle of an axis. Several tasks may hold handles of one axis: one can change or stop a
+    /// move that another awaits.
     pub const fn axis(&self, axis: Axis<N>) -> AsyncAxis<'_, 'q, E, N, Q> {
         AsyncAxis { motors: self, axis }
     }
 
-    /// The motors themselves, for what needs no waiting and has no word here. `None` within another
-    /// `with`.
+    /// Gives access to the motors themselves, for functions that this crate lacks and that need no
+    /// waiting. Returns `None` within another `with`.
     ///
-    /// A move that begins here belongs to no future: it goes on, [`rest`](AsyncAxis::rest) waits for
-    /// its end. The future of a move before it hears of that one, whenever it is polled.
+    /// A move that begins here belongs to no future, so it always goes on;
+    /// [`rest`](AsyncAxis::rest) waits for its end. The future of an earlier move still gets the
+    /// outcome of its own move, whenever it is polled.
     pub fn with<R>(&self, ask: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> R) -> Option<R> {
         let answer = self.ask(|shared| {
             shared.settle();
@@ -146,20 +150,21 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         answer
     }
 
-    /// Brakes all axes along their ramps, as the drop of their futures would. The positions stay known.
+    /// Brakes all axes along their ramps, as dropping their futures would. The positions stay
+    /// known.
     pub fn stop(&self) {
         self.order(|shared| shared.steppers.stop(AxisSet::ALL));
     }
 
-    /// Stops these axes at once, between two steps. The position of one that moved is not known until
-    /// it is set: its move ends as [`Outcome::Uncertain`].
+    /// Stops these axes at once, between two steps. A moving axis loses its position until it is
+    /// set; its move ends as [`Outcome::Uncertain`].
     pub fn kill(&self, axes: impl Into<AxisSet<N>>) {
         let axes = axes.into();
         self.order(|shared| shared.steppers.kill(axes));
     }
 
-    /// Brakes these axes along their ramps, and forgets where they are: a motor has stalled, or its
-    /// driver is at fault. Their moves end as [`Outcome::Uncertain`].
+    /// Brakes these axes along their ramps and makes their positions unknown, after a stall or a
+    /// driver fault. Their moves end as [`Outcome::Uncertain`].
     pub fn fault(&self, axes: impl Into<AxisSet<N>>) {
         let axes = axes.into();
         self.order(|shared| {
@@ -168,29 +173,29 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         });
     }
 
-    /// Steps that came late, of all axes: see [`Steppers::late`].
+    /// The number of late steps of all axes: see [`Steppers::late`].
     pub fn late(&self) -> u32 {
         self.ask(|shared| shared.steppers.late()).unwrap_or(0)
     }
 
-    /// The motors; not found only from within [`with`](Motors::with).
+    /// Borrows the shared state. `None` only within [`with`](Motors::with).
     fn ask<R>(&self, ask: impl FnOnce(&mut Shared<'q, E, N, Q>) -> R) -> Option<R> {
         let answer = ask(&mut *self.shared.try_borrow_mut().ok()?);
-        // A waker may have been the last that held a task.
+        // A woken waker may have owned the last reference to its task.
         for axis in self.released.take().iter() {
             self.release(axis);
         }
         Some(answer)
     }
 
-    /// Likewise, and tells the planner.
+    /// Like `ask`, and tells the planner.
     fn order<R>(&self, ask: impl FnOnce(&mut Shared<'q, E, N, Q>) -> R) -> Option<R> {
         let answer = self.ask(ask);
         self.news.tell();
         answer
     }
 
-    /// Looks at an axis.
+    /// Reads or changes an axis without telling the planner.
     pub(crate) fn look<R>(
         &self,
         look: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> R,
@@ -198,7 +203,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         self.ask(|shared| look(&mut shared.steppers))
     }
 
-    /// Gives an order that is answered.
+    /// Gives an order that may be refused.
     pub(crate) fn say(
         &self,
         order: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> Result<(), MoveError>,
@@ -206,7 +211,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         self.order(|shared| order(&mut shared.steppers)).unwrap_or(Err(Refusal::Busy.into()))
     }
 
-    /// Begins a move that a future owns, to a goal.
+    /// Begins a move to a goal, owned by a future.
     pub(crate) fn begin(
         &self,
         axis: Axis<N>,
@@ -225,7 +230,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         begun.unwrap_or(Err(Refusal::Busy.into()))
     }
 
-    /// Once an axis no longer brakes because its future was dropped.
+    /// Ready once an axis no longer brakes because of a dropped future.
     pub(crate) fn poll_braked(&self, axis: Axis<N>, context: &Context<'_>) -> Poll<()> {
         let brakes = self.ask(|Shared { steppers, places }| {
             let place = places.get_mut(axis.index())?;
@@ -235,7 +240,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         if brakes.flatten().is_some() { Poll::Pending } else { Poll::Ready(()) }
     }
 
-    /// Gives a move another goal.
+    /// Gives a move a new goal.
     pub(crate) fn retarget(&self, axis: Axis<N>, position: i64) -> Result<(), MoveError> {
         let changed = self.order(|Shared { steppers, places }| {
             steppers.retarget(axis, position)?;
@@ -247,7 +252,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         changed.unwrap_or(Err(Refusal::Busy.into()))
     }
 
-    /// What became of an owned move, once it has ended.
+    /// The outcome of an owned move, once it has ended.
     pub(crate) fn poll_end(&self, axis: Axis<N>, context: &Context<'_>) -> Poll<Outcome> {
         let ended = self.ask(|Shared { steppers, places }| {
             let place = places.get_mut(axis.index())?;
@@ -260,7 +265,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         ended.flatten().map_or(Poll::Pending, Poll::Ready)
     }
 
-    /// Where an axis rests, once it does.
+    /// The position of an axis, once it rests.
     pub(crate) fn poll_rest(&self, axis: Axis<N>, context: &Context<'_>) -> Poll<Option<i64>> {
         let rests = self.ask(|Shared { steppers, places }| {
             let place = places.get_mut(axis.index())?;
@@ -273,7 +278,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         rests.flatten().map_or(Poll::Pending, Poll::Ready)
     }
 
-    /// The future that moved an axis is no more: what moves yet brakes.
+    /// Ends a future's ownership of its move: an axis that still moves brakes.
     pub(crate) fn release(&self, axis: Axis<N>) {
         let moved = self.ask(|Shared { steppers, places }| {
             let place = places.get_mut(axis.index());

@@ -1,9 +1,9 @@
-//! What the step interrupt tells the planner.
+//! The signal of the step interrupt to the planner.
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
-/// The news of a step interrupt, for a static beside the
+/// The news of a step interrupt. Put it in a static beside the
 /// [`SharedEngine`](stepwright::SharedEngine).
 ///
 /// ```
@@ -20,19 +20,19 @@ use embassy_sync::signal::Signal;
 pub struct News(Signal<CriticalSectionRawMutex, ()>);
 
 impl News {
-    /// Nothing has happened yet.
+    /// Without news.
     pub const fn new() -> News {
         News(Signal::new())
     }
 
-    /// There is news: wakes the planner. For any context; it takes a critical section of some
-    /// twenty instructions.
+    /// Signals news and wakes the planner. Callable from any context; it takes a critical section
+    /// of some twenty instructions.
     pub fn tell(&self) {
         self.0.signal(());
     }
 
-    /// Waits for news; at once if there was some since the last time. One task at a time: that of
-    /// [`Motors::plan`](crate::Motors::plan), or a planner of one's own.
+    /// Waits for news; returns at once if there was some since the last wait. For one task at a
+    /// time: that of [`Motors::plan`](crate::Motors::plan), or a planner of your own.
     pub fn wait(&self) -> impl Future<Output = ()> {
         self.0.wait()
     }

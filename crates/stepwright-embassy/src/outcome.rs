@@ -1,21 +1,21 @@
-//! What became of a move.
+//! The outcome of a move.
 
 use core::fmt;
 
-/// What became of a move: the same words as on a PC.
+/// The outcome of a move, in the same words as on a PC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The axis rests where it was ordered to.
+    /// The axis rests at its target.
     Reached {
-        /// There, in steps.
+        /// The position in steps.
         at: i64,
     },
-    /// It rests elsewhere: it was stopped.
+    /// The axis was stopped and rests elsewhere.
     Stopped {
-        /// There, in steps.
+        /// The position in steps.
         at: i64,
     },
-    /// It rests, and it is not known where: a fault of its motor or a kill has lost steps.
+    /// The axis rests at an unknown position: a motor fault or a kill has lost steps.
     Uncertain,
 }
 

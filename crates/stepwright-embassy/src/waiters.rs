@@ -1,17 +1,18 @@
-//! Who waits for the rest of an axis.
+//! The tasks that wait for the rest of an axis.
 
 use core::task::Waker;
 
-/// Tasks that wait for one axis; more than that wake each other until it rests.
+/// The number of tasks that can wait for one axis; more than that keep waking each other until it
+/// rests.
 pub(crate) const MOST: usize = 4;
 
-/// The tasks that the rest of an axis wakes.
+/// The wakers of the tasks that wait for the rest of an axis.
 pub(crate) struct Waiters([Option<Waker>; MOST]);
 
 impl Waiters {
     pub(crate) const NONE: Waiters = Waiters([const { None }; MOST]);
 
-    /// Another task waits. Where there is no place left, the first one is woken, and waits again.
+    /// Adds a waiting task. If there is no free slot, wakes the oldest one, which then waits again.
     pub(crate) fn add(&mut self, waker: &Waker) {
         let waits = |slot: &Option<Waker>| slot.as_ref().is_some_and(|own| own.will_wake(waker));
         if self.0.iter().any(waits) {
@@ -30,7 +31,7 @@ impl Waiters {
         }
     }
 
-    /// Wakes them all: nobody waits any longer.
+    /// Wakes all tasks and frees their slots.
     pub(crate) fn wake(&mut self) {
         for slot in &mut self.0 {
             if let Some(waker) = slot.take() {

@@ -1,4 +1,4 @@
-//! Futures that are dropped late, or from where nobody expects it, and moves by `with` behind them.
+//! Futures dropped late or from unexpected places, and moves by `with` after them.
 
 use std::cell::RefCell;
 use std::future::Future;
@@ -11,7 +11,7 @@ use embassy_futures::select::{Either, select};
 use stepwright::{Axis, MoveError, Refusal};
 use stepwright_embassy::Outcome;
 
-/// An axis that has come to rest since no longer brakes, whoever moves it then.
+/// After an axis has come to rest, it no longer counts as braking, whoever moves it next.
 #[test]
 fn an_axis_that_with_runs_is_busy_though_a_future_was_dropped_before() {
     with(|bench, motors| {
@@ -29,7 +29,8 @@ fn an_axis_that_with_runs_is_busy_though_a_future_was_dropped_before() {
     });
 }
 
-/// A move by `with` belongs to no future, though one whose move has ended has not seen that yet.
+/// A move by `with` belongs to no future, even if the future of an ended move has not seen its end
+/// yet.
 #[test]
 fn a_move_of_with_is_not_braked_by_the_drop_of_a_future_whose_move_has_ended() {
     with(|bench, motors| {
@@ -48,7 +49,7 @@ fn a_move_of_with_is_not_braked_by_the_drop_of_a_future_whose_move_has_ended() {
     });
 }
 
-/// And that future hears of its own move.
+/// That future still gets the outcome of its own move.
 #[test]
 fn a_future_hears_of_its_own_move_behind_which_with_has_begun_another() {
     with(|bench, motors| {
@@ -68,11 +69,11 @@ fn a_future_hears_of_its_own_move_behind_which_with_has_begun_another() {
 }
 
 thread_local! {
-    /// A task that its waker alone holds.
+    /// A task that only its waker owns.
     static TASK: RefCell<Option<Pin<Box<dyn Future<Output = ()>>>>> = const { RefCell::new(None) };
 }
 
-/// Drops its task when it is woken.
+/// Drops its task when woken.
 struct Ends;
 
 impl Wake for Ends {
@@ -81,7 +82,7 @@ impl Wake for Ends {
     }
 }
 
-/// The planner wakes a task, which ends by that: what it moved brakes.
+/// The planner wakes a task, which ends through that: its axis brakes.
 #[test]
 fn a_future_that_its_waker_drops_brakes() {
     let (bench, motors) = leaked();

@@ -1,4 +1,4 @@
-//! Moves that are awaited, changed, dropped and joined, judged by the pins.
+//! Moves that are awaited, changed, dropped and joined, checked at the pins.
 
 use crate::bench::{AXES, with};
 use embassy_futures::join::join;
@@ -15,7 +15,7 @@ fn a_move_is_awaited() {
                 let mut x = motors.axis(Axis::X);
                 assert_eq!(x.move_to(8_000).await, Ok(Outcome::Reached { at: 8_000 }));
                 assert_eq!(x.move_by(-500).await, Ok(Outcome::Reached { at: 7_500 }));
-                // There already.
+                // Already there.
                 assert_eq!(x.move_to(7_500).await, Ok(Outcome::Reached { at: 7_500 }));
                 let far = x.move_to(1 << 40).await;
                 assert!(matches!(far, Err(MoveError::Refused(Refusal::Unfit(_)))), "{far:?}");
@@ -41,7 +41,7 @@ fn axes_are_joined() {
     });
 }
 
-/// Who comes second brakes: with its own deceleration, and its position is known.
+/// The loser brakes with its own deceleration, and its position stays known.
 #[test]
 fn the_loser_of_a_select_brakes() {
     with(|bench, motors| {
@@ -64,12 +64,12 @@ fn the_loser_of_a_select_brakes() {
         assert_eq!(motors.axis(Axis::X).position(), Some(shafts.at[0]));
         let steps = &shafts.steps[0];
         let last = steps[steps.len() - 1] - steps[steps.len() - 2];
-        // From 20,000 steps/s² the last interval is (√2 − 1)·√(2/a), 4.1 ms; one at speed is 0.5 ms.
+        // At 20,000 steps/s² the last interval is (√2 − 1)·√(2/a), 4.1 ms; at speed it is 0.5 ms.
         assert!(last > 3_000, "{last} µs: it did not brake");
     });
 }
 
-/// A move behind a dropped one begins when the axis rests; a move that is awaited is not taken over.
+/// A move after a dropped one begins when the axis rests; an awaited move is not taken over.
 #[test]
 fn a_move_waits_for_the_braking_of_a_dropped_one_alone() {
     with(|bench, motors| {
@@ -89,7 +89,7 @@ fn a_move_waits_for_the_braking_of_a_dropped_one_alone() {
     });
 }
 
-/// Also where the motors themselves are at hand.
+/// Also while the motors are borrowed by `with`.
 #[test]
 fn a_future_that_is_dropped_within_with_brakes() {
     with(|bench, motors| {
@@ -155,7 +155,7 @@ fn a_run_is_stopped_by_another_handle() {
             let mut y = motors.axis(Axis::Y);
             let at = y.stop().await;
             assert!(at.is_some_and(|at| (-1_150..-900).contains(&at)), "{at:?}");
-            // At rest it rests.
+            // Stopping an axis at rest changes nothing.
             assert_eq!(y.stop().await, at);
         };
         bench.run(motors, [Box::pin(turn) as _, Box::pin(stop) as _]);
@@ -163,7 +163,8 @@ fn a_run_is_stopped_by_another_handle() {
     });
 }
 
-/// A fault brakes along the ramp, a kill at once; both leave the position unknown until it is set.
+/// A fault brakes along the ramp, a kill stops at once; both make the position unknown until it is
+/// set.
 #[test]
 fn a_fault_and_a_kill_leave_the_position_unknown() {
     with(|bench, motors| {
@@ -192,7 +193,7 @@ fn a_fault_and_a_kill_leave_the_position_unknown() {
     });
 }
 
-/// All futures of a program that ends are dropped: everything brakes.
+/// A move ordered by `with` has no future that could be dropped and brake it.
 #[test]
 fn what_was_ordered_without_a_future_goes_on() {
     with(|bench, motors| {
@@ -229,7 +230,8 @@ fn many_wait_for_one_axis() {
     });
 }
 
-/// The executor leaves its sleep at most twice more than a move has entries; at rest it sleeps.
+/// News ends the executor's sleep at most twice more than a move has entries; at rest it does not
+/// wake.
 #[test]
 fn it_wakes_no_more_than_twice_beside_the_entries() {
     for (speed, accel, target) in
@@ -248,7 +250,7 @@ fn it_wakes_no_more_than_twice_beside_the_entries() {
                     // Nothing moves for an hour.
                     let (wakings, entries) = (bench.wakings.get(), bench.entries.get());
                     println!("{target} steps: {wakings} wakings, {entries} entries");
-                    // The order wakes it once more.
+                    // The order wakes the planner once more.
                     assert!(entries > 2 && wakings < entries + 2, "{wakings}, {entries}");
                     bench.after(3_600_000).await;
                     assert_eq!(bench.wakings.get(), wakings);
@@ -259,7 +261,8 @@ fn it_wakes_no_more_than_twice_beside_the_entries() {
     }
 }
 
-/// Likewise of three axes at once, and of one move behind another: at most an entry each, and two a move.
+/// The same for three axes at once, and for one move after another: at most one waking per entry,
+/// and two per move.
 #[test]
 fn several_axes_wake_no_more_than_their_entries_and_two_a_move() {
     with(|bench, motors| {
@@ -286,7 +289,7 @@ fn several_axes_wake_no_more_than_their_entries_and_two_a_move() {
     });
 }
 
-/// Stopping all of them is stopping each.
+/// Stopping all axes stops each.
 #[test]
 fn all_are_stopped() {
     with(|bench, motors| {

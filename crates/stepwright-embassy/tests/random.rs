@@ -1,5 +1,5 @@
-//! Random programs: moves, drops, changes, stops and faults of three axes by up to four tasks. Positions are
-//! those of the pins, and nothing is late or stuck.
+//! Random programs: up to four tasks move, drop, change, stop and fault three axes. Positions match
+//! the pins, and nothing is late or stuck.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -15,7 +15,7 @@ enum Deed {
     MoveTo(i64),
     MoveBy(i32),
     Run(i32),
-    /// A move that is dropped after this many ms.
+    /// A move whose future is dropped after this many ms.
     Dropped(i64, u64),
     Retarget(i64),
     Top(u32),
@@ -44,16 +44,16 @@ fn deed() -> impl Strategy<Value = Deed> {
     ]
 }
 
-/// What a task does with an axis, which it shares with others.
+/// An axis, which tasks may share, and what a task does with it.
 type Story = (usize, Vec<Deed>);
 
-/// Ends a run that nobody would stop.
+/// The time in ms after which a run is dropped that nothing else would stop.
 const PATIENCE: u64 = 1_500;
 
-/// The count of steps that stands for position 0, by axis: it moves where a position is set.
+/// The count of steps at position 0, by axis. Setting a position shifts it.
 type Origins = std::cell::RefCell<[i64; AXES]>;
 
-/// A move that has ended says where, and that is where its pins have led.
+/// Checks that the reported end of a move is the position at the pins.
 fn judge(bench: &Bench<'_>, origin: i64, axis: usize, end: Result<Outcome, MoveError>) {
     if let Ok(Outcome::Reached { at } | Outcome::Stopped { at }) = end {
         assert_eq!(at, bench.shafts.borrow().at[axis] - origin, "{end:?}");
@@ -111,7 +111,7 @@ fn check(stories: &[Story]) {
             assert!(own.position().is_none_or(|own| own == pins - origin), "{:?}", own.position());
         }
         assert_eq!(motors.late(), 0);
-        // A motor never jumps: two steps are never closer than at its limit, 2,000 steps/s.
+        // No jumps: the step interval is never shorter than at the limit of 2,000 steps/s.
         for steps in &bench.shafts.borrow().steps {
             let least = steps.windows(2).map(|two| two[1] - two[0]).min().unwrap_or(u64::MAX);
             assert!(least >= 490, "{least} µs");

@@ -1,8 +1,7 @@
 //! A board in simulated time, and an executor that sleeps on it.
 //!
-//! Nothing of the board is the library's but the engine: the time, the pins and the count of entries
-//! are made here.
-#![allow(dead_code)] // the driver's tests share it, and each uses its part
+//! Only the engine is the library's: the time, the pins and the count of entries are made here.
+#![allow(dead_code)] // shared with the driver's tests, and each uses its part
 
 use std::cell::{Cell, RefCell};
 use std::future::Future;
@@ -26,7 +25,7 @@ use stepwright_sim::HardStop;
 pub const HZ: u64 = 1_000_000;
 pub const AXES: usize = 3;
 
-/// Now, and when the compare register matches.
+/// The present time, and the time at which the compare register matches.
 #[derive(Clone, Default)]
 pub struct Time(Rc<Cell<(u64, u64)>>);
 
@@ -56,11 +55,11 @@ impl StepTimer for Time {
     }
 }
 
-/// Where the motors are by their pins, and the times of their steps.
+/// The positions of the motors according to their pins, and the times of their steps.
 #[derive(Default)]
 pub struct Shafts {
     backward: [bool; AXES],
-    /// What some of them run against.
+    /// The hard stops of some motors.
     pub stops: [Option<HardStop>; AXES],
     pub at: [i64; AXES],
     pub steps: [Vec<u64>; AXES],
@@ -107,7 +106,7 @@ impl Source for Counted<'_> {
 
 type Played<'q> = Engine<Time, Wires, Counted<'q>, AXES>;
 
-/// The engine, which the interrupt and the motors share, as on a chip.
+/// The engine, shared by the interrupt and the motors as on a chip.
 pub struct Handle<'q>(Rc<RefCell<Played<'q>>>);
 
 impl Control for Handle<'_> {
@@ -139,23 +138,23 @@ impl Control for Handle<'_> {
 
 pub type Moved<'q> = Motors<'q, Handle<'q>, AXES>;
 
-/// The board, without its motors.
+/// The board without its motors.
 pub struct Bench<'q> {
     engine: Rc<RefCell<Played<'q>>>,
     news: &'q News,
     pub entries: Rc<Cell<usize>>,
-    /// How often the executor left its sleep at news of the step interrupt.
+    /// How often news of the step interrupt ended the executor's sleep.
     pub wakings: Cell<usize>,
     pub around: Rc<Around>,
 }
 
-/// What there is around the motors.
+/// The surroundings of the motors.
 #[derive(Default)]
 pub struct Around {
     pub time: Time,
     pub shafts: Rc<RefCell<Shafts>>,
     alarms: RefCell<Vec<(u64, Waker)>>,
-    /// Who looks at a pin after each interrupt.
+    /// Tasks that look at a pin after each interrupt.
     watchers: RefCell<Vec<Waker>>,
 }
 
@@ -166,7 +165,7 @@ impl Deref for Bench<'_> {
     }
 }
 
-/// A task, and whether it is to be polled.
+/// A task, and whether it must be polled.
 type Task<'t> = (Option<Pin<Box<dyn Future<Output = ()> + 't>>>, Arc<Awake>);
 
 struct Awake(AtomicBool);
@@ -177,14 +176,14 @@ impl Wake for Awake {
     }
 }
 
-/// Makes a board of three axes at 1 MHz, and has it play.
+/// Makes a board of three axes at 1 MHz, and calls `play` with it.
 pub fn with<R>(play: impl FnOnce(&Bench<'_>, &Moved<'_>) -> R) -> R {
     let (mut queues, news) = (Queues::default(), News::new());
     let (bench, motors) = built(&mut queues, &news);
     play(&bench, &motors)
 }
 
-/// Likewise, for what keeps its motors for ever.
+/// The same board, leaked, for tests that keep their motors for ever.
 pub fn leaked() -> (&'static Bench<'static>, &'static Moved<'static>) {
     let (bench, motors) = built(Box::leak(Box::default()), Box::leak(Box::default()));
     (Box::leak(Box::new(bench)), Box::leak(Box::new(motors)))
@@ -219,7 +218,7 @@ impl Around {
         self.after_us(ms * 1_000).await;
     }
 
-    /// Likewise, microseconds.
+    /// Waits until this many microseconds have passed.
     pub async fn after_us(&self, us: u64) {
         let due = self.time.now() + us * HZ / 1_000_000;
         std::future::poll_fn(|context| {
@@ -234,7 +233,7 @@ impl Around {
 }
 
 impl Bench<'_> {
-    /// Has the planner and these tasks to their end, and the motors to rest.
+    /// Runs the planner and these tasks until the tasks have ended and the motors rest.
     pub fn run<'t>(
         &self,
         motors: &'t Moved<'_>,
@@ -262,7 +261,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Time passes until the step interrupt has news, or to an alarm.
+    /// Lets time pass until the step interrupt has news, or until an alarm.
     fn sleep(&self, until: u64) {
         while self.time.0.get().1 <= until {
             self.time.set(self.time.0.get().1.max(self.time.now()));
@@ -286,9 +285,9 @@ impl Bench<'_> {
     }
 }
 
-/// Polls whoever is awake, until all sleep.
+/// Polls the tasks that are awake, until all sleep.
 fn poll(tasks: &mut [Task<'_>]) {
-    // No round of planning is this long.
+    // No round of planning takes this many polls.
     for _ in 0..10_000 {
         let mut all_sleep = true;
         for (task, awake) in &mut *tasks {

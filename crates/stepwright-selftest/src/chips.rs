@@ -1,27 +1,27 @@
-//! The chips that have a self-test.
+//! The chips with a self-test.
 
 use stepwright::profile::Fit;
 use stepwright::{Board, Cost, Rate, Ticks, Timing};
 
-/// A chip, and what its test asks of it.
+/// A chip and the parameters of its test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chip {
-    /// As in its line.
+    /// Its name, as in its line.
     pub name: &'static str,
-    /// Of the timer that edges are counted on.
+    /// The rate of the timer that stamps the edges.
     pub rate: Rate,
-    /// The highest speed that is ordered, in steps/s.
+    /// The highest ordered speed, in steps/s.
     pub top: u32,
-    /// The highest acceleration that is ordered, in steps/s².
+    /// The highest ordered acceleration, in steps/s².
     pub accel: u32,
-    /// How far an edge may be from the plan, in ticks of `rate`.
+    /// The largest distance of an edge from the plan, in ticks of `rate`.
     pub bound: Ticks,
-    /// Whether it has a second clock to measure that of `rate` by.
+    /// Whether it has a second clock to measure `rate` by.
     pub has_second_clock: bool,
 }
 
-/// Raspberry Pi Pico: its PIO makes the steps, 1 µs from the plan at most, and another one captures them to
-/// two ticks.
+/// Raspberry Pi Pico: its PIO makes the steps, at most 1 µs from the plan, and a second one
+/// captures them with a resolution of two ticks.
 pub const RP2040: Chip = Chip {
     name: "rp2040",
     rate: Rate::of::<125_000_000>(),
@@ -31,8 +31,8 @@ pub const RP2040: Chip = Chip {
     has_second_clock: true,
 };
 
-/// The first micro:bit: an interrupt makes the steps, and stamps them. At its highest speed it is late beyond
-/// half an interval and 1 µs ([`late_after`](stepwright::late_after)).
+/// The first micro:bit: an interrupt makes the steps and stamps them. At its highest speed a step
+/// is late beyond half an interval and 1 µs ([`late_after`](stepwright::late_after)).
 pub const NRF51: Chip = Chip {
     name: "nrf51",
     rate: Rate::of::<16_000_000>(),
@@ -42,7 +42,7 @@ pub const NRF51: Chip = Chip {
     has_second_clock: false,
 };
 
-/// ST's Nucleo-F411RE: likewise.
+/// ST's Nucleo-F411RE, like the micro:bit.
 pub const STM32F411: Chip = Chip {
     name: "stm32f411",
     rate: Rate::of::<96_000_000>(),
@@ -52,7 +52,7 @@ pub const STM32F411: Chip = Chip {
     has_second_clock: false,
 };
 
-/// All of them.
+/// All chips.
 pub const CHIPS: [Chip; 3] = [RP2040, NRF51, STM32F411];
 
 impl Chip {
@@ -62,7 +62,7 @@ impl Chip {
         ALL.iter().find(|chip| chip.name == name)
     }
 
-    /// The board that its orders are planned for: one axis moves at a time.
+    /// The board for which its orders are planned: one axis moves at a time.
     pub const fn board<const N: usize>(&self) -> Board<N> {
         let rate = self.rate;
         let (pulse, side) = (rate.nanos(1_000), rate.nanos(1_000));

@@ -1,33 +1,33 @@
-//! What a line is worth.
+//! The judgement of a line.
 
 use core::fmt;
 
 use crate::{Chip, Crc32, Line, ORDERS, plan};
 
-/// How far a measured clock may be off: a thousandth. Its own clocks tell a chip no more than that a
-/// divider or a crystal is another one.
+/// The tolerance of a measured clock: a thousandth. A chip's own clocks can only reveal a wrong
+/// divider or another crystal.
 const CLOCK: u32 = 1_000;
 
-/// What is wrong with a chip.
+/// A fault of a chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// It counts edges at another rate: what it says, and what this command has of it.
+    /// It stamps edges at another rate: the reported rate, and the expected one.
     Rate(u32, u32),
-    /// It took fewer orders.
+    /// It took fewer orders than it was given.
     Orders(u32),
-    /// It planned something else: what it says, and what was planned here.
+    /// Its plan differs: the reported checksum, and the one computed here.
     Plan(u32, u32),
-    /// It planned more steps or fewer: what it says, and what was planned here.
+    /// It planned another number of steps: the reported number, and the one planned here.
     Steps(u32, u32),
-    /// What was captured is not what it planned: edges, and steps.
+    /// It captured another number of edges than it planned steps: edges, and steps.
     Edges(u32, u32),
-    /// How many nanoseconds an edge came from its time, and how many are allowed.
+    /// The largest distance of an edge from its time, and the bound, in nanoseconds.
     Off(u32, u32),
-    /// How many steps were late.
+    /// The number of late steps.
     Late(u32),
-    /// Its clock is another one: what it measured, and what it should be, in kHz.
+    /// Its clock is wrong: the measured frequency, and the expected one, in kHz.
     Clock(u32, u32),
-    /// It says nothing of its clock, or something that it can't know.
+    /// It reports no clock though it has a second one, or a clock though it has none.
     NoClock,
 }
 
@@ -62,7 +62,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Nanoseconds as microseconds.
+/// Nanoseconds, printed as microseconds.
 struct Micros(u32);
 
 impl fmt::Display for Micros {
@@ -71,27 +71,27 @@ impl fmt::Display for Micros {
     }
 }
 
-/// What was judged.
+/// The result of a judgement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Judgement {
-    /// The worst edge, and how far it may be from its time, in nanoseconds.
+    /// The worst distance of an edge from its time, and its bound, in nanoseconds.
     pub off: [u32; 2],
     faults: [Option<Fault>; 8],
 }
 
 impl Judgement {
-    /// What is wrong; nothing if the test was passed.
+    /// The faults; none if the test was passed.
     pub fn faults(&self) -> impl Iterator<Item = Fault> + '_ {
         self.faults.iter().copied().flatten()
     }
 
-    /// Whether nothing is.
+    /// Whether there are no faults.
     pub fn is_kept(&self) -> bool {
         self.faults().next().is_none()
     }
 }
 
-/// Judges a line: plans what the chip was ordered, and compares. `None` if there is no such chip.
+/// Judges a line: plans the chip's orders and compares. `None` if there is no such chip.
 pub fn judge(line: &Line<'_>) -> Option<Judgement> {
     let chip = Chip::named(line.chip)?;
     let (found, hz) = (line.found, chip.rate.hz());

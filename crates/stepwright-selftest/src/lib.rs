@@ -1,5 +1,6 @@
 #![no_std]
-//! The self-test of a chip: seeded orders are played, STEP is captured, one line says what came of it.
+//! The self-test of a chip: it plays seeded orders, captures STEP, and reports the result in one
+//! line.
 //!
 //! ```text
 //!   Luck ─► orders ─► OrderedMotors ─► engine ─► STEP ─► Capture ─┐
@@ -7,9 +8,9 @@
 //!                       └───► CRC-32 of the plan
 //! ```
 //!
-//! The same crate is in the firmware and in the command that judges its line: neither knows an order,
-//! a chip or a form of the line that the other does not. What both could have wrong in the same way,
-//! the ramps themselves, other tests hold against their closed forms.
+//! The firmware and the command that judges its line share this crate, so they agree on orders,
+//! chips and the form of the line. An error that both would share, in the ramps themselves, is left
+//! to other tests, which compare the ramps with their closed forms.
 
 mod chips;
 mod judge;

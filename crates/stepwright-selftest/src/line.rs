@@ -1,38 +1,38 @@
-//! The line that a chip says.
+//! The line that a chip prints.
 //!
 //! ```text
 //! stepwright-selftest format=1 chip=rp2040 firmware=0.1.0-1a2b3c4d hz=125000000 orders=16 plan=0b5e1c9d
 //! steps=4711 edges=4711 off=74 late=0 khz=125000 crc=9abcdef0
 //! ```
 //!
-//! One line, its words apart by a blank; `crc` is the CRC-32 of all before ` crc=`, `firmware` its version and the
-//! CRC-32 of the program as it lies in the flash, `off` the worst edge in ticks of `hz`, `khz` what the
-//! chip's second clock makes of `hz`, or `-` if it has none.
+//! One line, its words separated by a space. `crc` is the CRC-32 of all before ` crc=`; `firmware`
+//! is its version and the CRC-32 of the program in the flash; `off` is the worst distance of an
+//! edge in ticks of `hz`; `khz` is `hz` as measured by the chip's second clock, or `-` without one.
 
 use core::fmt;
 
 use crate::{Crc32, Found};
 
-/// The form of the line that this crate says and reads.
+/// The version of the line's form that this crate writes and reads.
 pub const FORMAT: u32 = 1;
 
-/// The word that it begins with.
+/// The first word of a line.
 pub const WORD: &str = "stepwright-selftest";
 
-/// What a line says.
+/// The content of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line<'a> {
     /// The chip's name.
     pub chip: &'a str,
     /// The firmware's version.
     pub version: &'a str,
-    /// CRC-32 of its program.
+    /// The CRC-32 of its program.
     pub flash: u32,
-    /// The rate that edges are counted at.
+    /// The rate of the timer that stamps the edges.
     pub hz: u32,
-    /// What was found.
+    /// The results.
     pub found: Found,
-    /// That rate by the chip's second clock, in kHz.
+    /// That rate as measured by the chip's second clock, in kHz.
     pub khz: Option<u32>,
 }
 
@@ -41,13 +41,13 @@ pub struct Line<'a> {
 pub enum LineError<'a> {
     /// It does not begin with [`WORD`].
     Other,
-    /// It is of another form.
+    /// It has another version of the form.
     Format(u32),
-    /// It ends before the word of this name, or has another one in its place.
+    /// It ends before the word of this name, or has another word in its place.
     Missing(&'static str),
-    /// What stands there is not what the word of this name takes.
+    /// The word of this name has an invalid value.
     Value(&'static str, &'a str),
-    /// Its checksum is another one: what it says, and what it is.
+    /// Its checksum is wrong: the stated one, and the computed one.
     Sum(u32, u32),
 }
 
@@ -78,7 +78,7 @@ impl fmt::Display for LineError<'_> {
 impl core::error::Error for LineError<'_> {}
 
 impl<'a> Line<'a> {
-    /// Says it, byte by byte, without an end of line.
+    /// Writes the line byte by byte, without an end of line.
     pub fn tell(&self, mut byte: impl FnMut(u8)) {
         let mut sum = Crc32::new();
         let mut say = |letter: u8| {
@@ -109,10 +109,10 @@ impl<'a> Line<'a> {
         digits(sum.end(), &mut byte);
     }
 
-    /// Reads one.
+    /// Reads a line.
     ///
     /// # Errors
-    /// [`LineError`]. The checksum is looked at last: a word that is missing is named.
+    /// [`LineError`]. The checksum is checked last, so that a missing word is named.
     pub fn read(line: &'a str) -> Result<Line<'a>, LineError<'a>> {
         let line = line.trim();
         let mut words = Words(line.split(' '));
@@ -170,7 +170,7 @@ impl<'a> Words<'a> {
     }
 }
 
-/// A number of eight hexadecimal digits.
+/// Parses eight hexadecimal digits.
 fn hex(digits: &str) -> Option<u32> {
     let eight = digits.len() == 8 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
     u32::from_str_radix(digits, 16).ok().filter(|_| eight)
@@ -194,7 +194,7 @@ fn word(name: &str, value: u32, byte: &mut impl FnMut(u8)) {
     }
 }
 
-/// Eight hexadecimal digits.
+/// Writes eight hexadecimal digits.
 fn digits(value: u32, byte: &mut impl FnMut(u8)) {
     for digit in value.to_be_bytes().into_iter().flat_map(|two| [two >> 4, two & 15]) {
         byte(if digit < 10 { b'0' + digit } else { b'a' - 10 + digit });

@@ -1,4 +1,4 @@
-//! What is ordered, and what it is planned to be.
+//! The orders and their plan.
 
 use stepwright::entry::Wiring;
 use stepwright::profile::Ramp;
@@ -9,23 +9,23 @@ use stepwright::{
 
 use crate::{Chip, Crc32, Luck};
 
-/// Orders of a test.
+/// The number of orders of a test.
 pub const ORDERS: u32 = 16;
 
 /// The most pulses of an order.
 pub const MOST_PULSES: u32 = 1_023;
 
-/// The series of [`Luck`] that they are of: no law of `firmware/ticks` has it.
+/// The [`Luck`] series of the orders, which no law of `firmware/ticks` uses.
 const SERIES: u32 = 29;
 
-/// The pin of STEP in a group, and that of DIR.
+/// The pins STEP and DIR in a group.
 pub const STEP: u8 = 1;
 const DIR: u8 = 2;
 
 impl Chip {
-    /// An order of its test, from 0 to [`ORDERS`] − 1. 4 to 1,023 pulses, to between 3/32 and all of the
-    /// chip's top speed; every third with a limit of jerk, and gentler, as planning takes four times as
-    /// long; every second backward.
+    /// An order of its test, from 0 to [`ORDERS`] − 1: 4 to 1,023 pulses, up to between 3/32 and
+    /// all of the chip's top speed. Every third has a limit of jerk, and lower accelerations, as
+    /// its planning takes four times as long; every second goes backward.
     pub fn order(&self, number: u32) -> Order {
         let mut luck = Luck::of(SERIES, number);
         let curved = number % 3 == 2;
@@ -43,14 +43,14 @@ impl Chip {
             top: Speed::from_steps(top).unwrap_or(Speed::MAX),
             up: Ramp::Accel(Accel::clamped(up)),
             down: Ramp::Accel(Accel::clamped(down)),
-            // An acceleration comes in 1/64 s.
+            // The acceleration builds up in 1/64 s.
             jerk: curved.then(|| Jerk::clamped(up.max(down).saturating_mul(64))),
             travel: Travel::By(if back { -(pulses as i32) } else { pulses as i32 }),
         }
     }
 }
 
-/// An engine that takes no part: whoever has the queue's other end is one.
+/// An engine that does nothing: the reader of the queue's other end takes its place.
 struct Silent;
 
 impl Control for Silent {
@@ -70,8 +70,9 @@ impl Control for Silent {
     fn clear_late(&mut self) {}
 }
 
-/// Plans one order of an axis. `group` gets what its entries are made of, in the form that every chip can
-/// make: pins, events, and the wait after each in 2⁻¹⁶ ticks. False if it is refused.
+/// Plans one order of an axis. Calls `group` with the parts of its entries in a form that every
+/// chip can make: pins, events, and the wait after each in 2⁻¹⁶ ticks. Returns false if the order
+/// is refused.
 pub fn groups(board: Board<1>, order: Order, mut group: impl FnMut(u8, u32, u32)) -> bool {
     let mut queue = Queue::<8>::new();
     let (feed, mut end) = queue.split_as(Wiring::new(STEP, DIR));
@@ -90,8 +91,8 @@ pub fn groups(board: Board<1>, order: Order, mut group: impl FnMut(u8, u32, u32)
     }
 }
 
-/// Plans an order of a chip. `sum` gets its [`groups`]; `edge` the time of each pulse, in 2⁻¹⁶ ticks from the
-/// first wait. False if it is refused.
+/// Plans an order of a chip. Adds its [`groups`] to `sum`, and calls `edge` with the time of each
+/// pulse, in 2⁻¹⁶ ticks from the first wait. Returns false if the order is refused.
 pub fn plan(chip: &Chip, number: u32, sum: &mut Crc32, mut edge: impl FnMut(u64)) -> bool {
     let mut time = 0u64;
     groups(chip.board(), chip.order(number), |pins, events, wait| {

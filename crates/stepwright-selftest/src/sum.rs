@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 
-/// CRC-32 as zlib has it.
+/// A CRC-32 as in zlib.
 #[derive(Clone)]
 pub struct Crc32(Digest<'static, u32, NoTable>);
 
@@ -13,23 +13,23 @@ impl Default for Crc32 {
 }
 
 impl Crc32 {
-    /// Of nothing yet.
+    /// The CRC of nothing yet.
     pub fn new() -> Crc32 {
         static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
         Crc32(CRC.digest())
     }
 
-    /// A word, the lowest byte first.
+    /// Adds a word, the lowest byte first.
     pub fn add(&mut self, word: u32) {
         self.bytes(&word.to_le_bytes());
     }
 
-    /// Bytes.
+    /// Adds bytes.
     pub fn bytes(&mut self, bytes: &[u8]) {
         self.0.update(bytes);
     }
 
-    /// What it is.
+    /// The final CRC.
     pub fn end(self) -> u32 {
         self.0.finalize()
     }

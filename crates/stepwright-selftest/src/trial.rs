@@ -1,43 +1,45 @@
-//! The test itself, on a chip or on a model of one.
+//! The test itself, on a chip or on a model of a chip.
 
 use stepwright::{Axis, Control, OrderedMotors};
 
 use crate::{Chip, Crc32, ORDERS, plan};
 
-/// What captures the chip's own STEP.
+/// The capture of the chip's own STEP.
 pub trait Capture {
-    /// From now on it is STEP of this axis that is captured, and the edge of number 0 comes next.
+    /// Starts capturing STEP of this axis; the next edge has the number 0.
     fn begin(&mut self, axis: u8);
 
-    /// Edges since then, as many as there is room for: at least
-    /// [`MOST_PULSES`](crate::MOST_PULSES) and one more.
+    /// The edges since `begin`, up to the capacity, which is at least
+    /// [`MOST_PULSES`](crate::MOST_PULSES) + 1.
     fn count(&self) -> u32;
 
-    /// When an edge rose, in ticks of the chip's rate, modulo 2³²; `None` if there was none of that number.
+    /// When an edge rose, in ticks of the chip's rate modulo 2³²; `None` if no edge has that
+    /// number.
     fn rise(&self, number: u32) -> Option<u32>;
 }
 
-/// What was found.
+/// The results of a test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// Orders that were taken.
+    /// The orders that were taken.
     pub orders: u32,
-    /// CRC-32 of all that was planned.
+    /// The CRC-32 of the whole plan.
     pub plan: u32,
-    /// Steps that were planned, and edges that were captured.
+    /// The steps that were planned.
     pub steps: u32,
-    /// See `steps`.
+    /// The edges that were captured.
     pub edges: u32,
-    /// The farthest that an edge was from its time in the plan, in ticks; both from the first edge of the
-    /// order.
+    /// The largest distance of an edge from its time in the plan, in ticks, both counted from the
+    /// order's first edge.
     pub off: u32,
-    /// Late steps, as the engine counts them.
+    /// The late steps, as counted by the engine.
     pub late: u32,
 }
 
-/// Plays all orders of a chip, one axis after another.
+/// Plays all orders of a chip, on one axis after another.
 ///
-/// Each is played first, and then planned once more and compared: that takes no time from the steps.
+/// Each is played first, and then planned again for the comparison, which takes no time from the
+/// steps.
 pub fn run<E: Control, const N: usize, const Q: usize>(
     motors: &mut OrderedMotors<'_, E, N, Q>,
     chip: &Chip,

@@ -1,4 +1,4 @@
-//! The line, and what judges it.
+//! The line and its judge.
 
 use stepwright::late_after;
 use stepwright_selftest::{
@@ -6,7 +6,7 @@ use stepwright_selftest::{
     STM32F411, judge, plan,
 };
 
-/// What a chip finds that does as it should.
+/// The results of a chip without faults.
 fn found(chip: &Chip) -> Found {
     let (mut sum, mut steps) = (Crc32::new(), 0);
     for number in 0..ORDERS {
@@ -37,7 +37,7 @@ fn a_line_is_read_as_it_was_told() {
     }
 }
 
-/// The checksum is zlib's: `python3 -c 'import zlib; print(hex(zlib.crc32(b"…")))'`.
+/// The checksum matches zlib: `python3 -c 'import zlib; print(hex(zlib.crc32(b"…")))'`.
 #[test]
 fn its_form_is_this() {
     let found = Found { orders: 16, plan: 0xb5e1c9d, steps: 4711, edges: 4710, off: 74, late: 1 };
@@ -63,7 +63,7 @@ fn a_spoilt_line_is_not_read() {
     for end in 0..whole.len() {
         assert!(Line::read(&whole[..end]).is_err(), "{}", &whole[..end]);
     }
-    // And whichever letter is another one.
+    // Whichever letter is wrong.
     for at in 0..whole.len() {
         for other in ['1', '7', 'a', ' '] {
             let mut spoilt = whole.clone();
@@ -118,7 +118,7 @@ fn orders_are_of_many_kinds() {
             let least = (u64::from(chip.rate.hz() / chip.top) << 16) - 0x10000;
             assert!(times.windows(2).all(|two| two[1] - two[0] >= least), "{}", chip.name);
             lengths.push(times.len());
-            // A minute's counter does not wrap, and nobody waits for long.
+            // The time fits a counter that wraps after a minute, and the test is short.
             let seconds = *times.last().unwrap() as f64 / 65_536.0 / f64::from(chip.rate.hz());
             assert!(seconds < 4.0, "{} {number}: {seconds} s", chip.name);
         }

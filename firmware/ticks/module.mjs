@@ -1,4 +1,4 @@
-// Says the lines of all laws by the module of WebAssembly: `node module.mjs FILE`.
+// Prints the lines of all laws from the WebAssembly module: `node module.mjs FILE`.
 import { readFileSync, writeSync } from "node:fs";
 
 const { instance } = await WebAssembly.instantiate(readFileSync(process.argv[2]), {});
@@ -11,9 +11,9 @@ for (let number = 0; ; number += 1) {
     try {
       writeSync(1, new Uint8Array(memory.buffer, line(), length));
     } catch (error) {
-      if (error.code === "EPIPE") process.exit(0); // nobody listens any more
+      if (error.code === "EPIPE") process.exit(0); // the reader has gone
       if (error.code !== "EAGAIN") throw error;
-      law -= 1; // the pipe is full: once more
+      law -= 1; // the pipe is full: try again
     }
   }
 }

@@ -1,8 +1,8 @@
-// Runs a firmware of the Uno on avr8js, and says what its pins and its line did.
+// Runs a firmware of the Uno on avr8js, and prints the changes of its pins and its output.
 //
 //   node run.js FIRMWARE.hex MILLISECONDS PIN...      PIN: B4, a port and a bit
 //
-// A line of JSON on stdout: {"changes": [[cycle, which pin, level], ...], "said": "..."}
+// A line of JSON on stdout: {"changes": [[cycle, index of the pin, level], ...], "said": "..."}
 "use strict";
 
 const { readFileSync } = require("node:fs");
@@ -62,7 +62,7 @@ cpu.writeHooks[SPMCSR] = (value) => {
   fusesUntil = (value & READS_FUSES) === READS_FUSES ? cpu.cycles + 3 : 0;
 };
 
-/** One instruction, and what is due then. */
+/** Executes an instruction, and handles the interrupts that are due. */
 function step() {
   if (cpu.cycles < fusesUntil) {
     const flash = cpu.progBytes.slice(0, 4);

@@ -1,4 +1,4 @@
-// The controller for the Pico answers as the protocol says: node controller.cjs FOLDER-OF-ELVES
+// Checks the answers of the Pico's controller against the protocol: node controller.cjs FOLDER-OF-ELVES
 'use strict';
 const assert = require('assert');
 const path = require('path');
@@ -7,20 +7,20 @@ const { Machine } = require('./machine.cjs');
 
 const BYTE = Math.round(125e6 / 11_520);
 
-// Bits of CHIP_RESET: what the last reset was.
+// Bits of CHIP_RESET: the cause of the last reset.
 const POWER = 1 << 8;
 const RUN = 1 << 16;
 
 class Controller extends Machine {
-  /// `reset` and `ram`: what the chip says of its reset, and what was in its RAM before it.
+  /// `reset` is the cause of the reset that the chip reports, `ram` the RAM's content before it.
   constructor(folder, overUsb, reset = POWER, ram = undefined) {
     super(path.join(folder, 'rp2040-controller.elf'));
-    // rp2040js has no such peripheral: it reads as ones.
+    // rp2040js has no such peripheral, and reads it as ones.
     this.chip.peripherals[0x40064].readUint32 = (offset) => offset === 8 ? reset : 0;
     if (ram) this.chip.sram.set(ram);
     this.heard = '';
     if (overUsb) {
-      // A host that finds the device, and opens its port.
+      // A host that enumerates the device and opens its port.
       this.host = new USBCDC(this.chip.usbCtrl);
       this.chip.usbCtrl.onEndpointRead = (endpoint, size) => {
         if (endpoint !== 0 && endpoint === this.host.outEndpoint) this.waits = true;
@@ -39,7 +39,7 @@ class Controller extends Machine {
     this.run(200_000);
   }
 
-  /// Says a line; the answer.
+  /// Sends a line, and returns the answer.
   say(line) {
     this.heard = '';
     if (this.host) this.hears(`${line}\r`);
@@ -57,7 +57,7 @@ class Controller extends Machine {
     return this.heard.replace(/\r[^]*/, '');
   }
 
-  /// Sends a packet over USB: rp2040js' host sends what it has when a buffer is made ready alone.
+  /// Sends a packet over USB. The host of rp2040js sends only when a buffer becomes ready.
   hears(text) {
     const { host } = this;
     for (let left = 1e6; !this.waits; left--) { this.step(); assert(left, 'the port takes nothing'); }
@@ -71,7 +71,7 @@ class Controller extends Machine {
     this.say('A1');
   }
 
-  /// A table: a line and its answer, `*` for anything in it. `*rest` waits for the end of the travel.
+  /// Plays a table of lines and their answers, with `*` for any characters. `*rest` waits for the travel's end.
   talk(table) {
     for (const row of table.trim().split('\n').map((row) => row.trim())) {
       const [line, ...answer] = row.split(/ +/);
@@ -84,7 +84,7 @@ class Controller extends Machine {
   }
 }
 
-// Those of firmware/qemu/tests/conversation.rs.
+// The conversations of firmware/qemu/tests/conversation.rs.
 const conversations = {
   'the travel order of the document': [`
     F R
@@ -207,7 +207,7 @@ for (const line of ['UART', 'USB']) {
   }
 }
 try {
-  // A port that is closed leaves the line to the UART, and takes it again.
+  // When the port closes, the UART takes over the line; when it opens again, the port does.
   const board = new Controller(process.argv[2], true);
   const { host } = board;
   assert.equal(board.say('F'), 'R');
@@ -221,7 +221,7 @@ try {
     board.host = host;
     assert.equal(board.say('F'), 'R');
   }
-  // So does one whose bus was suspended, be the bit for that a state, as here, or a latch that a 1 clears.
+  // The same for a suspended bus, whether its bit is a state, as in rp2040js, or a latch that a 1 clears.
   const [SIE_STATUS, SUSPENDED] = [0x50, 1 << 4];
   const { usbCtrl } = board.chip;
   const write = usbCtrl.writeUint32.bind(usbCtrl);
@@ -238,7 +238,7 @@ try {
     board.host = host;
     assert.equal(board.say('F'), 'R');
   }
-  // An answer as long as a packet or longer is whole.
+  // An answer of a packet's length or more arrives whole.
   assert.match(board.say('$'), /^max-speed=.* pulse-us=/);
   console.log('ok the line is that of the port while it is open');
 } catch (error) {

@@ -1,6 +1,6 @@
 """A G-code job on a simulated Pico by the command: python job.py STEPWRIGHT FOLDER-OF-ELVES FILE [OPTION…]
 
-The pins have the last word: where the axes are, and how long the job took by the board's clock.
+The pins decide: the positions of the axes, and the duration of the job on the board's clock.
 """
 
 import json
@@ -25,5 +25,5 @@ print(
 )
 assert made["position"] == told["position"], (made, told)
 assert told["state"] == "ready" and told["late"] == 0 and told["sent_again"] == 0, told
-# From the first step to the last one: the path begins before and ends behind them.
+# From the first step to the last one: the path begins before and ends after them.
 assert 0 <= told["planned_seconds"] - made["seconds"] < 0.05, (made, told)

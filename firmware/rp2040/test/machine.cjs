@@ -1,6 +1,6 @@
-// An RP2040 in rp2040js, whose PIO goes in lock-step with the processor: a cycle of one is a cycle of the
-// other. rp2040js steps its state machines by themselves, an instruction at a time, without joined
-// FIFOs and without filling the output register ahead; here both are as in the datasheet.
+// An RP2040 in rp2040js, whose PIO runs in lock-step with the processor, cycle by cycle. rp2040js itself steps
+// the state machines independently, one instruction at a time, without joined FIFOs and without refilling
+// the output register ahead; here both work as in the datasheet.
 'use strict';
 const fs = require('fs');
 const { RP2040 } = require('rp2040js');
@@ -18,22 +18,22 @@ class Machine {
     this.pio.run = () => {};
     this.now = 0;
     this.pins = new Array(32).fill(0);
-    this.edges = [[], [], [], []]; // of STEP: [time, level of DIR]
-    this.turns = [[], [], [], []]; // of DIR: [time, level]
-    this.widths = [[], [], [], []]; // of STEP's pulses
-    this.words = [[], [], [], []]; // what was put, since the last start: [time, word]
+    this.edges = [[], [], [], []]; // edges of STEP: [time, level of DIR]
+    this.turns = [[], [], [], []]; // edges of DIR: [time, level]
+    this.widths = [[], [], [], []]; // widths of STEP's pulses
+    this.words = [[], [], [], []]; // words put into the FIFO since the last start: [time, word]
     this.starts = [0, 0, 0, 0];
     this.stopped = [[], [], [], []];
     this.groups = 0;
     this.cut = 0; // halts while STEP was high
-    this.busy = 0; // cycles in the PIO's interrupt, with its entry and exit
+    this.busy = 0; // cycles in the PIO's interrupt, including entry and exit
     this.visits = [];
     const changed = this.pio.pinValuesChanged.bind(this.pio);
     this.pio.pinValuesChanged = (value, first, count) => {
       changed(value, first, count);
       for (let n = 0; n < count; n++) this.pin(first + n, value >> n & 1);
     };
-    // Whatever the processor does to the PIO, it does to one of the same time.
+    // The PIO catches up before each access by the processor.
     this.wake = 0;
     for (const name of ['readUint32', 'writeUint32']) {
       const plain = this.pio[name].bind(this.pio);
@@ -46,7 +46,7 @@ class Machine {
       };
     }
     this.pio.machines.forEach((m, axis) => this.asInTheDatasheet(m, axis));
-    // The other PIO, one machine of which may look at the pins of the first.
+    // The other PIO, whose first machine may watch the pins of this one.
     const other = (this.other = chip.pio[1]);
     other.run = () => {};
     for (const name of ['readUint32', 'writeUint32']) {
@@ -58,7 +58,7 @@ class Machine {
         return answer;
       };
     }
-    // rp2040js leaves the input of a pin alone that is an output.
+    // rp2040js does not update the input of an output pin.
     const [watcher] = other.machines;
     const condition = watcher.jmpCondition.bind(watcher);
     watcher.jmpCondition = (which) => which === 6 ? this.pins[watcher.jmpPin] === 1 : condition(which);
@@ -79,7 +79,7 @@ class Machine {
         end = Math.max(end, to - 0x10000000 + size);
       }
     }
-    // Behind the boot loader's second stage.
+    // After the second stage of the boot loader.
     return this.chip.flash.subarray(0x100, end);
   }
 
@@ -98,7 +98,7 @@ class Machine {
     const FIFO = m.txFIFO.constructor;
     const write = m.writeUint32.bind(m);
     m.writeUint32 = (offset, value) => {
-      // A change of FJOIN forgets what is in the FIFOs.
+      // A change of FJOIN clears the FIFOs.
       if (offset === 8 && (value ^ m.shiftCtrl) >>> 30) {
         const joined = value >>> 30 & 1;
         m.txFIFO = new FIFO(joined ? 8 : 4);
@@ -113,10 +113,10 @@ class Machine {
       if (m.txFIFO.full) throw new Error(`axis ${axis}: its FIFO is full`);
       this.words[axis].push([this.chip.core.cycles, value]);
       this.groups += 0.5;
-      this.now = this.chip.core.cycles; // one that waits goes on at once
+      this.now = this.chip.core.cycles; // a waiting machine goes on at once
       put(value);
     };
-    // Enabled anew: what was put before has been forgotten.
+    // A start begins a new list of words: the earlier ones are no longer in the FIFO.
     let enabled = false;
     Object.defineProperty(m, 'enabled', {
       get: () => enabled,
@@ -135,8 +135,8 @@ class Machine {
     });
   }
 
-  /// The other PIO's first machine catches up: what it looks at has stayed since the last call. A change
-  /// of a pin reaches it two cycles later, which is the synchroniser's time.
+  /// Lets the other PIO's first machine catch up: the watched pin has not changed since the last call. A
+  /// change of a pin reaches the machine two cycles later, after the synchroniser.
   watch(time) {
     const [m] = this.other.machines;
     if (!m.enabled) { m.cycles = time; return; }
@@ -144,7 +144,7 @@ class Machine {
     const until = time + 2;
     while (m.cycles < until) {
       const level = this.pins[m.jmpPin] === 1;
-      // Two lines that count X and ask for the pin, again and again: all but the last times at once.
+      // A loop of two instructions that count X and test the pin: all but its last rounds at once.
       const [op, next] = [code[m.pc], code[m.pc + 1]];
       const low = !level && op === (0x40 | m.pc + 1) && next >>> 5 === 6 && m.wrapTop === m.pc + 1 && m.wrapBottom === m.pc;
       const high = level && op >>> 5 === 6 && code[op & 31] === (0x40 | m.pc);
@@ -158,7 +158,7 @@ class Machine {
     }
   }
 
-  /// The machines catch up with the processor. Until `wake` they only count down.
+  /// Lets the machines catch up with the processor. Until `wake` they only count down.
   follow(time) {
     const { instructions } = this.pio;
     this.wake = Infinity;
@@ -166,7 +166,7 @@ class Machine {
       if (!m.enabled || m.waiting) { m.cycles = time; continue; }
       while (m.cycles < time && !m.waiting) {
         const op = instructions[m.pc];
-        // A line that counts X down, and jumps to itself.
+        // An instruction that counts X down and jumps to itself.
         if ((op & 0xe0ff) === (0x40 | m.pc) && m.x > 1) {
           const each = 1 + (op >> 8 & 15);
           const jumps = Math.min(m.x - 1, Math.floor((time - m.cycles) / each));
@@ -178,7 +178,7 @@ class Machine {
         }
         const empty = m.shiftCtrl & AUTOPULL && m.outputShiftCount >= 32;
         if (op >>> 13 === 3 && empty && !m.txFIFO.empty) {
-          // It is filled first, and OUT waits for that.
+          // The register is refilled first, and OUT waits for that.
           this.fill(m);
           m.cycles++;
           continue;
@@ -201,7 +201,7 @@ class Machine {
     this.pio.checkInterrupts();
   }
 
-  /// An instruction of the processor.
+  /// Executes an instruction of the processor.
   step() {
     const { core, clock } = this.chip;
     const before = core.cycles;
@@ -230,7 +230,7 @@ class Machine {
     while (this.time < end) this.step();
   }
 
-  /// Has the trial's main loop do something; its answer.
+  /// Gives the trial's main loop an order, and returns its answer.
   ask(order, ...numbers) {
     numbers.forEach((number, n) => this.chip.writeUint32(TEST + 4 * (n + 1), number >>> 0));
     this.chip.writeUint32(TEST, order);
@@ -242,7 +242,7 @@ class Machine {
     return this.chip.readUint32(TEST + 32) | 0;
   }
 
-  /// Steps of an axis, forward less backward, from its edge `from` on.
+  /// The steps of an axis, forward minus backward, from its edge `from` on.
   net(axis, from = 0) {
     let net = 0;
     const edges = this.edges[axis];

@@ -1,4 +1,4 @@
-// The firmware for the Pico, tried: node pico.cjs FOLDER-OF-ELVES [WORDS.json]
+// Tests of the firmware for the Pico: node pico.cjs FOLDER-OF-ELVES [WORDS.json]
 'use strict';
 const assert = require('assert');
 const fs = require('fs');
@@ -9,7 +9,7 @@ const MICRO = 125;
 const [, , folder, wordsFile] = process.argv;
 const rounds = Number(process.env.STEPWRIGHT_ROUNDS || 250);
 const AXES = [0, 1, 2, 3];
-const REFILL = 400; // cycles that a group may cost, the interrupt's entry and exit among them
+const REFILL = 400; // the most cycles per group, including the interrupt's entry and exit
 const elf = (name) => path.join(folder, `rp2040-${name}.elf`);
 
 let seed = 20261126;
@@ -26,7 +26,7 @@ const begin = () => {
 };
 const median = (list) => [...list].sort((a, b) => a - b)[list.length >> 1];
 
-/// When the edges should come by the words that were put, in cycles; `high` is the pulse.
+/// The times of the edges in cycles, computed from the words in the FIFO; `high` is the pulse's width.
 function computed(words, start, high) {
   const edges = [];
   let at = start;
@@ -40,7 +40,7 @@ function computed(words, start, high) {
   return edges;
 }
 
-/// Every edge of an axis since its start, from edge `from` on, is at the computed cycle.
+/// Checks that every edge of an axis since its start, from edge `from` on, is at the computed cycle.
 function exact(m, axis, from, high = MICRO) {
   const want = computed(m.words[axis], m.starts[axis], high);
   const have = m.edges[axis].slice(from).map(([time]) => time);
@@ -48,12 +48,12 @@ function exact(m, axis, from, high = MICRO) {
   have.forEach((time, n) => assert.equal(time, want[n], `axis ${axis}, edge ${n}`));
 }
 
-/// DIR is set up and held, pulses are whole, no interval is too short.
+/// Checks that DIR is set up and held, pulses are whole, and no interval is too short.
 function keeps(m, { longer = 0, high = MICRO, setup = MICRO, hold = MICRO, least = 2 * MICRO } = {}) {
   for (const axis of AXES) {
     const edges = m.edges[axis];
     for (const width of m.widths[axis]) {
-      // One that was halted stays high for a while longer.
+      // A pulse during a halt stays high for longer.
       assert(width === high || width > high && longer-- > 0, `axis ${axis}: a pulse of ${width}`);
     }
     for (let n = 1; n < edges.length; n++) {
@@ -68,8 +68,8 @@ function keeps(m, { longer = 0, high = MICRO, setup = MICRO, hold = MICRO, least
   }
 }
 
-/// The pulses of a trapezoid from rest, by its closed form: seconds from the first, from which all others
-/// are steps.
+/// The pulses of a trapezoid from rest in closed form, in seconds from the first pulse, which marks the start;
+/// only the others are steps.
 function trapezoid(pulses, speed, accel) {
   const steps = pulses - 1;
   const ramp = Math.min(speed * speed / accel / 2, steps / 2);
@@ -142,7 +142,7 @@ const tests = {
     const steps = () => m.edges.reduce((all, edges) => all + edges.length, 0);
     let positions = 0;
     m.base = AXES.map(() => 0);
-    // Pulses of 1, 5 and 20 µs, so that many halts fall into one; how long they are then.
+    // Pulses of 1, 5 and 20 µs, so that many halts hit one, and their widths in cycles.
     for (const [micros, high] of [[1, 125], [5, 642], [20, 2565]]) {
       m.ask(14, micros * MICRO, MICRO, MICRO);
       m.widths = [[], [], [], []];
@@ -206,7 +206,7 @@ const tests = {
 
   'a target that changes on the way, and pulses of 5 µs': () => {
     const m = begin();
-    const high = 642; // as long as asked for, or an eighth longer
+    const high = 642; // at least the requested width, at most an eighth longer
     const times = { high, setup: 2_500, hold: 5_000, least: 1_250 };
     m.ask(14, 625, 2_500, 5_000);
     for (const axis of AXES) m.limit(axis, 50_000, 500_000);

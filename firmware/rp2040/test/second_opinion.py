@@ -2,8 +2,8 @@
 
 Usage: second_opinion.py WORDS.json [WORDS]
 
-The program is the firmware's, as the trial in rp2040js has loaded it; the words are random, with short waits
-and few steps: this emulator takes a second for some 100,000 cycles.
+The program is the firmware's, as loaded by the trial in rp2040js. The words are random, with short waits and
+few steps, as this emulator takes a second for some 100,000 cycles.
 """
 import json
 import random
@@ -15,12 +15,12 @@ from pioemu.shift_register import ShiftRegister
 
 PULSE = 125
 WRAP = 8
-# The emulator knows no IRQ: a line that does nothing takes as long.
+# The emulator knows no IRQ: an instruction without effect of the same duration replaces it.
 IRQ, NOTHING = 0xC010, 0xA042
 
 
 def edges(code, words, steps):
-    """When STEP rises, and how long it is high."""
+    """The times at which STEP rises, and the widths of its pulses."""
     rises, widths = [], set()
     run = emulate(
         code,

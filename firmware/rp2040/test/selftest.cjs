@@ -1,4 +1,4 @@
-// The self-test of a Pico: node selftest.cjs FOLDER-OF-ELVES FILE. The file gets its line, for the command.
+// The self-test of a Pico: node selftest.cjs FOLDER-OF-ELVES FILE. Writes its line to the file, for the command.
 'use strict';
 const assert = require('assert');
 const fs = require('fs');
@@ -8,7 +8,7 @@ const { Machine } = require('./machine.cjs');
 const AXES = [0, 1, 2, 3];
 const SECOND = 125e6;
 
-/// Runs it; what it says first. `spoil` has the machine, and may do something to it at each edge.
+/// Runs the self-test, and returns its first line and the machine. `spoil` may change the machine first.
 function line(spoil) {
   const m = new Machine(path.join(process.argv[2], 'rp2040-selftest.elf'));
   let heard = '';
@@ -21,7 +21,7 @@ function line(spoil) {
   return [heard.split('\r')[0], m];
 }
 
-/// As zlib has it, eight digits.
+/// The CRC-32 as in zlib, as eight hexadecimal digits.
 function crc32(bytes) {
   let crc = ~0;
   for (const byte of bytes) {
@@ -31,7 +31,7 @@ function crc32(bytes) {
   return (~crc >>> 0).toString(16).padStart(8, '0');
 }
 
-/// A word of it.
+/// The value of a word of the line.
 const word = (said, name) => said.match(new RegExp(` ${name}=([^ ]+)`))[1];
 
 const [said, m] = line();
@@ -40,12 +40,12 @@ const edges = AXES.map((axis) => m.edges[axis].length);
 assert.equal(Number(word(said, 'edges')), edges.reduce((all, some) => all + some), 'the edges on the pins');
 assert(edges.every((some) => some > 0), `${edges}`);
 assert.equal(word(said, 'khz'), '125000');
-// The program's checksum is that of the file.
+// The reported checksum of the program matches the file.
 assert.equal(word(said, 'firmware').split('-').at(-1), crc32(m.program), 'what is in the flash');
 fs.writeFileSync(process.argv[3], `${said}\n`);
 console.log('ok the self-test says what is seen on its pins');
 
-// What it captures are its pins: the fifth pulse of the second axis does not reach one, and is missing.
+// It captures the real pins: the fifth pulse of the second axis is kept from its pin, and is reported missing.
 const [missing] = line((m) => {
   const plain = m.pin.bind(m);
   let [rises, cut] = [0, false];

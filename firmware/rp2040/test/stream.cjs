@@ -1,12 +1,12 @@
 // The player of streamed runs, for a host: node stream.cjs FOLDER-OF-ELVES [PORT [CLOCK]]
 //
-// Without a port a test has its time in its hand. It says lines: `b HEX`, a byte for the UART; `i PIN LEVEL`,
-// the level of an input; `u N`, go
-// on until N sixteenths of a µs since the beginning, which is answered by a line: bytes that were said, in
-// hexadecimal, `|`, edges since, `TIME AXIS PIN LEVEL` with commas between them, `|`, and the laser's, `TIME LEVEL`.
+// Without a port, a test controls the time by lines on stdin: `b HEX` sends a byte to the UART; `i PIN LEVEL`
+// sets an input; `u N` runs until N sixteenths of a µs since the beginning. The answer to `u` is a line: the
+// bytes that the player has sent since, in hexadecimal, `|`, the edges, `TIME AXIS PIN LEVEL` separated by
+// commas, `|`, and those of the laser, `TIME LEVEL`.
 //
-// With a port it is a board at a TCP port, in its own time, which goes slower than ours, and which it keeps in
-// the file CLOCK, in ns and 8 bytes. A line that is closed is the end: it says what it did.
+// With a port, it is a board at a TCP port. Its simulated time passes more slowly than real time; the file CLOCK
+// holds it, in ns, as 8 bytes. When the connection is closed, it prints what it did, and ends.
 'use strict';
 const fs = require('fs');
 const net = require('net');
@@ -15,7 +15,7 @@ const { GPIOPinState } = require('rp2040js');
 const { Machine } = require('./machine.cjs');
 
 const UNIT = 125 / 16;
-// Cycles of a byte at 115,200 baud.
+// The cycles of a byte at 115,200 baud.
 const BYTE = Math.round(125e6 / 11_520);
 const [, , folder, port, clock] = process.argv;
 
@@ -41,7 +41,7 @@ function edges() {
     for (const [time] of m.edges[axis].slice(steps)) all.push([time, axis, 's', 1]);
     seen[axis] = [m.edges[axis].length, m.turns[axis].length];
   }
-  // DIR first, where both are of a cycle.
+  // DIR first if both change in the same cycle.
   all.sort((a, b) => a[0] - b[0] || (a[2] === 'd' ? -1 : 1));
   return all.map(([time, ...rest]) => [Math.round(time / UNIT), ...rest].join(' ')).join(',');
 }

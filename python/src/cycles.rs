@@ -1,4 +1,4 @@
-//! Files of motor cycles, played on a virtual board or a real one.
+//! Files of motor cycles, played on a virtual board or on a real board.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -20,7 +20,7 @@ use stepwright_sim::Pin;
 use crate::edges::Edges;
 use crate::run::{Run, Way, playing};
 
-/// Between two looks at the clock, in real time.
+/// The time between two looks at the clock, in real time.
 const LOOK: Duration = Duration::from_millis(2);
 
 /// The pins of a motor, and their levels before the first edge.
@@ -32,7 +32,7 @@ const PINS: [(Pin, Option<bool>); 5] = [
     (Pin::Max, Some(false)),
 ];
 
-/// Says nothing, and ends when it is asked to.
+/// Prints nothing, and ends when asked to.
 struct Silent<'a>(&'a AtomicBool);
 
 impl PlayVoice for Silent<'_> {
@@ -45,10 +45,10 @@ impl PlayVoice for Silent<'_> {
     }
 }
 
-/// Follows the motors, lets time pass, and brakes when it is asked to.
+/// Follows the motors, lets time pass, and brakes when asked to.
 struct Follower<'a> {
     hz: f64,
-    /// Since when time passes as ours does; `None`: as fast as it can.
+    /// The start of real time; `None`: as fast as possible.
     since: Option<Instant>,
     asked: &'a AtomicBool,
     edges: Edges,
@@ -82,8 +82,8 @@ impl Onlooker for Follower<'_> {
     }
 }
 
-/// Plays a file of this name and text: on the board at a port, or on a virtual one, there in real
-/// time unless it is `fast`. A cycle is finished that has not ended after `limit` seconds.
+/// Plays a file with this name and text on the board at a port, or on a virtual board, which runs in real time
+/// unless `fast`. A cycle that has not ended after `limit` seconds is finished.
 #[pyfunction]
 pub fn play_cycles(
     py: Python<'_>,
@@ -127,7 +127,7 @@ fn on_virtual(
     let hz = f64::from(hz);
     let mut follower =
         Follower { hz, since, asked, edges: edges.clone(), braking: false, ways: begun(plan) };
-    // Who asks it to end has it brake first.
+    // A request to end brakes the motors first.
     let voice = Silent(&AtomicBool::new(false));
     let (run, end) = {
         let player =

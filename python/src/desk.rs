@@ -1,4 +1,4 @@
-//! What stands between the threads of a program and that of its board.
+//! The desk between the threads of a program and the thread of its board.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
@@ -13,79 +13,79 @@ use crate::edges::Edges;
 use crate::ticket::{Stage, Ticket};
 use crate::track::Tracks;
 
-/// Who asks: a program has its board for itself.
+/// The hand that asks: a program has its board for itself.
 pub const HAND: Hand = Hand(1);
 
-/// Notes that are kept for who asks for them.
+/// The number of notes that are kept.
 const NOTES: usize = 100;
 
-/// How far the board's thread is.
+/// The progress of the board's thread.
 #[derive(Clone, Debug)]
 pub enum Met {
-    /// It has not met the board yet.
+    /// The thread has not met the board yet.
     NotYet,
-    /// It keeps the board.
+    /// The thread keeps the board.
     Kept,
-    /// It has ended: the board was let go, or why not.
+    /// The thread has ended: it let the board go, or the reason why not.
     Ended(Option<Declined>),
 }
 
-/// What the board's thread is to do next.
+/// The next task of the board's thread.
 pub enum Next {
-    /// A job, or what is due.
+    /// A job, or the work that is due.
     Turn(Option<Job>),
-    /// Let this time pass on the board, for somebody waits for it.
+    /// Let this time pass on the board, because somebody waits.
     Pass(Duration),
-    /// Brake everything, and end.
+    /// Brake all motors and end.
     Leave,
 }
 
-/// Where the edges of pins come from.
+/// The source of the pins' edges.
 #[derive(Clone)]
 pub enum Probe {
-    /// A virtual board's pins.
+    /// The pins of a virtual board.
     Pins(Edges),
-    /// The pulses that were planned, where only a line leads to the board.
+    /// The planned pulses, if the board is known only through a line.
     Plans(Arc<PlannedPins>),
 }
 
-/// What somebody waits for.
+/// An event that somebody waits for.
 pub enum Awaited {
-    /// A time of the board's clock, in s.
+    /// A time of the board's clock in s.
     Time(f64),
     /// The end of an order.
     End(Arc<Ticket>),
 }
 
-/// The desk.
+/// The desk of a board.
 pub struct Desk {
     /// Whether time passes only while somebody waits for it.
     fast: bool,
     began: Instant,
-    /// The time of a fast board, in ns.
+    /// The time of a fast board in ns.
     clock: AtomicU64,
     leaves: AtomicBool,
     work: Mutex<Work>,
-    /// There is work.
+    /// Signalled when there is work.
     worked: Condvar,
     told: Mutex<Told>,
-    /// Something was told.
+    /// Signalled when the thread has told something.
     heard: Condvar,
 }
 
 #[derive(Default)]
 struct Work {
     jobs: JobQueue,
-    /// Runs that end at a time.
+    /// Runs that end at a time: the time, the order, and how to end it.
     due: Vec<(f64, Arc<Ticket>, Wish)>,
-    /// What is waited for on a fast board, by numbers.
+    /// The events that are waited for on a fast board, by number.
     awaited: Vec<(u64, Awaited)>,
     waits: u64,
 }
 
 impl Work {
-    /// For how long a fast board's time may pass: until the next time that somebody waits for;
-    /// `None` if nobody waits.
+    /// How long the time of a fast board may pass: until the next time that somebody waits for. `None` if
+    /// nobody waits.
     fn may_pass(&mut self, now: f64, pause: f64) -> Option<f64> {
         self.awaited.retain(|(_, what)| match what {
             Awaited::Time(time) => *time > now,
@@ -110,7 +110,7 @@ struct Told {
 }
 
 impl Desk {
-    /// Of a board that is not met yet.
+    /// The desk of a board that is not met yet.
     pub fn new(fast: bool) -> Desk {
         let (sheet, state) = (BoardSheet::default(), LiveState::default());
         let (notes, recorders) = (Vec::new(), Vec::new());
@@ -134,7 +134,7 @@ impl Desk {
     }
 
     fn work(&self) -> MutexGuard<'_, Work> {
-        // Nothing here is changed by halves.
+        // Every change leaves a complete state.
         self.work.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -142,7 +142,7 @@ impl Desk {
         self.told.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// It is this time on a fast board.
+    /// Sets the time of a fast board.
     pub fn pass(&self, now: Duration) {
         self.clock.store(u64::try_from(now.as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
         if self.fast {
@@ -156,18 +156,19 @@ impl Desk {
         self.worked.notify_all();
     }
 
-    /// Has the run of this order end at a time.
+    /// Ends the run of this order at a time.
     pub fn end_at(&self, time: f64, ticket: Arc<Ticket>, by: Wish) {
         self.work().due.push((time, ticket, by));
         self.worked.notify_all();
     }
 
-    /// Somebody waits for this: until it is there, or [`forgo`](Desk::forgo) of this number.
+    /// Notes that somebody waits for this event, until it comes or [`forgo`](Desk::forgo) is called with the
+    /// returned number.
     pub fn waits_for(&self, what: Awaited) -> u64 {
         let mut work = self.work();
         work.waits += 1;
         let number = work.waits;
-        // Where time passes by itself nobody asks, and nobody would take it away again.
+        // With real time the list is not needed, and nothing would remove the entry.
         if self.fast {
             work.awaited.push((number, what));
         }
@@ -176,24 +177,24 @@ impl Desk {
         number
     }
 
-    /// Who had this number waits no longer.
+    /// Removes the wait with this number.
     pub fn forgo(&self, number: u64) {
         self.work().awaited.retain(|(one, _)| *one != number);
     }
 
-    /// Has the thread brake everything, and end.
+    /// Makes the thread brake all motors and end.
     pub fn leave(&self) {
         self.leaves.store(true, Ordering::SeqCst);
         drop(self.work());
         self.worked.notify_all();
     }
 
-    /// Whether it is to end.
+    /// Whether the thread has to end.
     pub fn leaves(&self) -> bool {
         self.leaves.load(Ordering::SeqCst)
     }
 
-    /// What the thread is to do next; for `pause` at most there is nothing.
+    /// Waits for the next task of the thread, for at most `pause`.
     pub fn next(&self, pause: Duration) -> Next {
         let end = Instant::now() + pause;
         let mut work = self.work();
@@ -230,23 +231,23 @@ impl Desk {
         }
     }
 
-    /// Takes no jobs any more, for this reason.
+    /// Takes no more jobs, for this reason.
     pub fn close(&self, why: Declined) {
         self.work().jobs.close(why);
     }
 
-    /// The thread is so far.
+    /// Sets the progress of the thread.
     pub fn meets(&self, met: Met) {
         self.told().met = met;
         self.heard.notify_all();
     }
 
-    /// How far the thread is.
+    /// The progress of the thread.
     pub fn met(&self) -> Met {
         self.told().met.clone()
     }
 
-    /// Waits for something to be told, for this time at most, until this holds; whether it does.
+    /// Waits until `holds`, for at most `limit`. Returns whether it does.
     pub fn wait(&self, limit: Duration, mut holds: impl FnMut(&Met, f64) -> bool) -> bool {
         let end = Instant::now() + limit;
         let mut told = self.told();
@@ -262,39 +263,39 @@ impl Desk {
         }
     }
 
-    /// What the board is.
+    /// The description of the board.
     pub fn sheet(&self) -> BoardSheet {
         self.told().sheet.clone()
     }
 
-    /// What it does.
+    /// The state of the board.
     pub fn state(&self) -> LiveState {
         self.told().state.clone()
     }
 
-    /// Edges of pins come from here.
+    /// Sets the source of the pins' edges.
     pub fn probe(&self, probe: Probe) {
         self.told().probe = Some(probe);
     }
 
-    /// Where edges of pins come from.
+    /// The source of the pins' edges.
     pub fn probed(&self) -> Option<Probe> {
         self.told().probe.clone()
     }
 
-    /// What people should know, once.
+    /// Takes the notes for people. Each is returned once.
     pub fn take_notes(&self) -> Vec<String> {
         std::mem::take(&mut self.told().notes)
     }
 
-    /// Has this recorder see all that is told from now on, as long as it is held.
+    /// Makes this recorder see all reports from now on, as long as it is held.
     pub fn record(&self, tracks: &Arc<Tracks>) {
         let mut told = self.told();
         tracks.see(&told.state);
         told.recorders.push(Arc::downgrade(tracks));
     }
 
-    /// This recorder sees no more.
+    /// Makes this recorder see no more reports.
     pub fn end_record(&self, tracks: &Arc<Tracks>) {
         self.told().recorders.retain(|one| !std::ptr::eq(one.as_ptr(), Arc::as_ptr(tracks)));
     }

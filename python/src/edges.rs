@@ -7,37 +7,37 @@ use stepwright_keeper::scope::{ScopeRecord, ScopeSignal, ScopeSource};
 use stepwright_play::cycle::PlayTape;
 use stepwright_sim::{Description, Edge, Pin, Recorder};
 
-/// Edges that are kept, at most: 48 MB, and 100 s of an axis at 10,000 steps/s. The oldest go.
+/// The most edges that are kept: 48 MB, or 100 s of an axis at 10,000 steps/s. The oldest are dropped.
 const KEPT: usize = 2_000_000;
 
-/// The edges, shared between the board and who records them.
+/// The edges, shared between the board and its recorders.
 #[derive(Clone)]
 pub struct Edges(Arc<Mutex<Kept>>);
 
 struct Kept {
     hz: u32,
-    /// How many edges are kept.
+    /// The number of edges that are kept.
     most: usize,
     now: u64,
-    /// Recordings that go on.
+    /// The number of recordings in progress.
     recordings: usize,
     edges: VecDeque<Edge>,
     pins: Vec<(u8, Pin)>,
-    /// When each STEP rose last.
+    /// The last rise of each STEP.
     rises: [Option<u64>; 8],
-    /// Levels before the first edge that is kept.
+    /// The levels before the first edge that is kept.
     before: HashMap<(u8, Pin), bool>,
-    /// Nothing is known of what was before.
+    /// The time before which nothing is known.
     since: u64,
 }
 
 impl Edges {
-    /// Of a board that was just switched on, of which the last ones are kept.
+    /// The edges of a board that was just switched on. The last ones are kept.
     pub fn new(description: &Description) -> Edges {
         Edges::of(description.board.rate.hz(), KEPT, description.pins())
     }
 
-    /// All of these pins, each of an axis, with its level before its first edge if that is known.
+    /// All edges of these pins. Each pin has an axis, and its level before its first edge if that is known.
     pub fn all(hz: u32, pins: impl IntoIterator<Item = (u8, Pin, Option<bool>)>) -> Edges {
         let edges = Edges::of(hz, usize::MAX, pins);
         edges.begin();
@@ -57,11 +57,11 @@ impl Edges {
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {
-        // Nothing here is changed by halves.
+        // Every change leaves a complete state.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// One more recording goes on.
+    /// Begins a recording.
     pub fn begin(&self) {
         let mut kept = self.kept();
         if kept.recordings == 0 {
@@ -70,7 +70,7 @@ impl Edges {
         kept.recordings += 1;
     }
 
-    /// A recording goes on no more.
+    /// Ends a recording.
     pub fn end(&self) {
         let mut kept = self.kept();
         kept.recordings = kept.recordings.saturating_sub(1);
@@ -79,17 +79,17 @@ impl Edges {
         }
     }
 
-    /// It is this time, in ticks.
+    /// Sets the time in ticks.
     pub fn pass(&self, now: u64) {
         self.kept().now = now;
     }
 
-    /// When STEP of an axis rose since the last call, in ticks. A step is counted as its pulse ends.
+    /// The rise of an axis' STEP since the last call, in ticks. A step counts at the end of its pulse.
     pub fn take_rise(&self, axis: usize) -> Option<u64> {
         self.kept().rises.get_mut(axis).and_then(Option::take)
     }
 
-    /// An edge has come.
+    /// Adds an edge.
     pub fn edge(&self, edge: Edge) {
         let mut kept = self.kept();
         if edge.pin == Pin::Step
@@ -114,7 +114,7 @@ impl Recorder for Edges {
 impl PlayTape for Edges {}
 
 impl Kept {
-    /// Forgets the oldest edge; whether there was one.
+    /// Forgets the oldest edge. Returns whether there was one.
     fn forget(&mut self) -> bool {
         let Some(edge) = self.edges.pop_front() else { return false };
         self.since = self.since.max(edge.time);
@@ -147,7 +147,7 @@ impl ScopeSource for Edges {
                     signal.level = Some(edge.level);
                     continue;
                 }
-                // The first level of a pin of which none was known is the other one.
+                // If the first level of a pin is not known, it is the opposite of the first edge.
                 signal.level.get_or_insert(!edge.level);
                 signal.edges.push(edge.time - last);
                 last = edge.time;

@@ -1,4 +1,4 @@
-//! A G-code job on paper: its time, distances and extents.
+//! A planned G-code job: its time, distances and extents.
 
 use std::fs;
 use std::io::{Error, ErrorKind};
@@ -14,10 +14,10 @@ use stepwright_sim::Description;
 use crate::jobs::{self, Pace};
 use crate::run::{Run, playing};
 
-/// The board that a job is held against.
+/// The board whose limits a job is checked against.
 const BOARD: &str = "An Uno";
 
-/// A job that was planned.
+/// A planned job.
 #[pyclass(frozen, module = "stepwright_motion._native")]
 pub struct Job {
     plan: JobPlan,
@@ -28,8 +28,8 @@ pub struct Job {
 
 #[pymethods]
 impl Job {
-    /// Plans a file for axes that can do this, with a laser if this is its S of full power; the path may be
-    /// off its lines by the tolerance, in mm.
+    /// Plans a file for axes with these limits. With a laser, `laser` is its S of full power. The path may be
+    /// off its lines by the tolerance in mm.
     #[new]
     #[pyo3(signature = (path, axes, laser, tolerance))]
     fn new(
@@ -55,7 +55,7 @@ impl Job {
         })?;
         let terms = JobTerms { laser, tolerance };
         let plan = playing(py, |asked| {
-            // By Ctrl-C the job ends wherever it has been read to.
+            // Ctrl-C ends the job after the part that was read.
             let read = bytes.iter().copied().take_while(|_| !asked.load(Ordering::Relaxed));
             JobPlan::on(read, axes, &terms, &board, |_, _| ()).map_err(|error| {
                 let place = match &error {
@@ -74,37 +74,37 @@ impl Job {
         self.plan.time
     }
 
-    /// Lines that were read.
+    /// The lines read.
     #[getter]
     fn lines(&self) -> u32 {
         self.plan.survey.lines
     }
 
-    /// Where moves lead, in mm: from and to of X, Y and Z.
+    /// The extents of the moves in mm: from and to of X, Y and Z.
     #[getter]
     fn extents(&self) -> [Option<(f64, f64)>; 3] {
         self.plan.survey.extents.0.map(|axis| axis.map(|[from, to]| (from, to)))
     }
 
-    /// The corners that cost most: the line, the place in mm, the speed in mm/s, the cost in s.
+    /// The corners that cost most: line, place in mm, speed in mm/s, cost in s.
     #[getter]
     fn corners(&self) -> Vec<(u32, [f64; 3], f64, f64)> {
         let corners = self.plan.corners.iter();
         corners.map(|corner| (corner.line, corner.place, corner.speed, corner.cost)).collect()
     }
 
-    /// Why an Uno could not follow, if it could not.
+    /// Why an Uno can't follow; `None` if it can.
     #[getter]
     fn refused(&self) -> Option<String> {
         self.plan.refused.map(|refused| refused.words(BOARD))
     }
 
-    /// Runs it on a virtual board of its own, in real time unless it is `fast`.
+    /// Runs the job on a separate virtual board, in real time unless `fast`.
     fn run(&self, py: Python<'_>, fast: bool) -> PyResult<Run> {
         playing(py, |asked| jobs::play(&self.bytes, self.axes, &self.plan, fast, asked))
     }
 
-    /// All of it, as the command prints it: `table` or `json`.
+    /// The whole plan as the command prints it: `table` or `json`.
     fn sheet(&self, json: bool) -> PyResult<String> {
         let format = if json { SheetFormat::Json } else { SheetFormat::Table };
         let mut out = Vec::new();

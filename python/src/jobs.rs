@@ -1,4 +1,4 @@
-//! G-code jobs on a virtual board, and paths of waypoints on paper.
+//! G-code jobs on a virtual board, and planned paths of waypoints.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -15,14 +15,14 @@ use stepwright_sim::Pin;
 use crate::edges::Edges;
 use crate::run::{Run, Way};
 
-/// Between two looks at the clock, in real time.
+/// The time between two looks at the clock, in real time.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// What an axis can do: a step in mm, a speed in mm/s, an acceleration in mm/s², a jump in speed in mm/s
-/// and a jerk in mm/s³.
+/// The limits of an axis: step in mm, speed in mm/s, acceleration in mm/s², jump in speed in mm/s, jerk in
+/// mm/s³.
 pub type Pace = (f64, f64, f64, f64, f64);
 
-/// The same by its names.
+/// The limits as a struct.
 pub fn pace((step, speed, accel, jump, jerk): Pace) -> AxisPace {
     AxisPace { step, speed, accel, jump, jerk }
 }
@@ -32,7 +32,7 @@ const NAMES: [&str; 3] = ["x", "y", "z"];
 /// STEP and DIR of a motor.
 const PINS: [(Pin, Option<bool>); 2] = [(Pin::Step, Some(false)), (Pin::Direction, None)];
 
-/// Runs a job that was planned, and is not refused, until it ends or is braked since it is `asked`.
+/// Runs a planned job that is not refused, until it ends, or is braked after `asked`.
 pub fn play(
     bytes: &[u8],
     axes: [AxisPace; 3],
@@ -76,7 +76,7 @@ pub fn play(
                 thread::sleep(LOOK);
             }
         }
-        // A job of dwells alone moves nothing.
+        // A job that only dwells moves nothing.
         let seconds = if job.passed() > 0 { job.passed() as f64 / hz } else { plan.time };
         let error = job.checked().err();
         let late = job.board.cycle().late();
@@ -93,8 +93,8 @@ pub fn play(
     Ok(Run { pins: edges.map(|edges| edges.record(end as f64, 0.0)), ..run })
 }
 
-/// A path along these places, on paper: each a place in mm, and the speed to it in mm/s. It may be off the
-/// lines between them by the tolerance. Axes can do what is said of them as for a job.
+/// Plans a path along these places: each a place in mm, and the speed to it in mm/s. The path may be off the
+/// lines between them by the tolerance. `axes` are limits as for a job.
 #[pyfunction]
 pub fn walk(
     py: Python<'_>,
@@ -120,7 +120,7 @@ pub fn walk(
             for step in route {
                 let axis = step.axis;
                 let pace = axes[axis].step;
-                // Whole steps, so that a long way has no more rounding than a short one.
+                // Whole steps, so that a long way has no more rounding than a short way.
                 let steps = (at[axis] / pace).round() + if step.forward { 1.0 } else { -1.0 };
                 at[axis] = steps * pace;
                 ways[axis].see(step.time, at[axis]);

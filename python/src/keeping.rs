@@ -1,4 +1,4 @@
-//! The board's thread: its line, and a [`Keeper`] that is carried on by it.
+//! The board's thread: it holds the line and runs a [`Keeper`].
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use crate::machine::Machine;
 
 /// The way to a board.
 pub enum Way {
-    /// A serial port, at this many bits/s.
+    /// A serial port with this rate in bits/s.
     Port(PathBuf, u32),
     /// `HOST:PORT`.
     Tcp(String),
@@ -28,10 +28,10 @@ pub enum Way {
     Virtual { fast: bool, switches: Vec<Switch> },
 }
 
-/// What to do about a board that is lost.
+/// The remedy for a lost board.
 pub const LOST: &str = "look at its cable and its power, and open it again";
 
-/// Keeps a board until it is to end, or the board is lost.
+/// Keeps a board until the end is requested or the board is lost.
 pub fn keep(way: &Way, lease: LeaseMillis, desk: Arc<Desk>) {
     let _end = End(desk.clone());
     let mut session = match open(way, &desk) {
@@ -51,15 +51,15 @@ pub fn keep(way: &Way, lease: LeaseMillis, desk: Arc<Desk>) {
         desk.probe(Probe::Plans(keeper.pulses()));
     }
     let attended = attend(&mut session, &mut keeper, &desk);
-    // No one here meets it again, as a server does.
+    // A server meets a lost board again. This thread does not.
     let lost = |trouble| keeper.lose(&trouble).remedy(LOST);
     let why = attended.err().map(lost);
-    // Who hears that it has ended may open the port again.
+    // A program that learns of the end may open the port again.
     drop(session);
     ended(&desk, why);
 }
 
-/// A thread that ends in any other way has told nobody.
+/// Reports a thread that ends in any other way.
 struct End(Arc<Desk>);
 
 impl Drop for End {
@@ -70,7 +70,7 @@ impl Drop for End {
     }
 }
 
-/// Nothing is taken any more, and who waits is told.
+/// Takes no more jobs, and tells those who wait.
 fn ended(desk: &Desk, why: Option<Declined>) {
     desk.close(why.clone().unwrap_or_else(closed));
     desk.meets(Met::Ended(why));
@@ -80,7 +80,7 @@ fn closed() -> Declined {
     Declined::away("the board is closed").remedy("open it again")
 }
 
-/// Opens the way to the board, and meets it.
+/// Opens the way to the board and meets the board.
 fn open(way: &Way, desk: &Arc<Desk>) -> Result<Session, Declined> {
     let (link, name): (Box<dyn Link>, String) = match way {
         Way::Port(path, baud) => (Box::new(serial(path, *baud, desk)?), path.display().to_string()),
@@ -139,7 +139,7 @@ fn cant(name: &str, error: OpenError) -> Declined {
     }
 }
 
-/// Does what there is to do until the end is asked for; then brakes, and waits until all rest.
+/// Works until the end is requested. Then brakes, and waits until all motors rest.
 fn attend(session: &mut Session, keeper: &mut Keeper<Desk>, desk: &Desk) -> Result<(), LinkError> {
     session.wait(async |talk| keeper.begin(talk).await)??;
     desk.meets(Met::Kept);
@@ -158,12 +158,12 @@ fn attend(session: &mut Session, keeper: &mut Keeper<Desk>, desk: &Desk) -> Resu
     desk.close(closed());
     session.wait(async |talk| keeper.let_go(talk).await)??;
     session.wait(async |talk| keeper.rest(talk).await)??;
-    // No recording of ours is at the end of this line.
+    // No recording of this program is on this line.
     let _ = session.link().finish();
     Ok(())
 }
 
-/// A line whose clock the desk sees.
+/// A line that reports its clock to the desk.
 struct Clocked {
     link: Box<dyn Link>,
     desk: Arc<Desk>,

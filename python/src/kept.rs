@@ -1,4 +1,4 @@
-//! The classes that Python holds: a board that is kept, an order, a recorder.
+//! The classes that Python holds: a kept board, an order, a recorder.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,10 +20,10 @@ use crate::keeping::{self, Way};
 use crate::ticket::{Stage, Ticket};
 use crate::track::Tracks;
 
-/// How often a thread that waits looks for Ctrl-C.
+/// How often a waiting thread looks for Ctrl-C.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// An answer as Python reads it: the HTTP status that it would have, and its JSON.
+/// An answer for Python: the HTTP status that it would have, and its JSON.
 type Answer = (u16, String);
 
 fn json(value: &impl Serialize) -> PyResult<String> {
@@ -34,7 +34,7 @@ fn declined(why: &Declined) -> PyResult<Answer> {
     Ok((why.status(), json(why)?))
 }
 
-/// Waits in slices until this says yes, without holding up other threads; false after `limit`.
+/// Calls `part` with slices of time until it is true, without blocking other threads. False after `limit`.
 fn wait(
     py: Python<'_>,
     limit: Option<f64>,
@@ -56,7 +56,7 @@ fn wait(
     }
 }
 
-/// One who waits.
+/// A wait that ends when it is dropped.
 struct Waiter<'d>(&'d Desk, u64);
 
 impl<'d> Waiter<'d> {
@@ -71,11 +71,11 @@ impl Drop for Waiter<'_> {
     }
 }
 
-/// A board that is kept by a thread. When it is dropped its motors brake.
+/// A board that is kept by a thread. Its motors brake when this is dropped.
 #[pyclass(frozen, module = "stepwright_motion._native")]
 pub struct Kept {
     desk: Arc<Desk>,
-    /// A process that was forked off has no such thread.
+    /// The process that opened the board. A forked process does not have the thread.
     process: u32,
 }
 
@@ -98,7 +98,7 @@ impl Drop for Kept {
 
 #[pymethods]
 impl Kept {
-    /// Begins to open a board: a port, `tcp://HOST:PORT`, or a virtual one if there is neither.
+    /// Begins to open a board: a port, `tcp://HOST:PORT`, or a virtual board without a port.
     #[staticmethod]
     #[pyo3(signature = (port, baud, lease_ms, fast, switches))]
     fn open(
@@ -130,7 +130,7 @@ impl Kept {
         Ok(kept)
     }
 
-    /// Waits until the board is met; why it is not, if it is not.
+    /// Waits until the board is met. Returns the reason if it is not.
     fn meet(&self, py: Python<'_>) -> PyResult<Option<Answer>> {
         let desk = self.desk()?;
         let met = |slice| desk.wait(slice, |met, _| !matches!(met, Met::NotYet));
@@ -144,8 +144,8 @@ impl Kept {
         }
     }
 
-    /// Asks the board's thread for something, as JSON. An order's end is waited for if it `waits`;
-    /// a run ends after these `seconds`.
+    /// Asks the board's thread for something, as JSON. With `waits` the answer comes at the end of the order. A
+    /// run ends after `seconds`.
     #[pyo3(signature = (name, body, waits=false, seconds=None))]
     fn ask(
         &self,
@@ -182,28 +182,28 @@ impl Kept {
         Ok(order)
     }
 
-    /// What the board does, as JSON.
+    /// The state of the board as JSON.
     fn state(&self) -> PyResult<String> {
         json(&self.desk()?.state())
     }
 
-    /// What the board is, as JSON.
+    /// The description of the board as JSON.
     fn sheet(&self) -> PyResult<String> {
         json(&self.desk()?.sheet())
     }
 
-    /// What people should know, once.
+    /// Takes the notes for people. Each is returned once.
     fn notes(&self) -> PyResult<Vec<String>> {
         Ok(self.desk()?.take_notes())
     }
 
-    /// Seconds since it was opened.
+    /// Seconds since the board was opened.
     #[getter]
     fn time(&self) -> PyResult<f64> {
         Ok(self.desk()?.time())
     }
 
-    /// Whether orders are taken no more: it was closed, or lost.
+    /// Whether the board takes no more orders because it was closed or lost.
     #[getter]
     fn ended(&self) -> PyResult<bool> {
         Ok(matches!(self.desk()?.met(), Met::Ended(_)))
@@ -219,8 +219,7 @@ impl Kept {
         Ok(())
     }
 
-    /// Brakes everything, waits until it rests, and ends the thread; why that is not known, if it is
-    /// not.
+    /// Brakes all motors, waits until they rest, and ends the thread. Returns the reason if that is not known.
     fn close(&self, py: Python<'_>) -> PyResult<Option<Answer>> {
         let desk = self.desk()?;
         desk.leave();
@@ -231,7 +230,7 @@ impl Kept {
         }
     }
 
-    /// Begins to write down what the axes do.
+    /// Begins to record the axes.
     fn record(&self) -> PyResult<Recorder> {
         let desk = self.desk()?.clone();
         let tracks = Arc::new(Tracks::default());
@@ -240,7 +239,7 @@ impl Kept {
     }
 }
 
-/// Ends its order whatever happens.
+/// Ends its order in any case.
 struct Holder(Arc<Ticket>);
 
 impl Drop for Holder {
@@ -251,7 +250,7 @@ impl Drop for Holder {
     }
 }
 
-/// An order that was given.
+/// A given order.
 #[pyclass(frozen, module = "stepwright_motion._native")]
 pub struct Order {
     desk: Arc<Desk>,
@@ -260,7 +259,7 @@ pub struct Order {
 }
 
 impl Order {
-    /// Refuses to wait in a process that was forked off: nobody would tell it of the end.
+    /// Refuses to wait in a forked process, which would never learn of the end.
     fn check(&self) -> PyResult<()> {
         if self.process == process::id() {
             return Ok(());
@@ -271,12 +270,12 @@ impl Order {
 
 #[pymethods]
 impl Order {
-    /// Waits until it has begun, or was declined.
+    /// Waits until the order has begun or was declined.
     fn begun(&self, py: Python<'_>) -> PyResult<bool> {
         wait(py, None, |slice| self.ticket.wait(Stage::Begun, slice))
     }
 
-    /// Waits until it has ended, for this many seconds of this computer's at most; whether it has.
+    /// Waits until the order has ended, for at most `timeout` seconds of real time. Returns whether it has.
     #[pyo3(signature = (timeout=None))]
     fn wait(&self, py: Python<'_>, timeout: Option<f64>) -> PyResult<bool> {
         self.check()?;
@@ -284,7 +283,7 @@ impl Order {
         wait(py, timeout, |slice| self.ticket.wait(Stage::Ended, slice))
     }
 
-    /// What has become of it; nothing while it goes on.
+    /// The result of the order; `None` while it is in progress.
     fn answer(&self) -> PyResult<Option<Answer>> {
         match self.ticket.answer() {
             None => Ok(None),
@@ -293,13 +292,13 @@ impl Order {
         }
     }
 
-    /// Whether it was braked because its time was over.
+    /// Whether the order was braked because its time was over.
     #[getter]
     fn timed(&self) -> bool {
         self.ticket.was_timed()
     }
 
-    /// Has this called from another thread when it has ended.
+    /// Calls this from another thread when the order has ended.
     fn when_ended(&self, call: Py<PyAny>) -> PyResult<()> {
         self.check()?;
         self.ticket.when_ended(call);
@@ -308,13 +307,13 @@ impl Order {
     }
 }
 
-/// Writes down what the axes do.
+/// Records the axes.
 #[pyclass(frozen, module = "stepwright_motion._native")]
 pub struct Recorder {
     desk: Arc<Desk>,
     tracks: Arc<Tracks>,
     began: f64,
-    /// The pins, once it has ended.
+    /// The pins, after the recording has ended.
     pins: Mutex<Option<ScopeRecord>>,
     ended: AtomicBool,
 }
@@ -328,7 +327,7 @@ impl Recorder {
         Recorder { desk, tracks, began, pins, ended: AtomicBool::new(false) }
     }
 
-    /// The pins from its beginning until now.
+    /// The pins from the begin of the recording until now.
     fn look(&self) -> Option<ScopeRecord> {
         let now = self.desk.time();
         let long = now - self.began;
@@ -358,7 +357,7 @@ impl Drop for Recorder {
 
 #[pymethods]
 impl Recorder {
-    /// Sees no more.
+    /// Ends the recording.
     fn stop(&self) {
         self.end();
     }
@@ -372,18 +371,18 @@ impl Recorder {
         Ok(PyByteArray::new(py, &kind.of(&record)?))
     }
 
-    /// Axes that were seen.
+    /// The number of axes that were seen.
     #[getter]
     fn axes(&self) -> usize {
         self.tracks.len()
     }
 
-    /// Looks at an axis, from 0, that did not come in their time.
+    /// The number of looks at an axis, counted from 0, that did not come in time.
     fn missed(&self, axis: usize) -> u64 {
         self.tracks.of(axis).missed
     }
 
-    /// Of an axis, from 0: time, position and speed as doubles, state as bytes.
+    /// The columns of an axis, counted from 0: time, position and speed as doubles, state as bytes.
     fn columns<'py>(&self, py: Python<'py>, axis: usize) -> [Bound<'py, PyByteArray>; 4] {
         let track = self.tracks.of(axis);
         let doubles = |values: &[f64]| {

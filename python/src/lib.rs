@@ -1,5 +1,5 @@
-//! The native half of the Python package `stepwright_motion`: a board that is kept by a thread of its
-//! own, units, and recordings. What a person calls is Python, in `stepwright_motion/`.
+//! The native half of the Python package `stepwright_motion`: a board kept by a separate thread, units, and
+//! recordings. Users call the Python half in `stepwright_motion/`.
 //!
 //! ```text
 //!   Board, Axis, Move (Python) ─► Kept, Ticket ─► Desk ◄─► thread: Keeper, Session ─► a board
@@ -8,18 +8,18 @@
 //! | module | what |
 //! | --- | --- |
 //! | `kept` | the classes that Python holds |
-//! | `desk` | what stands between Python's threads and the board's |
-//! | `ticket` | an order that was given, and what becomes of it |
+//! | `desk` | the desk between Python's threads and the board's |
+//! | `ticket` | a given order and its result |
 //! | `keeping` | the board's thread |
 //! | `machine`, `edges` | the virtual board, with switches; the edges of its pins |
-//! | `track` | what a recorder writes down |
+//! | `track` | the data of a recorder |
 //! | `units` | texts with units, as steps |
-//! | `machine_file` | what stands in `stepwright.toml` |
-//! | `plan`, `gcode` | travels and jobs on paper |
-//! | `run`, `jobs`, `cycles` | what a file makes motors do: jobs, paths, cycles |
+//! | `machine_file` | the values of `stepwright.toml` |
+//! | `plan`, `gcode` | planned travels and jobs |
+//! | `run`, `jobs`, `cycles` | runs of files: jobs, paths, cycles |
 //!
-//! Requests and answers are those of `stepwright serve`, as JSON: one list of what may be asked, for
-//! HTTP, JavaScript and Python.
+//! Requests and answers are those of `stepwright serve`, as JSON: one list of requests for HTTP, JavaScript and
+//! Python.
 
 mod bell;
 mod cycles;
@@ -39,7 +39,7 @@ mod units;
 
 use pyo3::prelude::*;
 
-/// What `stepwright_motion` is built on.
+/// The native module of `stepwright_motion`.
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("VERSION", env!("CARGO_PKG_VERSION"))?;

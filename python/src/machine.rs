@@ -7,7 +7,7 @@ use stepwright_sim::{
 
 use crate::edges::Edges;
 
-/// The shafts of the motors, and the edges that move them.
+/// The shafts of the motors, and the recorder of the edges that move them.
 struct Shafts([Shaft; AXES], Edges);
 
 impl Recorder for Shafts {
@@ -22,7 +22,7 @@ impl Recorder for Shafts {
 /// The board, and the shafts that its edges move.
 struct Board(VirtualBoard<'static, u16, Shafts>);
 
-/// A virtual Uno on a machine.
+/// A virtual Uno with a machine.
 pub struct Machine {
     board: Board,
     description: Description,
@@ -31,12 +31,12 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The edges of its pins, while they are recorded.
+    /// The edges of the pins, while they are recorded.
     pub fn edges(&self) -> Edges {
         self.edges.clone()
     }
 
-    /// Switches one on. What it needs for its queues stays allocated.
+    /// Switches a machine on. The memory of its queues is never freed.
     pub fn new(switches: Vec<Switch>) -> Machine {
         let queues = Box::leak(Box::<Queues>::default());
         let description = Description::uno();

@@ -1,17 +1,17 @@
-//! Machine files, for Python.
+//! Machine files for Python.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stepwright_machine::{Machine, Values, lease};
 
-/// Keys and their values, as texts.
+/// Keys with their values as texts.
 type Texts = Vec<(&'static str, String)>;
 
 fn texts(values: Values) -> Texts {
     values.into_iter().map(|(key, text)| (key.name, text)).collect()
 }
 
-/// What stands in a machine file of the board, and of each axis by its number.
+/// The values of a machine file: those of the board, and those of each axis by its number.
 #[pyfunction]
 pub fn read_machine(text: &str) -> PyResult<(Texts, Vec<(u8, Texts)>)> {
     let machine = Machine::parse(text);
@@ -20,7 +20,7 @@ pub fn read_machine(text: &str) -> PyResult<(Texts, Vec<(u8, Texts)>)> {
     Ok((texts(machine.board()), axes.collect()))
 }
 
-/// The time of a lease in s: of `500ms`, 0.5.
+/// The time of a lease in s: 0.5 for `500ms`.
 #[pyfunction]
 pub fn read_lease(text: &str) -> PyResult<f64> {
     let lease = lease(text).map_err(PyValueError::new_err)?;

@@ -1,4 +1,4 @@
-//! Travels on paper: a law, its delays and what comes of them, as bytes for arrays.
+//! Planned travels: a law, its delays and results, as bytes for arrays.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -19,11 +19,11 @@ use stepwright_units::{AccelArg, DistanceArg, JerkArg, MachineUnit, Rounded, Spe
 
 use crate::units::Scale;
 
-/// The phases, by their numbers in an array.
+/// The phases in the order of their numbers in an array.
 pub const PHASES: [Phase; 5] =
     [Phase::Up, Phase::Cruise, Phase::Down, Phase::JerkUp, Phase::JerkDown];
 
-/// What is asked for, as JSON: all of it texts, quantities with their units.
+/// The request as JSON. All values are texts, quantities with their units.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
@@ -46,15 +46,14 @@ struct Asked {
     c_min: Option<String>,
 }
 
-/// A law with its values, from which a plan is made whenever it is asked for something: what it
-/// keeps for that may be of one thread alone.
+/// A law with its values. Each request makes a new plan from it, because a plan may belong to a single thread.
 enum Chosen {
     Law(LawChoice, PlanLimits),
     Ramp { rate: Rate, steps: u32, start: Rounded<Speed>, top: Rounded<Speed>, ramp: u16 },
     Fixed { rate: Rate, steps: u32, c0: u32, c_min: u32 },
 }
 
-/// A travel that was planned.
+/// A planned travel.
 #[pyclass(frozen, module = "stepwright_motion._native")]
 pub struct Planned {
     chosen: Chosen,
@@ -82,7 +81,7 @@ where
     })
 }
 
-/// One of these by its name.
+/// The value with this name.
 fn named<T: Copy>(name: &str, text: &str, all: &[(&str, T)]) -> PyResult<T> {
     let found = all.iter().find(|(one, _)| *one == text).map(|(_, value)| *value);
     found.ok_or_else(|| {
@@ -149,7 +148,7 @@ impl Asked {
         Ok(all)
     }
 
-    /// Ticks of a delay.
+    /// A delay in ticks.
     fn ticks(&self, name: &str, value: &Option<String>) -> PyResult<u32> {
         whole(name, self.needed(name, value)?, 1..=0x7FFF_FFFF)
     }
@@ -217,13 +216,13 @@ impl Planned {
         }
     }
 
-    /// Does something with the plan, and holds up no other thread meanwhile.
+    /// Calls `part` with the plan, without blocking other threads.
     fn with<T: Send>(&self, py: Python<'_>, part: impl FnOnce(&Plan) -> T + Send) -> PyResult<T> {
         py.detach(|| self.plan().map(|plan| part(&plan))).map_err(wrong)
     }
 }
 
-/// Numbers as they are written, `SIZE` bytes each.
+/// An array of `count` numbers with `SIZE` bytes each.
 fn filled<'py, const SIZE: usize>(
     py: Python<'py>,
     count: usize,
@@ -248,13 +247,13 @@ impl Planned {
         Ok(planned)
     }
 
-    /// Pulses, ticks a second, the highest speed in steps/s, and steps that braking takes.
+    /// The number of pulses, ticks per second, the highest speed in steps/s, and the steps of braking.
     fn facts(&self) -> PyResult<(u32, u32, f64, u32)> {
         let plan = self.plan().map_err(wrong)?;
         Ok((plan.law.pulses(), plan.rate.hz(), plan.law.peak(), plan.law.braking()))
     }
 
-    /// Its duration in s, and the largest error of a step in ticks.
+    /// The duration in s, and the largest error of a step in ticks.
     fn survey(&self, py: Python<'_>) -> PyResult<(f64, f64)> {
         self.with(py, |plan| {
             let survey = Survey::of(plan, UNWATCHED);
@@ -269,8 +268,7 @@ impl Planned {
         filled(py, plan.law.pulses() as usize, delays)
     }
 
-    /// The sum of all delays, in ticks: what the core takes for a plan, without an array. For
-    /// benchmarks.
+    /// The sum of all delays in ticks. For benchmarks: it takes the core's time for a plan, without an array.
     fn walk(&self, py: Python<'_>) -> PyResult<u64> {
         self.with(py, |plan| plan.law.delays().map(u64::from).sum())
     }
@@ -282,14 +280,14 @@ impl Planned {
         filled(py, plan.law.pulses() as usize, speeds)
     }
 
-    /// The phase of each pulse: its place in `PHASES`.
+    /// The phase of each pulse, as an index of `PHASES`.
     fn phases<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyByteArray>> {
         let plan = self.plan().map_err(wrong)?;
         let place = |phase| PHASES.iter().position(|one| *one == phase).unwrap_or(0) as u8;
         filled(py, plan.law.pulses() as usize, plan.rows().map(|row| [place(row.phase)]))
     }
 
-    /// When each pulse should come by the law, in s after the first, before it becomes whole ticks.
+    /// The time of each pulse by the law in s after the first, not rounded to whole ticks.
     fn ideal<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyByteArray>> {
         let plan = self.plan().map_err(wrong)?;
         let pulses = plan.law.pulses();
@@ -297,13 +295,13 @@ impl Planned {
         filled(py, pulses as usize, seconds)
     }
 
-    /// Its figure as svg.
+    /// The figure as svg.
     fn svg(&self, py: Python<'_>) -> PyResult<String> {
         let unit = self.unit;
         self.with(py, |plan| figure::draw(plan, &Survey::of(plan, UNWATCHED), unit).svg())
     }
 
-    /// Draws its figure into a file: .svg, .png or .html.
+    /// Saves the figure to a file: .svg, .png or .html.
     fn save(&self, py: Python<'_>, path: &str) -> PyResult<()> {
         let (unit, file) = (self.unit, read::<PlotFile>("path", path)?);
         let draw = |plan: &Plan| file.save(&figure::draw(plan, &Survey::of(plan, UNWATCHED), unit));

@@ -1,4 +1,4 @@
-//! What motors did by a file: where each of them was when, and every edge of their pins.
+//! The motion of the motors by a file: their positions over time, and every edge of their pins.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -11,25 +11,25 @@ use pyo3::types::PyByteArray;
 use stepwright_keeper::scope::{ScopeFile, ScopeRecord};
 use stepwright_play::PlayError;
 
-/// How often a thread that waits looks for Ctrl-C.
+/// How often a waiting thread looks for Ctrl-C.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// Where a motor was, from when on.
+/// The positions of a motor over time.
 #[derive(Clone, Debug, Default)]
 pub struct Way {
-    /// In s.
+    /// Times in s.
     pub times: Vec<f64>,
-    /// In the unit of the run.
+    /// Positions in the unit of the run.
     pub places: Vec<f64>,
 }
 
 impl Way {
-    /// A motor that stands at a place.
+    /// A motor that rests at a place.
     pub fn from(place: f64) -> Way {
         Way { times: vec![0.0], places: vec![place] }
     }
 
-    /// Where it is now, if that is another place.
+    /// Adds a place if it differs from the last one.
     pub fn see(&mut self, time: f64, place: f64) {
         if self.is_elsewhere(place) {
             self.times.push(time);
@@ -37,12 +37,12 @@ impl Way {
         }
     }
 
-    /// Whether this is another place than the last one.
+    /// Whether a place differs from the last one.
     pub fn is_elsewhere(&self, place: f64) -> bool {
         self.places.last() != Some(&place)
     }
 
-    /// Times and places, as doubles.
+    /// Times and places as doubles.
     fn columns<'py>(&self, py: Python<'py>) -> [Bound<'py, PyByteArray>; 2] {
         [&self.times, &self.places].map(|values| {
             let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
@@ -59,16 +59,16 @@ pub struct Run {
     pub unit: String,
     /// Seconds from the start to the end.
     pub seconds: f64,
-    /// Steps that came late.
+    /// The number of late steps.
     pub late: u32,
-    /// What became of it, as the command's JSON, if it has any.
+    /// The result as the command's JSON, if there is one.
     pub facts: Option<String>,
-    /// Why it did not come to its end, and what can be done about it.
+    /// Why the run did not reach its end, and a remedy.
     pub error: Option<PlayError>,
-    /// Whether it was braked.
+    /// Whether the run was braked.
     pub braked: bool,
     pub ways: Vec<Way>,
-    /// What a laser did: its powers as places.
+    /// The powers of a laser, as places.
     pub power: Option<Way>,
     pub pins: Option<ScopeRecord>,
 }
@@ -93,31 +93,31 @@ impl Run {
         self.seconds
     }
 
-    /// Steps that came late.
+    /// The number of late steps.
     #[getter]
     fn late(&self) -> u32 {
         self.late
     }
 
-    /// What became of it, as the command's JSON.
+    /// The result as the command's JSON.
     #[getter]
     fn facts(&self) -> Option<&str> {
         self.facts.as_deref()
     }
 
-    /// Why it did not come to its end, and what can be done about it.
+    /// Why the run did not reach its end, and a remedy.
     #[getter]
     fn error(&self) -> Option<(&str, Option<&str>)> {
         self.error.as_ref().map(|error| (error.message.as_str(), error.hint.as_deref()))
     }
 
-    /// Whether it was braked before its end.
+    /// Whether the run was braked before its end.
     #[getter]
     fn braked(&self) -> bool {
         self.braked
     }
 
-    /// Of a motor, from 0: times and positions, as doubles.
+    /// The columns of a motor, counted from 0: times and positions as doubles.
     fn columns<'py>(
         &self,
         py: Python<'py>,
@@ -127,7 +127,7 @@ impl Run {
         Ok(way.columns(py))
     }
 
-    /// Of a laser: times and powers, as doubles.
+    /// The columns of a laser: times and powers as doubles.
     fn power<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyByteArray>; 2]> {
         self.power.as_ref().map(|power| power.columns(py))
     }
@@ -142,8 +142,8 @@ impl Run {
     }
 }
 
-/// Plays or plans something on a thread of its own, and looks for Ctrl-C meanwhile, by which it is asked
-/// to end; that is raised when it has ended.
+/// Plays or plans something on a separate thread while this thread looks for Ctrl-C. Ctrl-C asks `part` to end,
+/// and is raised after that.
 pub fn playing<T: Send>(
     py: Python<'_>,
     part: impl FnOnce(&AtomicBool) -> PyResult<T> + Send,

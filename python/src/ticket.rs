@@ -1,4 +1,4 @@
-//! An order that was given, and what becomes of it.
+//! A given order and its result.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -9,7 +9,7 @@ use stepwright_keeper::report::Done;
 
 use crate::bell;
 
-/// An order, from the moment when it was given.
+/// An order from the moment at which it was given.
 #[derive(Default)]
 pub struct Ticket {
     state: Mutex<State>,
@@ -20,33 +20,33 @@ pub struct Ticket {
 struct State {
     begun: bool,
     ended: Option<Result<Done, Declined>>,
-    /// Whether the time of the run was over, and it was braked for that.
+    /// Whether the run was braked because its time was over.
     over: bool,
     calls: Vec<Py<PyAny>>,
 }
 
-/// How far an order is.
+/// The progress of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// It has begun, or was declined.
+    /// The order has begun or was declined.
     Begun,
-    /// It has ended, or was declined.
+    /// The order has ended or was declined.
     Ended,
 }
 
 impl Ticket {
     fn state(&self) -> MutexGuard<'_, State> {
-        // Nothing here is changed by halves.
+        // Every change leaves a complete state.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The motors move.
+    /// Notes that the motors move.
     pub fn begin(&self) {
         self.state().begun = true;
         self.changed.notify_all();
     }
 
-    /// It has ended so.
+    /// Notes the result of the order.
     pub fn end(&self, answer: Result<Done, Declined>) {
         let mut state = self.state();
         state.ended = Some(answer);
@@ -56,13 +56,13 @@ impl Ticket {
         bell::ring(calls);
     }
 
-    /// Whether it has come so far.
+    /// Whether the order has reached this stage.
     pub fn is(&self, stage: Stage) -> bool {
         let state = self.state();
         state.ended.is_some() || stage == Stage::Begun && state.begun
     }
 
-    /// Waits until it has come so far, for this time at most; whether it has.
+    /// Waits until the order has reached this stage, for at most `limit`. Returns whether it has.
     pub fn wait(&self, stage: Stage, limit: Duration) -> bool {
         let state = self.state();
         let waits =
@@ -71,12 +71,12 @@ impl Ticket {
         !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
-    /// What has become of it; `None` while it goes on.
+    /// The result; `None` while the order is in progress.
     pub fn answer(&self) -> Option<Result<Done, Declined>> {
         self.state().ended.clone()
     }
 
-    /// Its time is over.
+    /// Notes that the time of the run is over.
     pub fn time_is_over(&self) {
         self.state().over = true;
     }
@@ -86,7 +86,7 @@ impl Ticket {
         self.state().over
     }
 
-    /// Has this called when it has ended: at once, if it has.
+    /// Calls this when the order has ended; at once, if it has.
     pub fn when_ended(&self, call: Py<PyAny>) {
         let mut state = self.state();
         if state.ended.is_none() {

@@ -1,31 +1,32 @@
-//! What a recorder writes down: every look at every axis.
+//! The data of a recorder: every look at every axis.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use stepwright_keeper::report::LiveState;
 
-/// Between two looks at axes that move, in s: what a recording is to have.
+/// The time between two looks at moving axes, in s, that a recording needs.
 pub const LOOK: f64 = 0.02;
 
-/// A look that comes this many of these later than the one before has missed others: one that finds
-/// the axis at rest is told only when it was asked why, and where, once more.
+/// A look that comes later than this many intervals after the look before has missed others: at rest, and while
+/// moving. A look that finds the axis at rest is told later, after two more questions: why it stopped, and
+/// where.
 const LATE: [f64; 2] = [3.0, 2.0];
 
-/// The states that a look may find, by their numbers.
+/// The states of an axis, by their numbers.
 pub const STATES: [&str; 4] = ["ready", "busy", "uncertain", "lost"];
 
-/// The looks at an axis, a column each.
+/// The looks at an axis, one column for each value.
 #[derive(Clone, Default)]
 pub struct Track {
-    /// When, in s of the board's clock.
+    /// Times in s of the board's clock.
     pub time: Vec<f64>,
-    /// Where it was, in steps; NaN where that was not known.
+    /// Positions in steps; NaN if not known.
     pub position: Vec<f64>,
-    /// How fast, in steps/s.
+    /// Speeds in steps/s.
     pub speed: Vec<f64>,
-    /// Its place in [`STATES`].
+    /// States as indexes of [`STATES`].
     pub state: Vec<u8>,
-    /// Looks that did not come in their time while it moved.
+    /// The number of looks that did not come in time while the axis moved.
     pub missed: u64,
     moved: bool,
 }
@@ -36,11 +37,11 @@ pub struct Tracks(Mutex<Vec<Track>>);
 
 impl Tracks {
     fn tracks(&self) -> MutexGuard<'_, Vec<Track>> {
-        // Nothing here is changed by halves.
+        // Every change leaves a complete state.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What is known now: axes that were looked at since the last time.
+    /// Adds the looks that are new in this state.
     pub fn see(&self, state: &LiveState) {
         let mut tracks = self.tracks();
         let many = state.axes.len().max(tracks.len());
@@ -65,12 +66,12 @@ impl Tracks {
         }
     }
 
-    /// The track of an axis, from 0.
+    /// The track of an axis, counted from 0.
     pub fn of(&self, axis: usize) -> Track {
         self.tracks().get(axis).cloned().unwrap_or_default()
     }
 
-    /// Axes that were seen.
+    /// The number of axes that were seen.
     pub fn len(&self) -> usize {
         self.tracks().len()
     }

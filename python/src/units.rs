@@ -1,4 +1,4 @@
-//! Texts with units, as steps; and steps in the unit that an axis counts in.
+//! Converts texts with units to steps, and steps to the unit of an axis.
 
 use std::fmt::Display;
 
@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use stepwright::Geometry;
 use stepwright_units::{AccelArg, DistanceArg, JerkArg, MachineUnit, MmArg, SpeedArg, TURN};
 
-/// How the steps of an axis relate to the world.
+/// The relation of an axis' steps to turns and millimetres.
 #[pyclass(frozen, module = "stepwright_motion._native")]
 pub struct Scale {
     pub(crate) geometry: Geometry,
@@ -41,7 +41,7 @@ impl Scale {
         Ok(Scale { geometry, unit: MachineUnit::of(steps_per_rev, nm) })
     }
 
-    /// The unit that the axis counts in, and the steps of one.
+    /// The unit of the axis, and its steps.
     #[getter]
     fn unit(&self) -> (&'static str, f64) {
         self.unit.map_or(("steps", 1.0), |unit| (unit.name, unit.steps))

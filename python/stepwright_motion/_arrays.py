@@ -1,4 +1,4 @@
-"""Arrays: numpy's where it is there, memory views of the same numbers where it is not."""
+"""Arrays: numpy arrays, or memory views of the same numbers without numpy."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ _NUMPY = {"d": "float64", "I": "uint32", "Q": "uint64", "q": "int64", "B": "uint
 
 
 def array(data: bytearray, kind: str) -> Any:
-    """These bytes as an array of doubles (``d``), … (the letters of the module ``array``)."""
+    """These bytes as an array of a kind: ``d`` for doubles, … (the letters of the module ``array``)."""
     if numpy is None:
-        # A kind that is only known when it runs is more than pyright takes.
+        # A kind that is only known at run time is not accepted by pyright.
         return memoryview(data).cast(kind)  # pyright: ignore
     return numpy.frombuffer(data, dtype=_NUMPY[kind])
 
 
 def cumulated(values: Any) -> Any:
-    """The sums of the first, of the first two, …, as whole numbers."""
+    """The cumulated sums, as whole numbers."""
     if numpy is None:
         from array import array as plain
         from itertools import accumulate
@@ -40,11 +40,11 @@ def scaled(values: Any, factor: float) -> Any:
 
 
 def gradient(values: Any, over: Any) -> Any:
-    """The slope at each, by numpy."""
+    """The slope at each value, by numpy."""
     if numpy is None:
         raise ImportError("this takes numpy: python3 -m pip install numpy")
     if len(values) < 2:
         return numpy.zeros(len(values))
-    # Where a place is called otherwise at the time of a step, the slope is none.
+    # If a position is redefined at the time of a step, the slope there is not defined.
     with numpy.errstate(divide="ignore", invalid="ignore"):
         return numpy.gradient(values, over)

@@ -19,22 +19,22 @@ if TYPE_CHECKING:
 class Axis:
     """An axis: ``board.x``, ``board[1]``.
 
-    It counts in its ``unit``: steps, until it is told how steps relate to the world by
-    ``steps_per_mm``, by ``scale_to`` or by a machine file. Bare numbers are in that unit (speeds in
-    units/s, accelerations in units/s²), and so are the positions that it says. A text may have any
-    unit: ``"25mm"``, ``"90deg"``, ``"120rpm"``; ``steps_per_mm`` alone says nothing of turns.
+    An axis counts in its ``unit``: steps, or the unit set by ``steps_per_mm``, by ``scale_to`` or by a
+    machine file. Bare numbers are in this unit (speeds in units/s, accelerations in units/s²), and so
+    are the positions that the axis returns. A text may have any unit: ``"25mm"``, ``"90deg"``,
+    ``"120rpm"``; units of turns need more than ``steps_per_mm``.
     """
 
     speed: Optional[Quantity] = None
     """The speed between the ramps. By default 1000 steps/s."""
     accel: Optional[Quantity] = None
-    """The acceleration. By default that which reaches the speed in 0.4 s."""
+    """The acceleration. By default it reaches the speed in 0.4 s."""
     decel: Optional[Quantity] = None
     """The deceleration. By default the acceleration."""
     start_speed: Optional[Quantity] = None
-    """The speed that the motor jumps to from rest, and stops from. By default 50 steps/s."""
+    """The speed to which the motor jumps from rest, and from which it stops. By default 50 steps/s."""
     jerk: Optional[Quantity] = None
-    """The limit of jerk, of a board that has S-curves. By default none."""
+    """The limit of jerk, for a board with S-curves. By default none."""
 
     def __init__(self, line: Line, number: int):
         self._line = line
@@ -42,7 +42,7 @@ class Axis:
         self.scale: Union[Scale, MmScale] = Scale()
         self._home: dict[str, Quantity] = {}
 
-    # A name that is typed wrong would be a limit that nothing keeps. Checkers of types know without.
+    # A misspelt name would set a limit that nothing keeps. Type checkers find that without this.
     if not TYPE_CHECKING:
 
         def __setattr__(self, name: str, value: Any) -> None:
@@ -51,7 +51,7 @@ class Axis:
                 raise AttributeError(f"an axis has no {name}: set one of {settable}")
             super().__setattr__(name, value)
 
-    # How steps relate to the world.
+    # The relation of steps to turns and millimetres.
 
     @property
     def unit(self) -> str:
@@ -60,7 +60,7 @@ class Axis:
 
     @property
     def steps_per_mm(self) -> float:
-        """Steps of a millimetre."""
+        """The steps per millimetre."""
         name, steps = self.scale.unit
         if name != "mm":
             raise ValueError(f"axis {self.number} counts {name}: set steps_per_mm")
@@ -73,9 +73,9 @@ class Axis:
     def scale_to(
         self, steps_per_rev: Optional[int] = None, mm_per_rev: Optional[float] = None
     ) -> None:
-        """Has it count in millimetres, or in degrees if only the steps of a turn are given.
+        """Makes the axis count in millimetres, or in degrees if only the steps of a turn are given.
 
-        Without these a turn has 200 steps.
+        By default a turn has 200 steps.
         """
         self.scale = scale_of(steps_per_rev, mm_per_rev)
 
@@ -85,7 +85,7 @@ class Axis:
 
     @contextmanager
     def _in_words(self) -> Iterator[None]:
-        """What the command would say of a unit, as it is mended here."""
+        """Adds the remedy of this package to an error of a unit."""
         try:
             yield
         except ValueError as why:
@@ -117,7 +117,7 @@ class Axis:
                 limits[top if name == "speed" else name] = self._rate(name, value)
         return limits
 
-    # What it does.
+    # The state of the axis.
 
     def _state(self) -> dict[str, Any]:
         state: dict[str, Any] = self._line.state()["axes"][self.number - 1]
@@ -125,9 +125,9 @@ class Axis:
 
     @property
     def steps(self) -> int:
-        """Where it is, in steps, by the last look: at most 20 ms ago while it moves.
+        """The position in steps at the last look, at most 20 ms ago while the axis moves.
 
-        Raises ``Uncertain`` where that is not known.
+        Raises ``Uncertain`` if the position is not known.
         """
         at = self._state()["position"]
         if at is None:
@@ -138,18 +138,18 @@ class Axis:
 
     @property
     def position(self) -> float:
-        """Where it is, in its unit."""
+        """The position in the unit of the axis."""
         return self.steps / self.scale.unit[1]
 
     @property
     def speed_now(self) -> float:
-        """Its speed over the last tenth of a second, in its unit/s."""
+        """The speed over the last tenth of a second, in units/s."""
         self._line.check()
         return float(self._state()["speed"]) / float(self.scale.unit[1])
 
     @property
     def moving(self) -> bool:
-        """Whether it moves. Raises ``LinkLost`` where that is not known."""
+        """Whether the axis moves. Raises ``LinkLost`` if that is not known."""
         self._line.check()
         return bool(self._state()["moving"])
 
@@ -198,9 +198,9 @@ class Axis:
         start_speed: Optional[Quantity] = None,
         jerk: Optional[Quantity] = None,
     ) -> Move:
-        """Begins to run, backward at a negative speed, until it is stopped or for these seconds.
+        """Begins to run, backward if the speed is negative, until a stop or for ``seconds``.
 
-        In a ``with`` block it runs as long as the block lasts.
+        In a ``with`` block the axis runs until the end of the block.
         """
         given = self.speed if speed is None else speed
         size = "1000steps/s" if given is None else text("speed", given, unit, f"{self.unit}/s")
@@ -223,11 +223,11 @@ class Axis:
         accel: Optional[Quantity] = None,
         start_speed: Optional[Quantity] = None,
     ) -> Move:
-        """Begins to find 0 by the limit switch, which the setting ``switches`` names.
+        """Begins to find 0 by the limit switch, which the setting ``switches`` enables.
 
-        ``within`` is how far the switch may be, ``back_off`` how far the axis stands from it in the
-        end. To the switch at ``speed``, by default 500 steps/s, and once more at ``slow``, by
-        default 50.
+        ``within`` is the longest distance to the switch, ``back_off`` the distance of the axis from the
+        switch at the end. The axis moves to the switch at ``speed``, by default 500 steps/s, and a
+        second time at ``slow``, by default 50.
         """
         body: dict[str, Any] = {"axis": self.number}
         known = {**self._home, **{k: v for k, v in locals().items() if v is not None}}
@@ -251,12 +251,12 @@ class Axis:
         return self._order("home", body)
 
     def stop(self) -> None:
-        """Brakes it along its ramp, and waits until it rests."""
+        """Brakes the axis along its ramp and waits until it rests."""
         self._line.ask("stop", axis=self.number)
         self._line.rest(lambda: not self.moving)
 
     def zero(self) -> None:
-        """Calls the place where it stands 0."""
+        """Sets the present position to 0."""
         self._line.ask("zero", axis=self.number)
 
     def _order(

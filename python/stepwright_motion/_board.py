@@ -1,4 +1,4 @@
-"""A board: how it is opened, and what it does as a whole."""
+"""A board: how to open it, and its orders as a whole."""
 
 from __future__ import annotations
 
@@ -24,30 +24,29 @@ _open: weakref.WeakSet[Line] = weakref.WeakSet()
 
 
 class Board:
-    """A board that is open. In a ``with`` block everything brakes at the end of the block, whatever
-    ends it.
+    """An open board. At the end of a ``with`` block all axes brake, in every case.
 
-    A thread of its own talks to the board. While this program lives it is heard of; when it dies
-    the board brakes after its lease, along its ramps, and its positions stay known.
+    A separate thread talks to the board while this program lives. If the program dies, the board
+    brakes along its ramps after its lease, and its positions stay known.
     """
 
     def __init__(self, line: Line, machine: Machine):
-        # What is below holds the line, and nothing holds the board: once nobody does, it is let go.
+        # The objects below hold the line, and nothing holds the board: it is let go once nobody holds it.
         self._line = line
         self.name = line.name
-        """Its port."""
+        """The port."""
         self._axes = tuple(Axis(line, one["axis"]) for one in line.sheet()["axes"])
         for axis in self._axes:
             machine.set_up(axis)
         self.settings = Settings(line)
-        """Its settings, as attributes."""
+        """The settings, as attributes."""
         _open.add(line)
 
-    # Its axes.
+    # The axes.
 
     @property
     def axes(self) -> tuple[Axis, ...]:
-        """Its axes."""
+        """The axes."""
         return self._axes
 
     @property
@@ -66,7 +65,7 @@ class Board:
         return self[3]
 
     def __getitem__(self, axis: Union[int, str]) -> Axis:
-        """An axis by its number, from 1, or its letter."""
+        """An axis by its letter, or its number, counted from 1."""
         return self._axes[place_of(axis, len(self._axes))]
 
     def __iter__(self) -> Iterator[Axis]:
@@ -75,37 +74,37 @@ class Board:
     def __len__(self) -> int:
         return len(self._axes)
 
-    # What it says.
+    # The state of the board.
 
     @property
     def time(self) -> float:
-        """Seconds since it was opened, by the clock of recordings."""
+        """Seconds since the board was opened, by the clock of recordings."""
         return self._line.kept.time
 
     @property
     def moving(self) -> bool:
-        """Whether any axis moves. Raises ``LinkLost`` where that is not known."""
+        """Whether any axis moves. Raises ``LinkLost`` if that is not known."""
         self._line.check()
         return any(bool(axis["moving"]) for axis in self._line.state()["axes"])
 
     @property
     def late(self) -> int:
-        """Steps that came late since the last ``acknowledge``."""
+        """The number of late steps since the last ``acknowledge``."""
         return int(self._line.state()["late"])
 
     @property
     def errors(self) -> list[str]:
-        """What has gone wrong since the last ``acknowledge``, in words."""
+        """The errors since the last ``acknowledge``, in words."""
         return [str(one["words"]) for one in self._line.state()["errors"]]
 
     @property
     def max_speed(self) -> Optional[int]:
-        """The fastest it steps one axis, in steps/s."""
+        """The highest speed of a single axis, in steps/s."""
         speed: Optional[int] = self._line.sheet()["max_speed"]
         return speed
 
     def notes(self) -> list[str]:
-        """What a person should know, since the last call."""
+        """The notes for people since the last call."""
         return self._line.kept.notes()
 
     # Orders.
@@ -119,7 +118,7 @@ class Board:
         return self._straight("to", places, given)
 
     def line_by(self, *distances: Optional[Quantity], **given: Optional[Quantity]) -> Move:
-        """The same by distances from where the axes stand."""
+        """Moves axes along a straight line, by distances from their present positions."""
         return self._straight("by", distances, given)
 
     def _straight(self, way: str, places: tuple[Optional[Quantity], ...], given: Any) -> Move:
@@ -152,34 +151,34 @@ class Board:
         return abs((steps[number - 1] or 0) - (there if way == "to" else 0))
 
     def stop(self) -> None:
-        """Brakes every axis along its ramp, and waits until all rest."""
+        """Brakes every axis along its ramp and waits until all rest."""
         self._line.ask("stop")
         self._line.rest(lambda: not self.moving)
 
     def kill(self) -> None:
-        """Stops every axis at once: the position of one that moves becomes unknown."""
+        """Stops every axis at once. The position of a moving axis becomes unknown."""
         self._line.ask("kill")
 
     def acknowledge(self) -> None:
-        """Forgets what has gone wrong."""
+        """Clears the errors."""
         self._line.ask("acknowledge")
 
     def sleep(self, seconds: float) -> None:
-        """Lets this much time pass on the board; on a fast virtual one that takes less of ours."""
+        """Lets this time pass on the board. On a fast virtual board it takes less real time."""
         self._line.sleep(in_seconds("seconds", seconds))
         self._line.check()
 
     def record(self) -> Recording:
-        """Begins to write down positions, speeds and states, until the recording is stopped or the
-        ``with`` block that has it ends."""
+        """Begins to record positions, speeds and states, until the recording is stopped or its
+        ``with`` block ends."""
         return Recording(self._axes, self._line.kept.record())
 
-    # Its end.
+    # The end.
 
     def close(self) -> None:
-        """Brakes everything, waits until it rests, and lets the board go.
+        """Brakes all axes, waits until they rest, and closes the board.
 
-        Raises ``LinkLost`` if it is gone: a motor may be moving.
+        Raises ``LinkLost`` if the board is lost: a motor may be moving.
         """
         _open.discard(self._line)
         self._line.close()
@@ -231,10 +230,10 @@ def open(
 ) -> Board:
     """Opens the board on a serial port, or behind a plain socket: ``tcp://192.168.0.7:4000``.
 
-    Without a port it is that of the machine file, or else a virtual board, which ``"virtual"``
-    always is. ``lease`` is the silence in s, 1 by default, after which the board brakes by itself:
-    this program has died, or the cable is pulled. ``machine`` is a machine file; without it the one
-    that the command takes here. Raises ``CantOpen``.
+    Without a port it opens the port of the machine file, or else a virtual board. ``"virtual"`` is
+    always a virtual board. ``lease`` is the silence in s, 1 by default, after which the board brakes by
+    itself because this program has died or the cable is pulled. ``machine`` is a machine file, by
+    default the file that the command uses here. Raises ``CantOpen``.
     """
     file = Machine.find(machine)
     port = file.port if port is None else os.fspath(port)
@@ -263,9 +262,9 @@ def virtual(
 ) -> Board:
     """A virtual Uno in this process: the engine of the chip, with simulated pins.
 
-    Its time passes as ours does; if it is ``fast``, only while something waits for it, and as fast
-    as it can be simulated. ``switches={"x": -1000}`` puts a limit switch on the machine, which an
-    axis closes there and beyond, in steps.
+    Its time is real time. With ``fast`` it passes only while something waits for it, as fast as the
+    simulation allows. ``switches={"x": -1000}`` puts a limit switch on the machine, which the axis
+    closes at this position in steps and beyond.
     """
     file = Machine.find(machine)
     places = []
@@ -285,5 +284,5 @@ def _close_all() -> None:
         try:
             line.close()
         except (StepwrightError, RuntimeError):
-            # It is gone, or it belongs to the process that this one was forked from.
+            # The board is gone, or belongs to the process that this one was forked from.
             pass

@@ -1,4 +1,4 @@
-"""What can go wrong, a kind each."""
+"""The exceptions, one for each kind of error."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ if TYPE_CHECKING:
 
 
 class StepwrightError(Exception):
-    """Whatever a board, or this package, has to say against something."""
+    """The base of all errors of a board or of this package."""
 
 
 class Refused(StepwrightError):
-    """An order was not taken: nothing moves by it.
+    """An order was refused, and nothing moves by it.
 
-    ``what`` was wrong, what is ``allowed``, and what can be done (``remedy``).
+    ``what`` is wrong, what is ``allowed``, and a ``remedy``.
     """
 
     def __init__(self, what: str, allowed: Optional[str] = None, remedy: Optional[str] = None):
@@ -31,49 +31,49 @@ class Refused(StepwrightError):
 
 
 class OutOfRange(Refused, ValueError):
-    """A value is outside its range: ``allowed`` says which that is."""
+    """A value is outside its range. ``allowed`` is the range."""
 
 
 class Ended(StepwrightError):
-    """A motion has not ended where it was to: ``outcome`` says where, and why."""
+    """A motion has not ended at its target. ``outcome`` says where, and why."""
 
     def __init__(self, outcome: Outcome):
         super().__init__(outcome.words)
         self.outcome = outcome
 
     def __reduce__(self) -> tuple[type[Ended], tuple[Outcome]]:
-        # Pickled with its outcome: it may be raised in another process than the one that hears of it.
+        # Pickles the outcome too: another process may raise the exception than the one that handles it.
         return (type(self), (self.outcome,))
 
 
 class Stopped(Ended):
-    """An axis rests before its target: ``reason`` is what has stopped it, ``position`` where."""
+    """An axis rests before its target. ``reason`` is the cause of the stop, ``position`` the place."""
 
     @property
     def reason(self) -> Optional[str]:
-        """``switch``, ``stop``, ``timeout``, …: the name that the board has for it."""
+        """The board's name of the cause: ``switch``, ``stop``, ``timeout``, …"""
         return self.outcome.reason
 
     @property
     def position(self) -> Optional[float]:
-        """Where it rests, in the unit of its axis."""
+        """The position at rest, in the unit of the axis."""
         return self.outcome.position
 
 
 class Uncertain(Ended):
-    """It is not known where an axis is: a kill, or a reset, may have lost steps."""
+    """The position of an axis is not known: a kill or a reset may have lost steps."""
 
 
 class LinkLost(StepwrightError, ConnectionError):
-    """The board does not answer, or its line is gone: a motor may be moving."""
+    """The board does not answer, or its line is lost. A motor may be moving."""
 
 
 class CantOpen(StepwrightError, OSError):
-    """There is no board to be reached at this port."""
+    """No board can be reached at this port."""
 
 
 def declined(status: int, body: dict[str, Any]) -> StepwrightError:
-    """The exception for an answer that is a refusal."""
+    """The exception for a refusal."""
     what, allowed, remedy = str(body["what"]), body.get("allowed"), body.get("do")
     if status == 503:
         return LinkLost(f"{what}; {remedy}" if remedy else what)

@@ -1,4 +1,4 @@
-"""G-code jobs, on paper and on a virtual board."""
+"""G-code jobs, planned or run on a virtual board."""
 
 from __future__ import annotations
 
@@ -17,40 +17,40 @@ from ._scales import Pace, Paced, paces
 
 @dataclass(frozen=True)
 class Corner:
-    """Where a job becomes slower, and faster again."""
+    """A place where a job slows down and speeds up again."""
 
     line: int
     """The line of the move that ends there."""
     place: tuple[float, ...]
-    """X, Y and Z, in mm."""
+    """X, Y and Z in mm."""
     speed: float
-    """The speed there, in mm/s."""
+    """The speed there in mm/s."""
     cost: float
-    """What it costs, in s."""
+    """The lost time in s."""
 
 
 class JobPlan:
-    """A job that was planned, with its time."""
+    """A planned job with its time."""
 
     def __init__(self, job: Job):
         self._job = job
         self.duration = job.duration
         """Seconds from the start to the end."""
         self.lines = job.lines
-        """Lines of the file."""
+        """The lines of the file."""
         names = ("x", "y", "z")
         self.extents = {n: e for n, e in zip(names, job.extents) if e is not None}
-        """Where moves lead, in mm: ``{"x": (0.0, 80.0), …}``."""
+        """The extents of the moves in mm: ``{"x": (0.0, 80.0), …}``."""
         self.refused = job.refused
-        """Why an Uno could not follow, if it could not."""
+        """Why an Uno can't follow; ``None`` if it can."""
 
     @property
     def corners(self) -> list[Corner]:
-        """The corners that cost most time, the dearest first."""
+        """The corners that cost most time, the most expensive first."""
         return [Corner(line, tuple(at), v, cost) for line, at, v, cost in self._job.corners]
 
     def facts(self) -> dict[str, Any]:
-        """All of it, as ``stepwright gcode FILE --plan --format json`` says it."""
+        """The whole plan, as ``stepwright gcode FILE --plan --format json`` prints it."""
         facts: dict[str, Any] = json.loads(self._job.sheet(True))
         return facts
 
@@ -81,13 +81,14 @@ class Gcode:
         laser: Optional[float] = None,
         tolerance: float = 0.0,
     ) -> JobPlan:
-        """Plans the whole job for axes that can do this; ``{"x": …, "y": …, "z": …}`` says it of each.
+        """Plans the whole job for axes with these limits; ``{"x": …, "y": …, "z": …}`` sets them per axis.
 
-        Bare numbers are mm/s, mm/s² and mm/s³. ``jump`` is by how much a speed may change at once, as at
-        a corner; ``jerk`` by how much an acceleration may in a second, without a limit if it is ``None``.
-        ``laser`` is S of full power of a laser, which goes on and off along the path by M3, M4 and S;
-        ``None`` is a spindle, which rests for each. The path may be off its lines by ``tolerance``, in mm,
-        until the job orders ``G61`` or ``G64``. Raises ``ValueError`` with the line of the first mistake.
+        Bare numbers are mm/s, mm/s² and mm/s³. ``jump`` is the largest change of speed at once, as at a
+        corner; ``jerk`` is the largest change of acceleration per second, ``None`` for no limit.
+        ``laser`` is the S of full power of a laser, which M3, M4 and S turn on and off along the path;
+        ``None`` is a spindle, and the path rests for each of its changes. The path may be off its lines
+        by ``tolerance``, in mm, until the job orders ``G61`` or ``G64``. Raises ``ValueError`` with the
+        line of the first error.
         """
         return JobPlan(self._job(paces(steps_per_mm, speed, accel, jump, jerk), laser, tolerance))
 
@@ -103,12 +104,12 @@ class Gcode:
         laser: Optional[float] = None,
         tolerance: float = 0.0,
     ) -> Run:
-        """Runs it on a virtual Uno of its own, and says when each axis made each step, and what a laser
-        did.
+        """Runs the job on a separate virtual Uno. Returns the time of each step of each axis, and the
+        power of a laser.
 
-        Its time passes as fast as it can, or as ours does if it is not ``fast``. Ctrl-C brakes along
-        the path. All the rest is as for ``plan``. Raises ``Refused`` where an Uno could not
-        follow. No real board takes a job.
+        Its time passes as fast as possible, or is real time without ``fast``. Ctrl-C brakes along the
+        path. The other parameters are those of ``plan``. Raises ``Refused`` if an Uno can't follow. No
+        real board takes a job.
         """
         job = self._job(paces(steps_per_mm, speed, accel, jump, jerk), laser, tolerance)
         if job.refused is not None:

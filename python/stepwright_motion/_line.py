@@ -1,4 +1,4 @@
-"""The line to a board's thread, which its axes and moves share."""
+"""The line to a board's thread. The axes and moves of the board share it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ._native import LOST, Kept, Order
 
 
 def place_of(axis: Union[int, str], count: int) -> int:
-    """The place of an axis, from 0, by its number or its letter."""
+    """The index of an axis, counted from 0, by its number or its letter."""
     try:
-        # numpy's whole numbers, too.
+        # Whole numbers of numpy, too.
         number = {"x": 1, "y": 2, "z": 3}[axis.lower()] if isinstance(axis, str) else index(axis)
     except (KeyError, TypeError):
         number = 0
@@ -23,15 +23,15 @@ def place_of(axis: Union[int, str], count: int) -> int:
 
 
 class Line:
-    """The line to the thread of a board that was met.
+    """The line to the thread of a board.
 
-    When nobody holds it any more, the thread brakes everything and ends.
+    When nobody holds the line any more, the thread brakes all axes and ends.
     """
 
     def __init__(self, kept: Kept):
         self.kept = kept
         self.lost = False
-        """Whether the program has heard that the board is lost."""
+        """Whether an exception has told the program that the board is lost."""
         met = kept.meet()
         if met is not None:
             failed = declined(met[0], json.loads(met[1]))
@@ -39,17 +39,17 @@ class Line:
         self.name = str(self.sheet()["name"])
 
     def state(self) -> dict[str, Any]:
-        """What the board does, by the last look."""
+        """The state of the board at the last look."""
         state: dict[str, Any] = json.loads(self.kept.state())
         return state
 
     def sheet(self) -> dict[str, Any]:
-        """What the board is."""
+        """The description of the board."""
         sheet: dict[str, Any] = json.loads(self.kept.sheet())
         return sheet
 
     def check_answer(self, answer: tuple[int, str]) -> dict[str, Any]:
-        """What came of an order; raises what it was refused with."""
+        """The result of an order. Raises the exception of a refusal."""
         status, body = answer[0], json.loads(answer[1])
         if status != 200:
             failed = declined(status, body)
@@ -66,11 +66,11 @@ class Line:
             raise LinkLost(f"{trouble['what']}; {LOST}")
 
     def give(self, name: str, body: dict[str, Any], seconds: Optional[float] = None) -> Order:
-        """Gives an order whose end will be waited for."""
+        """Gives an order. Its answer comes at its end."""
         return self.kept.ask(name, json.dumps(body), True, seconds)
 
     def ask(self, asked: str, **body: Any) -> None:
-        """Asks for something that is done at once."""
+        """Gives an order that is carried out at once."""
         order = self.kept.ask(asked, json.dumps(body))
         order.wait()
         answer = order.answer()
@@ -78,7 +78,7 @@ class Line:
             self.check_answer(answer)
 
     def sleep(self, seconds: float) -> None:
-        """Lets time pass on the board; what interrupts it brakes everything."""
+        """Lets time pass on the board. An interrupt brakes all axes."""
         try:
             self.kept.sleep(seconds)
         except BaseException:
@@ -86,20 +86,20 @@ class Line:
             raise
 
     def rest(self, rests: Callable[[], bool]) -> None:
-        """Waits until this holds."""
+        """Waits until ``rests()`` is true."""
         while not rests():
             self.check()
             self.sleep(0.01)
 
     def brake(self) -> None:
-        """Brakes everything, for something has gone wrong; what else does is not said."""
+        """Brakes all axes after an error. Further errors are ignored."""
         try:
             self.kept.ask("stop", "{}").wait(1.0)
         except (StepwrightError, RuntimeError):
             pass
 
     def close(self) -> None:
-        """Brakes everything, waits until it rests, and ends the thread."""
+        """Brakes all axes, waits until they rest, and ends the thread."""
         ended = self.kept.close()
         if ended is not None:
             self.check_answer(ended)

@@ -15,7 +15,7 @@ File = Union[str, "os.PathLike[str]"]
 
 
 class Machine:
-    """What stands in a machine file."""
+    """The values of a machine file."""
 
     def __init__(self, path: Optional[Path] = None):
         self.path = path
@@ -31,8 +31,8 @@ class Machine:
 
     @staticmethod
     def find(named: Optional[File]) -> Machine:
-        """The file of this name, or where the command looks for one: ``STEPWRIGHT_MACHINE``,
-        ``stepwright.toml`` here, the user's own. ``"none"`` is none."""
+        """The file with this name, or the file that the command finds: ``STEPWRIGHT_MACHINE``,
+        ``stepwright.toml`` here, the user's file. ``"none"`` is no file."""
         name = os.environ.get("STEPWRIGHT_MACHINE") if named is None else os.fspath(named)
         if name is not None:
             return Machine() if name in ("", "none") else Machine(Path(name))
@@ -45,26 +45,26 @@ class Machine:
 
     @property
     def port(self) -> Optional[str]:
-        """Its port."""
+        """The port of the board."""
         return self._board.get("port")
 
     @property
     def baud(self) -> Optional[int]:
-        """The rate of its port, in bits/s."""
+        """The rate of the port in bits/s."""
         return int(self._board["baud"]) if "baud" in self._board else None
 
     @property
     def lease(self) -> Optional[float]:
-        """The silence after which the board brakes, in s."""
+        """The silence in s after which the board brakes."""
         return read_lease(self._board["lease"]) if "lease" in self._board else None
 
     def set_up(self, axis: Axis) -> None:
-        """Gives an axis what stands in the file about it."""
+        """Gives an axis its values from the file."""
         values = self._axes.get(axis.number, {})
         rev, mm = values.get("steps-per-rev"), values.get("mm-per-rev")
         if rev or mm:
             axis.scale = Scale(int(rev) if rev else None, float(mm.rstrip("m")) if mm else None)
-        # A bare number of the file is in steps.
+        # A bare number in the file is in steps.
         texts = {
             key: f"{value}{_BARE.get(key, '')}" if _is_bare(value) else value
             for key, value in values.items()
@@ -75,11 +75,11 @@ class Machine:
         axis.start_speed = texts.get("start-speed")
         axis.jerk = texts.get("jerk")
         if "ramp" in values:
-            # From the start speed to the top speed within this many steps.
+            # The ramp from the start speed to the top speed has this many steps.
             top = axis._rate("speed", axis.speed or "1000steps/s")
             start = axis._rate("start_speed", axis.start_speed or "50steps/s")
             slope = (top**2 - start**2) / (2 * int(values["ramp"]))
-            # Without a ramp, at a top speed that is not above the start speed, any will do.
+            # A top speed that is not above the start speed has no ramp, and any acceleration will do.
             axis.accel = f"{max(slope, 1.0):.3f}steps/s2"
         homing = ("home-within", "home-back-off", "home-speed", "home-slow")
         known = {key[5:].replace("-", "_"): texts[key] for key in homing if key in texts}

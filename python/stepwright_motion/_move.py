@@ -1,4 +1,4 @@
-"""A motion that was ordered, and how it ends."""
+"""An ordered motion and its outcome."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a motion has ended."""
+    """The outcome of a motion."""
 
     kind: str
-    """``reached``: every axis rests where it was ordered to. ``stopped``: one rests elsewhere.
-    ``uncertain``: it is not known where one is."""
+    """``reached``: every axis rests at its target. ``stopped``: an axis rests elsewhere.
+    ``uncertain``: the position of an axis is not known."""
     words: str
-    """The same for people."""
+    """The outcome in words."""
     steps: tuple[Optional[int], ...]
-    """Where its axes rest, in steps; ``None`` where that is not known."""
+    """The positions of its axes in steps; ``None`` if not known."""
     positions: tuple[Optional[float], ...]
-    """The same in the unit of each axis."""
+    """The positions in the unit of each axis."""
     reason: Optional[str] = None
-    """What has stopped it before its end: ``switch``, ``stop``, ``timeout``, …"""
+    """The cause of a stop before the end: ``switch``, ``stop``, ``timeout``, …"""
 
     @property
     def position(self) -> Optional[float]:
-        """Where its first axis rests, in the unit of that axis."""
+        """The position of its first axis, in the unit of that axis."""
         return self.positions[0] if self.positions else None
 
     def __bool__(self) -> bool:
@@ -43,9 +43,9 @@ class Outcome:
 
 
 class Move:
-    """A motion on its way: wait for it, await it, change it or stop it.
+    """A motion in progress: wait for it, await it, change it or stop it.
 
-    In a ``with`` block it is stopped at the end of the block.
+    The end of a ``with`` block stops it.
     """
 
     def __init__(self, line: Line, axes: tuple[Axis, ...], order: Order, endless: bool = False):
@@ -56,7 +56,7 @@ class Move:
         self._stopped_here = False
 
     def _begun(self) -> Move:
-        """Waits until it has begun; raises why it has not."""
+        """Waits until the motion has begun. Raises the reason if it does not."""
         self._order.begun()
         answer = self._order.answer()
         if answer is not None:
@@ -65,14 +65,14 @@ class Move:
 
     @property
     def done(self) -> bool:
-        """Whether it has ended, or is lost."""
+        """Whether the motion has ended or is lost."""
         return self._order.answer() is not None
 
     @property
     def outcome(self) -> Optional[Outcome]:
-        """How it has ended; ``None`` while it goes on.
+        """The outcome; ``None`` while the motion is in progress.
 
-        Raises ``LinkLost`` if that will never be known.
+        Raises ``LinkLost`` if it will never be known.
         """
         answer = self._order.answer()
         if answer is None:
@@ -95,7 +95,7 @@ class Move:
         return Outcome(kind, words, steps, places, reason)
 
     def _ends_here(self) -> bool:
-        """Whether a run was ended by its time, or by this object."""
+        """Whether its time or this object has ended a run."""
         return self._stopped_here or self._order.timed
 
     def _checked(self) -> Outcome:
@@ -106,11 +106,11 @@ class Move:
         raise (Stopped if outcome.kind == "stopped" else Uncertain)(outcome)
 
     def wait(self, timeout: Optional[float] = None) -> Outcome:
-        """Waits until it has ended, and says how.
+        """Waits until the motion has ended, and returns the outcome.
 
         Other threads run meanwhile. Raises ``Stopped`` if an axis rests elsewhere, ``Uncertain``
-        if it is not known where, ``LinkLost`` if the board is gone, and ``TimeoutError`` after
-        ``timeout`` seconds, when it goes on. Ctrl-C brakes it.
+        if a position is not known, ``LinkLost`` if the board is lost, and ``TimeoutError`` after
+        ``timeout`` seconds, while the motion goes on. Ctrl-C brakes.
         """
         try:
             ended = self._order.wait(timeout)
@@ -122,9 +122,9 @@ class Move:
         return self._checked()
 
     def stop(self) -> Outcome:
-        """Brakes along the ramp, waits until it rests, and says where.
+        """Brakes along the ramp, waits for rest, and returns the outcome.
 
-        Raises ``Uncertain`` if that is not known.
+        Raises ``Uncertain`` if a position is not known.
         """
         if not self.done:
             self._stopped_here = True
@@ -134,13 +134,13 @@ class Move:
         return self._checked()
 
     def retarget(self, position: Quantity, unit: Optional[str] = None) -> Move:
-        """Sends it to another position, on its way. Raises ``Refused`` once it has ended."""
+        """Changes the target during the motion. Raises ``Refused`` if the motion has ended."""
         axis = self._single("other target")
         self._line.ask("retarget", axis=axis.number, to=axis._steps(position, unit))
         return self
 
     def set_speed(self, speed: Quantity, unit: Optional[str] = None) -> Move:
-        """Gives it another top speed, on its way. Raises ``Refused`` once it has ended."""
+        """Changes the top speed during the motion. Raises ``Refused`` if the motion has ended."""
         axis = self._single("other speed")
         top = axis._rate("speed", speed, unit)
         self._line.ask("retarget", axis=axis.number, top_speed=top)
@@ -148,7 +148,7 @@ class Move:
 
     def _single(self, what: str) -> Axis:
         if self.done:
-            # Its axis may be on its way by another order, which is not ours to change.
+            # Another order may be moving its axis now, and must not be changed.
             raise Refused("this motion has ended", remedy="give the next order to its axis")
         if len(self._axes) != 1:
             raise ValueError(f"a line of several axes takes no {what}: stop it")
@@ -166,7 +166,7 @@ class Move:
         try:
             await ended
         except BaseException:
-            # Who no longer waits for a motion no longer wants it.
+            # A caller that no longer waits for a motion no longer wants it.
             self._line.brake()
             raise
         return self._checked()

@@ -1,4 +1,4 @@
-"""Travels on paper: every step of a ramp law, before anything moves."""
+"""Planned travels: every step of a ramp law, before anything moves."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ._scales import scale_of
 
 
 class Plan:
-    """A travel by a law: arrays of what each of its pulses has.
+    """A travel by a law, with arrays of values for each of its pulses.
 
-    The first pulse is at time 0, and its delay is 0. The arrays are made when they are asked for.
+    The first pulse is at time 0, and its delay is 0. Each array is computed at its first use.
     """
 
     def __init__(self, law: str, planned: Planned, unit: tuple[str, float]):
@@ -28,7 +28,7 @@ class Plan:
 
     @property
     def peak(self) -> float:
-        """The highest speed, in units/s."""
+        """The highest speed in units/s."""
         return self._peak / self._per_unit
 
     @cached_property
@@ -42,12 +42,12 @@ class Plan:
 
     @property
     def worst_error(self) -> float:
-        """The largest error of a pulse against the law, in ticks of the timer."""
+        """The largest deviation of a pulse from the law, in ticks of the timer."""
         return self._survey[1]
 
     @cached_property
     def delays(self) -> Any:
-        """Ticks before each pulse: what a chip's timer counts."""
+        """The ticks of the chip's timer before each pulse."""
         return array(self._planned.delays(), "I")
 
     @cached_property
@@ -62,32 +62,32 @@ class Plan:
 
     @cached_property
     def positions(self) -> Any:
-        """Where the axis is behind each pulse, in its unit."""
+        """The position of the axis after each pulse, in its unit."""
         return scaled(range(1, self.pulses + 1), 1.0 / self._per_unit)
 
     @cached_property
     def speeds(self) -> Any:
-        """The speed by the delay before each pulse, in units/s; of the first the start speed."""
+        """The speed by the delay before each pulse, in units/s; the start speed for the first pulse."""
         return scaled(array(self._planned.speeds(), "d"), 1.0 / self._per_unit)
 
     @cached_property
     def phases(self) -> Any:
-        """The phase of each pulse: places in ``PHASES``."""
+        """The phase of each pulse, as an index of ``PHASES``."""
         return array(self._planned.phases(), "B")
 
     @cached_property
     def ideal_times(self) -> Any:
-        """When each pulse should come by the law, in s, before it becomes whole ticks."""
+        """The time of each pulse by the law in s, not rounded to whole ticks."""
         return array(self._planned.ideal(), "d")
 
     @cached_property
     def accelerations(self) -> Any:
-        """The acceleration at each pulse by the law, in units/s². It takes numpy."""
+        """The acceleration at each pulse by the law, in units/s². Needs numpy."""
         return gradient(self._ideal_speeds, self.ideal_times)
 
     @cached_property
     def jerks(self) -> Any:
-        """The jerk at each pulse by the law, in units/s³. It takes numpy."""
+        """The jerk at each pulse by the law, in units/s³. Needs numpy."""
         return gradient(self.accelerations, self.ideal_times)
 
     @cached_property
@@ -95,10 +95,10 @@ class Plan:
         return gradient(self.positions, self.ideal_times)
 
     def plot(self, path: Optional[Union[str, os.PathLike[str]]] = None) -> Any:
-        """Draws speed and acceleration, by matplotlib; returns its figure.
+        """Draws speed and acceleration with matplotlib, and returns its figure.
 
-        With a path (``.svg``, ``.png``, ``.html``) it is drawn into a file as the command does it,
-        without matplotlib.
+        With a path (``.svg``, ``.png``, ``.html``) it draws a file as the command does, without
+        matplotlib.
         """
         if path is not None:
             self._planned.save(os.fspath(path))
@@ -134,7 +134,7 @@ _TAKES: dict[str, tuple[str, ...]] = {
     "ramp": ("speed", "start_speed", "ramp"),
     "austin-fixed": ("c0", "c_min"),
 }
-"""What each law goes by."""
+"""The parameters of each law."""
 
 
 def plan(
@@ -159,12 +159,12 @@ def plan(
     steps_per_rev: Optional[int] = None,
     mm_per_rev: Optional[float] = None,
 ) -> Plan:
-    """Plans a travel, as ``stepwright plan LAW`` does, with its options.
+    """Plans a travel as ``stepwright plan LAW`` does, with the same options.
 
     Laws: ``trapezoid``, ``s-curve`` (``jerk``), ``ramp`` (its length in steps), ``austin`` (``first``,
     ``divisor``, ``changes``), ``linear-factor`` (``knee``), ``power``, ``piecewise`` (``breaks``),
     ``austin-fixed`` (``c0``, ``c_min``). Bare numbers are steps, steps/s and steps/s²; texts may
-    have any unit. Raises ``ValueError``, also for what the law does not go by.
+    have any unit. Raises ``ValueError``, also for a parameter that the law does not have.
     """
     scale = scale_of(steps_per_rev, mm_per_rev)
     asked: dict[str, Any] = {"law": str(law), "steps": text("steps", steps, None, "")}

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ._run import Run
 
 _COLOURS = ("#1d5fc4", "#d4550f", "#128a63", "#7a4a9c", "#8a6d00", "#00808a", "#a0325f", "#555555")
-"""Of curves: those of the command's plots come first."""
+"""The colours of curves. Those of the command's plots come first."""
 _GREY = "#6b7280"
 _SHADES = {
     "up": "#edf6ef",
@@ -22,11 +22,11 @@ _SHADES = {
     "jerk-up": "#eff1fa",
     "jerk-down": "#eff1fa",
 }
-"""Behind the phases of a travel."""
+"""The background of the phases of a travel."""
 
 
 def _look(panel: Any) -> Any:
-    """A panel in the look of the command's plots."""
+    """Styles a panel like the command's plots."""
     panel.grid(True, axis="y", color="#e2e5ea", linewidth=0.8)
     panel.set_axisbelow(True)
     panel.spines[["top", "right", "left"]].set_visible(False)
@@ -36,7 +36,7 @@ def _look(panel: Any) -> Any:
 
 
 def png(draw: Callable[[], Any]) -> Optional[bytes]:
-    """A figure as a picture; none without matplotlib."""
+    """A figure as PNG; ``None`` without matplotlib."""
     try:
         figure = draw()
     except ImportError:
@@ -48,8 +48,8 @@ def png(draw: Callable[[], Any]) -> Optional[bytes]:
 
 
 def draw_run(run: Run) -> Any:
-    """Positions, speeds and the power of a laser over time; of two motors and more the way of the first
-    two."""
+    """Positions, speeds and the power of a laser over time. With two motors or more, also the way of the
+    first two."""
     pyplot = importlib.import_module("matplotlib.pyplot")
     figure = pyplot.figure(figsize=(10, 5), layout="constrained")
     moved = [number for number, way in enumerate(run) if len(way) > 1]
@@ -89,7 +89,7 @@ def draw_run(run: Run) -> Any:
 
 
 def _phases(plan: Plan) -> list[tuple[str, int, int]]:
-    """The phases of a plan in their order, each with its first and its last pulse, from 0."""
+    """The phases of a plan in their order, each with its first and its last pulse, counted from 0."""
     found: list[tuple[str, int, int]] = []
     for pulse, phase in enumerate(plan.phases.tolist()):
         name = PHASES[phase]
@@ -101,7 +101,7 @@ def _phases(plan: Plan) -> list[tuple[str, int, int]]:
 
 
 def draw(plan: Plan) -> Any:
-    """Speed and acceleration over time and over steps, and of an S-curve the jerk, as the command
+    """Speed and acceleration over time and over steps, and the jerk of an S-curve, as the command
     draws them."""
     pyplot = importlib.import_module("matplotlib.pyplot")
     rows = [("Speed", "/s", plan.speeds), ("Acceleration", "/s²", plan.accelerations)]

@@ -1,4 +1,4 @@
-"""Numbers with units, as the native half reads them."""
+"""Numbers with units, in the form that the native half reads."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ Quantity = Union[int, float, str]
 
 
 def text(name: str, value: Any, unit: Optional[str], usual: str) -> str:
-    """A quantity as text: a bare number has the usual unit."""
+    """A quantity as text. A bare number gets the usual unit."""
     if isinstance(value, str):
         return value if unit is None else f"{value}{unit}"
     return f"{number(name, value)}{usual if unit is None else unit}"
 
 
 def number(name: str, value: Any) -> str:
-    """A number with all its digits; numpy's are numbers, too."""
+    """A number with all its digits. Accepts numbers of numpy too."""
     try:
         return str(operator.index(value))
     except TypeError:
@@ -32,14 +32,14 @@ def number(name: str, value: Any) -> str:
         raise ValueError(f"{name} is {value!r}: give a finite number")
     if given.is_integer() and abs(given) < 1e15:
         return str(int(given))
-    # More decimals than the command reads are less than a step of anything.
+    # The command reads no more decimals. They are less than a step in any unit.
     digits = repr(given)
     fine = Decimal(digits).as_tuple().exponent
     return digits if int(fine) >= -DECIMALS else f"{given:.{DECIMALS}f}"
 
 
 def seconds(name: str, value: Any) -> float:
-    """A time in s: no negative one, and no NaN."""
+    """A time in s, not negative and not NaN."""
     time = real(name, value, "a number of seconds")
     if not 0 <= time < 1e9:
         raise ValueError(f"{name} is {value!r}: it may be 0 to 1e9 s")
@@ -47,7 +47,7 @@ def seconds(name: str, value: Any) -> float:
 
 
 def real(name: str, value: Any, wanted: str) -> float:
-    """A number; what is none is refused by the name of its argument."""
+    """A number. An error names the argument that is no number."""
     if not isinstance(value, (bytes, bytearray)):
         try:
             return float(value)

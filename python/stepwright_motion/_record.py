@@ -1,4 +1,4 @@
-"""What the axes did, as arrays."""
+"""The recorded motion of axes, as arrays."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ STATES = ("ready", "busy", "uncertain", "lost")
 
 
 class Track:
-    """What an axis did: an array each for every look at it."""
+    """The recorded motion of an axis. Each array has one value for every look at the axis."""
 
     def __init__(self, axis: Axis, columns: list[bytearray], missed: int):
         steps = axis.scale.unit[1]
         self.unit = axis.unit
-        """The unit of its positions."""
+        """The unit of the positions."""
         self.time: Any = array(columns[0], "d")
-        """Seconds since the board was opened: ``board.time`` is the same clock."""
+        """Seconds since the board was opened, by the clock of ``board.time``."""
         self.position: Any = _scaled(array(columns[1], "d"), steps)
-        """Where it was; NaN where that was not known."""
+        """The position; NaN if it was not known."""
         self.speed: Any = _scaled(array(columns[2], "d"), steps)
-        """Its speed over the last tenth of a second, in units/s."""
+        """The speed over the last tenth of a second, in units/s."""
         self.state: Any = array(columns[3], "B")
-        """What it did: places in ``STATES``."""
+        """The state, as an index of ``STATES``."""
         self.missed = missed
-        """Looks that did not come in their time, 50 a second, while it moved."""
+        """The number of looks, 50 a second while the axis moved, that did not come in time."""
 
     def __len__(self) -> int:
         return len(self.time)
@@ -57,8 +57,8 @@ def _double(value: float) -> bytes:
 class Recording:
     """A recording: ``with board.record() as log: …``, then ``log.x.time``, ``log.x.position``.
 
-    It has every look at the axes: 50 a second at those that move, 2 at those that rest. ``missed``
-    says whether looks did not come in their time.
+    It has every look at the axes: 50 a second at moving axes, 2 at resting axes. ``missed`` is the
+    number of looks that did not come in time.
     """
 
     def __init__(self, axes: tuple[Axis, ...], recorder: Recorder):
@@ -66,7 +66,7 @@ class Recording:
         self._recorder = recorder
 
     def stop(self) -> None:
-        """Writes down no more."""
+        """Ends the recording."""
         self._recorder.stop()
 
     def __enter__(self) -> Recording:
@@ -103,11 +103,11 @@ class Recording:
 
     @property
     def missed(self) -> int:
-        """Looks that did not come in their time while an axis moved."""
+        """The number of looks that did not come in time while an axis moved."""
         return sum(self._recorder.missed(axis) for axis in range(self._recorder.axes))
 
     def rows(self) -> Iterator[tuple[int, float, float, float, str]]:
-        """Every look: axis, time, position, speed, state; axis by axis."""
+        """Every look as axis, time, position, speed, state; axis by axis."""
         for axis in self._axes:
             track = self[axis.number]
             for look in range(len(track)):
@@ -115,11 +115,11 @@ class Recording:
                 yield (axis.number, *at, STATES[int(track.state[look])])
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
-        """Writes a file, of the kind that its name ends with.
+        """Writes a file of the kind that its name ends with.
 
-        ``.csv``: every look, a row each. ``.vcd`` (GTKWave, PulseView) and ``.mcap`` (Foxglove,
-        PlotJuggler): the edges of STEP and DIR; of a real board, whose pins nobody sees, the pulses
-        as they were planned, of the last 10 s.
+        ``.csv``: every look as a row. ``.vcd`` (GTKWave, PulseView) and ``.mcap`` (Foxglove,
+        PlotJuggler): the edges of STEP and DIR. The pins of a real board are not visible: its file has
+        the planned pulses of the last 10 s.
         """
         ending = os.path.splitext(path)[1].lower().lstrip(".")
         if ending not in ("csv", "vcd", "mcap"):
@@ -135,6 +135,6 @@ class Recording:
             table.writerows(self.rows())
 
     def frame(self) -> Any:
-        """The looks as a frame of pandas, which has to be there."""
+        """The looks as a frame of pandas. Needs pandas."""
         names = ("axis", "time", "position", "speed", "state")
         return importlib.import_module("pandas").DataFrame(list(self.rows()), columns=list(names))

@@ -1,4 +1,4 @@
-"""What motors did by a file, or would do along a path."""
+"""Runs of motors by a file or along a path."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from ._scales import Paced, paces, speed_of
 
 
 class Way:
-    """The way of a motor: a time and a position for each of its steps, the first where it began."""
+    """The way of a motor: a time and a position for its start and for each of its steps."""
 
     def __init__(self, columns: list[bytearray], unit: str):
         self.times: Any = array(columns[0], "d")
         """Seconds since the start."""
         self.positions: Any = array(columns[1], "d")
-        """Where it was from then on, in ``unit``."""
+        """The position from this time on, in ``unit``."""
         self.unit = unit
-        """The unit of its positions."""
+        """The unit of the positions."""
 
     @cached_property
     def speeds(self) -> Any:
-        """The speed at each step, in units/s. It takes numpy."""
+        """The speed at each step, in units/s. Needs numpy."""
         return gradient(self.positions, self.times)
 
     def __len__(self) -> int:
@@ -37,11 +37,11 @@ class Way:
 
 
 class Power:
-    """The power of a laser: off at first, then as it is from each time on."""
+    """The power of a laser: off at first, then the power from each time on."""
 
     def __init__(self, columns: list[bytearray]):
         self.times: Any = array(columns[0], "d")
-        """Seconds since the start, 0 the first."""
+        """Seconds since the start. The first is 0."""
         self.powers: Any = array(columns[1], "d")
         """From 0, off, to 1."""
 
@@ -57,13 +57,13 @@ class Run:
         self.duration = run.seconds
         """Seconds from the start to the end."""
         self.names = run.names
-        """Its motors."""
+        """The names of the motors."""
         self.unit = run.unit
-        """The unit of its positions."""
+        """The unit of the positions."""
         self.late = run.late
-        """Steps that came later than planned."""
+        """The number of steps that came later than planned."""
         self.braked = run.braked
-        """Whether it was braked before its end."""
+        """Whether the run was braked before its end."""
         self._ways: dict[int, Way] = {}
 
     def __getitem__(self, motor: Union[int, str]) -> Way:
@@ -83,17 +83,17 @@ class Run:
 
     @property
     def x(self) -> Way:
-        """The way of its first motor."""
+        """The way of the first motor."""
         return self[1]
 
     @property
     def y(self) -> Way:
-        """The way of its second motor."""
+        """The way of the second motor."""
         return self[2]
 
     @property
     def z(self) -> Way:
-        """The way of its third motor."""
+        """The way of the third motor."""
         return self[3]
 
     def __iter__(self) -> Iterator[Way]:
@@ -101,17 +101,17 @@ class Run:
 
     @cached_property
     def laser(self) -> Optional[Power]:
-        """The power of the laser of a job, if it had one."""
+        """The power of the laser of a job; ``None`` without a laser."""
         columns = self._run.power()
         return None if columns is None else Power(columns)
 
     @property
     def positions(self) -> tuple[float, ...]:
-        """Where its motors are in the end."""
+        """The positions of the motors at the end."""
         return tuple(float(way.positions[-1]) for way in self)
 
     def facts(self) -> dict[str, Any]:
-        """What became of cycles, as ``stepwright cycle FILE --format json`` says it."""
+        """The results of cycles, as ``stepwright cycle FILE --format json`` prints them."""
         facts: dict[str, Any] = json.loads(self._run.facts or "{}")
         return facts
 
@@ -141,7 +141,7 @@ class Run:
 
 
 def checked(run: _Run) -> Run:
-    """A run that has come to its end; raises why it has not."""
+    """A run that has reached its end. Raises the reason if it has not."""
     if run.error is not None:
         what, remedy = run.error
         raise Refused(what, remedy=remedy)
@@ -162,14 +162,14 @@ class Cycle:
         fast: bool = True,
         limit: int = 3600,
     ) -> Run:
-        """Plays it on a virtual board, or on the one at a port, which has the program ``cycles``
-        (``stepwright flash mega --program cycles``).
+        """Plays the file on a virtual board, or on the board at a port, which needs the program
+        ``cycles`` (``stepwright flash mega --program cycles``).
 
-        The virtual board's time passes as fast as it can, or as ours does if it is not ``fast``.
+        The time of the virtual board passes as fast as possible, or is real time without ``fast``.
         Ctrl-C brakes. A cycle that has not ended by itself is finished after ``limit`` seconds.
-        Raises ``ValueError`` for a mistake in the file, ``Refused`` where a cycle was refused or
-        cancelled, ``ConnectionError`` for a board that is not there. Of a real board the ways have
-        some ten looks a second, and there are no edges.
+        Raises ``ValueError`` for an error in the file, ``Refused`` if a cycle was refused or
+        cancelled, ``ConnectionError`` if there is no board. The ways of a real board have about
+        ten looks a second, and there are no edges.
         """
         if not 1 <= limit <= 1_000_000:
             raise ValueError(f"limit is {limit}: it may be 1 to 1000000 s")
@@ -198,11 +198,11 @@ def path(
     jerk: Paced[Optional[Quantity]] = None,
     tolerance: float = 0.0,
 ) -> Run:
-    """A path along straight lines from place to place, on paper: each ``(x, y)`` or ``(x, y, z)`` in
-    mm, at the speed ``feed``, corners at the speed that each axis can take. It may be off the lines by
-    ``tolerance``, in mm: then one arc takes the place of as many short lines as it fits.
+    """Plans a path along straight lines between places, each ``(x, y)`` or ``(x, y, z)`` in mm, at the
+    speed ``feed``, with corners at the speed that each axis allows. The path may be off the lines by
+    ``tolerance``, in mm: then one arc replaces as many short lines as it fits.
 
-    It begins at rest at the first place and ends at rest at the last. The limits are those of
+    The path begins at rest at the first place and ends at rest at the last. The limits are those of
     ``Gcode.plan``. Raises ``ValueError``.
     """
     rate = speed_of("feed", feed)

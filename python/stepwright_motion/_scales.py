@@ -1,4 +1,4 @@
-"""What the axes of a job or a path can do, in mm."""
+"""The limits of the axes of a job or a path, in mm."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ def _of(value: Any, axis: str) -> Any:
 
 
 def scale_of(steps_per_rev: Optional[int], mm_per_rev: Optional[float]) -> Scale:
-    """How the steps of an axis relate to the world."""
+    """The scale of an axis: its steps and its millimetres per turn."""
     if steps_per_rev is not None and not 1 <= steps_per_rev <= 10_000_000:
         raise ValueError(f"steps_per_rev is {steps_per_rev!r}: it may be 1 to 10000000 steps")
     return Scale(steps_per_rev, mm_per_rev)
 
 
 class MmScale:
-    """That an axis makes this many steps a millimetre, which says nothing of turns."""
+    """A scale with a number of steps per millimetre, but without turns."""
 
     def __init__(self, steps_per_mm: Any):
         steps = real("steps_per_mm", steps_per_mm, "a number")
         if not 0.001 <= steps <= 10_000:
             raise ValueError(f"steps_per_mm is {steps_per_mm!r}: it may be 0.001 to 10000")
         self.steps = steps
-        # What counts as a turn has whole steps. Its length has the fraction, to a nanometre, so it is
-        # as long as one may be: then no position within 10^9 steps is rounded to another one.
+        # A turn has whole steps. Its length has the fraction, to a nanometre, so the turn is as long as
+        # possible: then no position within 10^9 steps is rounded to another position.
         turn = min(int(steps * 4294), 10_000_000)
         self._scale = Scale(turn, turn / steps)
 
     @property
     def unit(self) -> tuple[str, float]:
-        """The unit that the axis counts in, and the steps of one."""
+        """The unit of the axis, and its steps."""
         return ("mm", self.steps)
 
     def distance(self, name: str, text: str) -> int:
@@ -90,7 +90,7 @@ def paces(
     jump: Paced[Quantity],
     jerk: Paced[Optional[Quantity]],
 ) -> list[Pace]:
-    """Of each axis a step, a speed, an acceleration, a jump in speed and a jerk."""
+    """A step, a speed, an acceleration, a jump in speed and a jerk for each axis."""
     axes = []
     for name in ("x", "y", "z"):
         scale = MmScale(_of(steps_per_mm, name))

@@ -10,10 +10,10 @@ if TYPE_CHECKING:
 
 
 class Settings:
-    """The settings of a board. An Uno, a Nano and a Mega keep them when their power goes off.
+    """The settings of a board. An Uno, a Nano and a Mega keep them without power.
 
-    ``board.settings.max_speed`` reads one, ``board.settings.max_speed = 20000`` sets it, and
-    ``print(board.settings)`` says what each is for.
+    ``board.settings.max_speed`` reads a setting, ``board.settings.max_speed = 20000`` sets it, and
+    ``print(board.settings)`` describes all.
     """
 
     _line: Line

@@ -1,6 +1,6 @@
-"""How long a plan takes to become an array, beside what the core takes to make it.
+"""The time to make an array of a plan, compared with the time of the core for the plan.
 
-``cargo xtask bench python`` prints the table, and stores it: ``python bench_arrays.py FILE [--check]``.
+``cargo xtask bench python`` prints and stores the table: ``python bench_arrays.py FILE [--check]``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import stepwright_motion as sw
 STEPS = 1_000_000
 TRIES = 9
 MOST = 1.5
-"""The array takes at most this many times as long."""
+"""The array may take at most this many times as long."""
 
 TRAVELS = {
     "trapezoid": {"accel": 50_000, "speed": 20_000},
@@ -25,7 +25,7 @@ TRAVELS = {
 
 
 def best(parts: dict[str, Callable[[], object]]) -> dict[str, float]:
-    """The shortest of some tries of each, in turn, in ms."""
+    """The shortest time of several tries of each part in ms. The tries alternate."""
     found = dict.fromkeys(parts, float("inf"))
     for _ in range(TRIES):
         for name, part in parts.items():

@@ -1,4 +1,4 @@
-"""Boards to try things on."""
+"""Boards for the tests."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ import stepwright_motion as sw
 
 COMMAND = os.environ.get("STEPWRIGHT_COMMAND", "stepwright")
 
-# A shell's job in the background ignores Ctrl-C, and so would the programs that these tests begin.
+# A shell's background job ignores Ctrl-C, and so would the programs that these tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
 def board() -> Iterator[sw.Board]:
-    """A virtual board whose time passes while it is waited for."""
+    """A virtual board whose time passes only while something waits."""
     with sw.virtual(fast=True) as board:
         yield board
 
@@ -43,7 +43,7 @@ class Pty:
         self.port = said.split()[1]
 
     def close(self) -> None:
-        """Switches it off."""
+        """Switches the board off."""
         self.process.kill()
         self.process.wait()
         assert self.process.stdout is not None
@@ -51,12 +51,12 @@ class Pty:
 
 
 class Cable:
-    """A socket before a serial port, as ``ser2net`` makes one, that can be pulled out."""
+    """A socket in front of a serial port, as of ``ser2net``, that can be pulled."""
 
     def __init__(self, port: str):
         self._port = os.open(port, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self._port)
-        # What was said to who held it before.
+        # Drops what was said to the last owner of the port.
         termios.tcflush(self._port, termios.TCIOFLUSH)
         self._server = socket.create_server(("127.0.0.1", 0))
         self.address = f"tcp://127.0.0.1:{self._server.getsockname()[1]}"
@@ -65,11 +65,11 @@ class Cable:
         self._thread.start()
 
     def pull(self) -> None:
-        """Pulls it: both ends hear of it."""
+        """Pulls the cable. Both ends notice."""
         self._pulled = True
 
     def mute(self) -> None:
-        """Carries nothing any more, and tells nobody."""
+        """Carries no more bytes. Neither end notices."""
         self._muted = True
 
     def _carry(self) -> None:

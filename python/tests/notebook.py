@@ -1,7 +1,7 @@
-"""Executes the notebook of the guide, and writes its page: ``python notebook.py [--check]``.
+"""Executes the notebook of the guide and writes its page: ``python notebook.py [--check]``.
 
 The page is ``docs/guide/src/notebook.md``, its pictures are in ``docs/figures``. ``--check`` changes
-nothing, and fails where the page is another one.
+nothing, and fails if the page differs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ NOTEBOOK = ROOT / "examples" / "python" / "austin.ipynb"
 PAGE = ROOT / "docs" / "guide" / "src" / "notebook.md"
 FIGURES = ROOT / "docs" / "figures"
 MOST = 10
-"""Lines of a cell."""
+"""The most lines of a cell."""
 
 HEAD = """<!-- `cargo xtask test --only python` holds this page to the notebook. -->
 
@@ -32,7 +32,7 @@ it, and writes this page.
 
 
 def pictures(cell: Any) -> list[bytes]:
-    """What a cell has drawn, as PNG."""
+    """The pictures of a cell as PNG."""
     data = [dict(output.get("data", {})) for output in cell.outputs]
     return [base64.b64decode(one["image/png"]) for one in data if "image/png" in one]
 

@@ -1,5 +1,5 @@
-"""The seeded travels of ``firmware/ticks/src/lib.rs``, which says how they are drawn, by a program of
-their own: so what the chips say of theirs is judged by other code than theirs."""
+"""The seeded travels of ``firmware/ticks/src/lib.rs``, written a second time: the results of the chips
+are checked by other code than their own. That file says how the travels are drawn."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PLACES = {
     "power": 6,
     "piecewise": 7,
 }
-"""The laws of ``sw.plan``, and the seed of each."""
+"""The laws of ``sw.plan`` with the seed of each."""
 
 TAKES = {
     "trapezoid": ("accel", "speed", "decel", "start_speed"),
@@ -32,7 +32,7 @@ TAKES = {
     "power": ("accel", "speed", "decel", "first", "power"),
     "piecewise": ("accel", "speed", "decel", "first", "breaks"),
 }
-"""What each of them takes, besides the steps and the timer."""
+"""The parameters of each law, beside the steps and the timer."""
 
 
 class Luck:
@@ -57,18 +57,18 @@ class Luck:
         return self._next() % limit
 
     def about(self, low: int, high: int) -> int:
-        """As often between any two neighbouring powers of two."""
+        """A number that is equally likely between any two neighbouring powers of two."""
         size = 1 << low + self.below(high - low)
         return size + self.below(size)
 
 
 def thousandths(value: int) -> str:
-    """A value in thousandths, as text: no float rounds it."""
+    """A value in thousandths as text, without the rounding of a float."""
     return f"{value // 1000}.{value % 1000:03}"
 
 
 def travel(law: str, number: int) -> dict[str, Any]:
-    """What to ask ``sw.plan`` for."""
+    """The arguments for ``sw.plan``."""
     luck = Luck(PLACES[law], number)
     timer = (1_000_000, 2_000_000, 16_000_000, 84_000_000)[luck.below(4)]
     steps = luck.about(0, 8)
@@ -93,13 +93,13 @@ def travel(law: str, number: int) -> dict[str, Any]:
     }
     values = {"steps": steps, "timer_hz": timer, **{name: drawn[name] for name in TAKES[law]}}
     if "divisor" in values:
-        # c/2n has a first delay of its own; 4n + 1 is what is meant without.
+        # c/2n has its own first delay; 4n + 1 is the default.
         del values["first" if values["divisor"] == "2n" else "divisor"]
     return values
 
 
 def line(law: str, number: int, plan: Optional[sw.Plan]) -> str:
-    """What a chip says of a travel, of a plan of it; ``None`` if it was refused."""
+    """The line of a chip for a travel with this plan; ``None`` if the plan was refused."""
     if plan is None:
         return f"{law} {number} refused"
     words = (int(delay).to_bytes(4, "little") for delay in plan.delays)

@@ -1,4 +1,4 @@
-"""What is wrong about an argument is said by its name, with what is allowed."""
+"""Errors of arguments: each names the argument and what is allowed."""
 
 from __future__ import annotations
 

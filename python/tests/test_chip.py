@@ -1,7 +1,7 @@
-"""Plans and runs against the pins of a simulated Uno, which runs the firmware itself.
+"""Plans and runs, compared with the pins of a simulated Uno, which runs the real firmware.
 
 ``STEPWRIGHT_SIM`` is the simulator (``cargo xtask sim`` builds it), ``STEPWRIGHT_FIRMWARE`` the folder
-of the firmwares.
+of the firmware images.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ HZ = 16_000_000
 
 
 class Chip:
-    """A simulated Uno, or another board, that runs a program, and writes down its pins."""
+    """A simulated Uno or another board that runs a program and dumps its pins."""
 
     def __init__(self, folder: Path, program: str, board: str = "uno"):
         self._dump = folder / "pins.vcd"
@@ -48,12 +48,12 @@ class Chip:
         self.port = said.split()[1]
 
     def end(self) -> None:
-        """Ends it, so that its dump is whole."""
+        """Ends the simulator, so that its dump is complete."""
         if self._process.poll() is None:
             self._process.communicate("end\n", timeout=20)
 
     def rises(self, pin: str) -> list[int]:
-        """When a pin rose, in cycles."""
+        """The times at which a pin rose, in cycles."""
         self.end()
         sign, now, found = "", 0, []
         unit = 0.0
@@ -72,9 +72,9 @@ class Chip:
 
 
 TICK_HZ = 1_000_000
-"""The laws' own timer: a command orders their constants in its ticks."""
+"""The timer of the laws. A command orders their constants in its ticks."""
 LISTED = {"c0": round(0.676 * TICK_HZ * math.sqrt(2 / 2000)), "c_min": round(TICK_HZ / 800)}
-"""Of the published listing for 2000 steps/s² and 800 steps/s: Eq 7, 15 and 2."""
+"""The constants of the published listing for 2000 steps/s² and 800 steps/s: Eq 7, 15 and 2."""
 
 LAWS: list[tuple[str, str, int, dict[str, Any], dict[str, Any]]] = [
     ("", "trapezoid", 700, {"accel": 4000, "speed": 2000, "start_speed": 50}, {}),
@@ -95,8 +95,8 @@ LAWS: list[tuple[str, str, int, dict[str, Any], dict[str, Any]]] = [
         {},
     ),
 ]
-"""A program, or the controller of an Uno or of a Mega; a law, its steps and values; the values that
-the command is asked for, if they are others."""
+"""A program, or the controller of an Uno or of a Mega; a law, its steps and values; the values for the
+command, if they differ."""
 
 OPTIONS = {"accel": "--accel", "speed": "--top-speed", "start_speed": "--start-speed", "ramp": "--ramp"}
 
@@ -110,7 +110,7 @@ def test_the_chip_makes_the_planned_steps(
     limits: dict[str, Any],
     ordered: dict[str, Any],
 ) -> None:
-    """Each edge is where the plan has it, but for the way into the interrupt."""
+    """Each edge is at its planned time, except for the time to enter the interrupt."""
     plan = sw.plan(law, steps, timer_hz=TICK_HZ if limits is LISTED else HZ, **limits)
     mega = program == "mega"
     controller = mega or not program
@@ -121,7 +121,7 @@ def test_the_chip_makes_the_planned_steps(
                 board.x.move_by(steps, **limits).wait()
         else:
             words = [COMMAND, "move", str(steps), "--port", chip.port]
-            # The controller's ramp counted in steps is its default.
+            # The ramp in steps is the controller's default.
             words += ["--law", law] if program else []
             for name, value in (ordered or limits).items():
                 if name == "changes":
@@ -135,9 +135,9 @@ def test_the_chip_makes_the_planned_steps(
     assert len(rises) == steps
     ticks = [int(tick) * HZ // plan.timer_hz for tick in plan.ticks]
     off = [rise - rises[0] - tick for rise, tick in zip(rises, ticks)]
-    # Another interrupt, and of a run of the controller's its rounding, 1 µs.
+    # Allows for another interrupt, and for the rounding of the controller's runs, 1 µs.
     assert max(map(abs, off)) <= (250 if controller else 40), (min(off), max(off))
-    # On the whole they are not early nor late.
+    # On average the steps are neither early nor late.
     assert abs(sum(off) / steps) <= 40
 
 
@@ -167,7 +167,7 @@ def test_what_runs_another_program_says_so(tmp_path: Path) -> None:
 
 
 def test_a_killed_script_is_missed_by_the_chip(tmp_path: Path) -> None:
-    """By its pins alone: the last step comes within the lease and the ramp."""
+    """By the pins alone: the last step comes within the lease and the ramp."""
     chip = Chip(tmp_path, "")
     program = (
         "import stepwright_motion as sw\n"
@@ -190,5 +190,5 @@ def test_a_killed_script_is_missed_by_the_chip(tmp_path: Path) -> None:
     finally:
         chip.end()
     assert len(rises) == at
-    # It stood for a second at least before it was looked at again.
+    # The motor stood for at least a second before this look.
     assert (rises[-1] - rises[0]) / HZ < 0.5 + 0.5 + 0.2 + 0.3

@@ -1,4 +1,4 @@
-"""Orders and what becomes of them, on a virtual board."""
+"""Orders and their outcomes on a virtual board."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_a_move_reaches_its_target_in_the_unit_of_its_axis(board: sw.Board) -> N
     assert outcome
     assert (board.x.position, board.x.steps, board.x.unit) == (25.0, 2000, "mm")
     assert board.x.move_by("-1.5mm").wait().position == 23.5
-    # Bare numbers are in the unit that positions are said in.
+    # Bare numbers are in the unit of the positions.
     assert board.x.move_to(board.x.position + 1).wait().position == 24.5
     assert board.x.move_to("100steps").wait().steps == (100,)
 
@@ -42,7 +42,7 @@ def test_a_fraction_of_a_step_per_mm_counts(board: sw.Board) -> None:
     board.x.steps_per_mm = 78.74
     assert board.x.move_to(100).wait().steps == (7874,)
     assert board.x.steps_per_mm == pytest.approx(78.74)
-    # A rack with a pinion of 20 mm, and motors that step metres.
+    # A rack with a pinion of 20 mm, and motors whose step is about a metre.
     for steps in (200 / (math.pi * 20), 0.0014, 0.001, 415.461_234_5, 9999.9999):
         board.x.steps_per_mm = steps
         assert board.x.steps_per_mm == steps
@@ -50,7 +50,7 @@ def test_a_fraction_of_a_step_per_mm_counts(board: sw.Board) -> None:
     board.x.steps_per_mm = 3.1831
     assert board.x.move_to(10_000, speed=4_000, accel=20_000).wait().steps == (31_831,)
     assert board.x.position == 10_000
-    # A position is the place that it says, to the step.
+    # A position is exact to the step.
     for steps in (200 / (math.pi * 20), 0.001234, 9999.9876, 41.7012904):
         board.x.steps_per_mm = steps
         for place in (999_999_937, -123_456_789, 1):
@@ -61,7 +61,7 @@ def test_a_fraction_of_a_step_per_mm_counts(board: sw.Board) -> None:
 
 
 def test_small_floats_are_positions(board: sw.Board) -> None:
-    """Their shortest decimals are more than 18 places long."""
+    """The shortest decimals of these have more than 18 places."""
     board.x.steps_per_mm = 6_000
     for place, steps in ((0.01 / 6, 10), (-0.1 / 6000, 0), (7 / 6000, 7), (1e-30, 0), (0.0011 / 3, 2)):
         assert board.x.move_to(place, speed=1.1 / 700, accel=0.5).wait().steps == (steps,)
@@ -87,7 +87,7 @@ def test_steps_per_mm_say_nothing_of_turns(board: sw.Board) -> None:
 
 
 def test_speeds_are_those_asked_for(board: sw.Board) -> None:
-    """4000 steps at 500 steps/s take 8 s and the ramps."""
+    """4000 steps at 500 steps/s take 8 s plus the ramps."""
     for given in ({"speed": 500}, {"speed": "150rpm"}):
         board.x.zero()
         began = board.time
@@ -116,7 +116,7 @@ def test_ranges_and_refusals_say_what_is_allowed(board: sw.Board) -> None:
         board[4]
     with pytest.raises(TypeError):
         board.line_to(x=5, w=3)
-    # Nothing has moved by any of them.
+    # None of these orders has moved anything.
     assert board.x.steps == 0 and not board.moving
 
 
@@ -219,7 +219,7 @@ def test_runs_last_as_long_as_they_should(board: sw.Board) -> None:
         board.sleep(1.0)
         assert board.y.speed_now == pytest.approx(-500, abs=20)
     assert board.y.steps == pytest.approx(-500, abs=150) and not board.moving
-    # A run that others end was stopped.
+    # A run that another call ends counts as stopped.
     run = board.x.run(100)
     board.stop()
     with pytest.raises(sw.Stopped):
@@ -254,7 +254,7 @@ def test_lines_are_straight(board: sw.Board) -> None:
     with board.record() as log:
         outcome = board.line_to(x=20, y=-10, speed="20mm/s").wait()
     assert outcome.positions == (20.0, -10.0)
-    # Both were looked at at almost the same time.
+    # Both axes were looked at almost at the same time.
     middle = len(log.x) // 2
     assert log.y.position[middle] == pytest.approx(-log.x.position[middle] / 2, abs=0.3)
     assert board.line_by(None, 5).wait().positions == (-5.0,)
@@ -286,7 +286,7 @@ def test_a_recording_has_every_look(board: sw.Board) -> None:
     assert len(x.time) == len(x.position) == len(x.speed) == len(x.state) == len(x)
     assert list(x.time) == sorted(x.time)
     gaps = [b - a for a, b, s in zip(x.time, x.time[1:], x.state) if s == 1]
-    # The last one finds it at rest, and is told once the board has said why.
+    # The last look finds the axis at rest, and comes after the board has said why.
     assert max(gaps[:-1]) < 0.04 and gaps[-1] < 0.06 and sum(gaps) / len(gaps) < 0.025
     assert (x.position[0], x.position[-1]) == (0, 1000)
     assert max(x.speed) == pytest.approx(1000, abs=15)
@@ -295,7 +295,7 @@ def test_a_recording_has_every_look(board: sw.Board) -> None:
 
 
 def test_a_recording_says_what_it_has_missed() -> None:
-    """A board that can't be looked at for a while, in real time."""
+    """For a while nothing looks at the board, in real time."""
     import signal
     import subprocess
     import sys
@@ -423,7 +423,7 @@ def test_the_interpreter_is_free_while_it_waits() -> None:
 
 
 def test_threads_share_a_board(board: sw.Board) -> None:
-    """Each has an axis; all reach what they were sent to."""
+    """Each thread has an axis, and all axes reach their targets."""
     failed: list[BaseException] = []
 
     def drive(axis: sw.Axis) -> None:

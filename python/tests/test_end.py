@@ -1,4 +1,4 @@
-"""However a program ends, its motors come to rest, and their positions stay known."""
+"""The ends of programs: the motors always come to rest, and their positions stay known."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_an_exception_brakes_and_is_told(pty: Pty) -> None:
 
 
 def run(program: str) -> subprocess.Popen[str]:
-    """A program in an interpreter of its own, once it says that a motor moves."""
+    """Starts a program in a separate interpreter, and returns when a motor moves."""
     child = subprocess.Popen(
         [sys.executable, "-c", program],
         stdout=subprocess.PIPE,
@@ -79,13 +79,13 @@ def test_the_end_of_the_program_brakes(pty: Pty) -> None:
 
 @pytest.mark.parametrize("order", ["board.x.run(1000)", "board.x.move_to(100_000)"])
 def test_a_killed_interpreter_is_missed_by_the_board(pty: Pty, order: str) -> None:
-    """It rests within its lease and its ramp; then the position is known."""
+    """The axis rests within its lease and its ramp, and its position is known."""
     child = run(WAITS.format(port=pty.port).replace("board.x.run(1000)", order))
     time.sleep(0.3)
     child.kill()
     child.communicate()
     killed = time.monotonic()
-    # The lease, the ramp of 0.4 s, and a moment: then it rests, though nobody has said so.
+    # After the lease, the ramp of 0.4 s and a moment the axis rests, without any report.
     time.sleep(0.5 + 0.4 + 0.3)
     with sw.open(pty.port) as board:
         assert not board.moving
@@ -107,11 +107,11 @@ def test_a_board_that_vanishes_is_lost(pty: Pty) -> None:
             board.x.move_to(0)
         with pytest.raises(sw.LinkLost, match="and open it again"):
             board.x.position
-        # A motor may be moving: nobody says that none does, nor how fast.
+        # A motor may be moving: no call says that none moves, or how fast.
         for asked in (lambda: board.moving, lambda: board.x.moving, lambda: board.x.speed_now):
             with pytest.raises(sw.LinkLost):
                 asked()
-    # Who has heard of it hears of it no more at the end of the block.
+    # A program that knows of the loss gets no second exception at the end of the block.
     with pytest.raises(sw.LinkLost):
         board.x.move_to(0)
 
@@ -164,7 +164,7 @@ def test_a_dropped_board_brakes(pty: Pty) -> None:
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="nothing tells what is open")
 def test_a_closed_board_leaves_nothing_open(pty: Pty) -> None:
-    """Neither a file nor a thread, however often a script opens it."""
+    """Neither a file nor a thread stays open, even after many boards."""
 
     def held() -> tuple[int, int]:
         time.sleep(0.1)
@@ -205,13 +205,13 @@ async def awaited(move: sw.Move) -> sw.Outcome:
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 def test_a_forked_process_awaits_moves_of_its_own_alone() -> None:
-    """Though the process that it came from has awaited one before."""
+    """This holds even if the parent process has awaited a move before."""
     with sw.virtual() as board:
         asyncio.run(awaited(board.x.move_by(5)))
         move = board.x.move_to(500)
         child = os.fork()
         if child == 0:
-            # Nobody ends a child that hangs.
+            # Nothing else ends a child that hangs.
             signal.signal(signal.SIGALRM, signal.SIG_DFL)
             signal.alarm(20)
             try:

@@ -1,4 +1,4 @@
-"""Machine files, which the command reads, too."""
+"""Machine files, which the command reads too."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_file_says_how_axes_are_built(tmp_path: Path, pty: Pty) -> None:
         board.z.move_to(1000).wait()
         # 600 steps at 1000 steps/s, and ramps of 200 steps from 50 steps/s.
         assert board.time - began == pytest.approx(0.6 + 2 * 200 / 525, abs=0.12)
-    # The command takes the same file, and finds the axis where it was left.
+    # The command reads the same file, and finds the axis at its last position.
     words = [COMMAND, "position", "--machine", str(path)]
     said = subprocess.run(words, capture_output=True, text=True, check=True).stdout
     assert "1600" in said and "4 mm" in said
@@ -54,7 +54,7 @@ def test_a_file_says_how_axes_are_built(tmp_path: Path, pty: Pty) -> None:
 
 @pytest.mark.parametrize("speeds", ["top-speed = 30", "top-speed = 900\nstart-speed = 900"])
 def test_a_ramp_between_equal_speeds_is_none(tmp_path: Path, speeds: str) -> None:
-    """As the command moves by such a file."""
+    """The command moves in the same way with such a file."""
     file = tmp_path / "mill.toml"
     file.write_text(f"[axis.1]\nramp = 200\n{speeds}\n")
     with sw.virtual(fast=True, machine=file) as board:

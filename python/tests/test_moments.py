@@ -1,7 +1,7 @@
 """Programs that end at random moments, in every way that programs end, and boards that vanish: each
-time the board rests within its lease and a ramp, and knows where it is.
+time the board rests within its lease and a ramp, and its position is known.
 
-``STEPWRIGHT_MOMENTS`` says how many; ``STEPWRIGHT_SEED`` which.
+``STEPWRIGHT_MOMENTS`` is the number of moments, ``STEPWRIGHT_SEED`` their seed.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ import stepwright_motion as sw
 MOMENTS = int(os.environ.get("STEPWRIGHT_MOMENTS", "24"))
 SEED = os.environ.get("STEPWRIGHT_SEED", "stepwright")
 BOARDS = int(os.environ.get("STEPWRIGHT_BOARDS", "4"))
-"""At once."""
+"""The number of boards at once."""
 
 LEASE = 0.4
 RAMP = 0.1
-"""From 2000 steps/s at 20000 steps/s²."""
+"""The ramp from 2000 steps/s at 20000 steps/s²."""
 SPARE = 0.6
-"""For bytes on their way, and a loaded computer."""
+"""Spare time for bytes in transit and a loaded computer."""
 
 BEGIN = """
 import random, sys, time
@@ -90,7 +90,7 @@ async def main():
 asyncio.run(main())
 """
 )
-"""An exception in a callback of an event loop, which those who await hear of."""
+"""An exception in a callback of an event loop, which reaches the awaiting coroutine."""
 
 WAYS = {
     "kill": signal.SIGKILL,
@@ -103,11 +103,11 @@ WAYS = {
     "unplugged": None,
     "silent": None,
 }
-"""The signals that end a program; without one it ends in another way."""
+"""The signals that end a program; ``None`` for another way."""
 
 
 def by_a_program(way: str, port: str, number: int, when: float) -> str:
-    """A program that is ended by a signal, or by an exception of its own."""
+    """Ends a program by a signal or by an exception."""
     end = WAYS[way]
     text = CALLBACK if way == "callback" else PROGRAM
     words = [sys.executable, "-X", "faulthandler", "-c", text, port, f"{SEED} {number}"]
@@ -134,7 +134,7 @@ def by_a_program(way: str, port: str, number: int, when: float) -> str:
 
 
 def by_a_notebook(port: str, number: int, when: float) -> str:
-    """A notebook that is closed while its cell runs, or behind it."""
+    """Closes a notebook while its cell runs, or after that."""
     client = pytest.importorskip("jupyter_client")
     begin = BEGIN.replace("sys.argv", repr(["", port, f"{SEED} {number}", "1e6"]))
     kernel = client.KernelManager(kernel_name="python3")
@@ -155,7 +155,7 @@ def by_a_notebook(port: str, number: int, when: float) -> str:
 
 
 def by_a_board(way: str, port: str, number: int, when: float) -> str:
-    """A board whose cable is pulled, or whose line no longer carries a byte."""
+    """Pulls the cable of a board, or stops all bytes on its line."""
     with Cable(port) as cable:
         try:
             with sw.open(cable.address, lease=LEASE) as board:
@@ -172,15 +172,15 @@ def by_a_board(way: str, port: str, number: int, when: float) -> str:
         except sw.LinkLost:
             return ""
         except sw.Stopped as why:
-            # This computer was busy for so long that the board had braked before.
+            # This computer was so busy that the board had braked before.
             return "" if why.reason == "timeout" else str(why)
     return "nobody has heard that the board is gone"
 
 
 def moment(port: str, number: int) -> str:
-    """Ends a program at a moment, and looks at the board; what was wrong."""
+    """Ends a program at a moment and looks at the board. Returns what is wrong."""
     luck = random.Random(f"{SEED} {number}")
-    # All ways in turn, so that a few moments have each of them.
+    # All ways in turn, so that even a few moments include each way.
     way, when = list(WAYS)[number % len(WAYS)], luck.uniform(0, 1.5)
     if way == "notebook":
         wrong = by_a_notebook(port, number, when)

@@ -1,4 +1,4 @@
-"""Plans against those of the command."""
+"""Plans, compared with those of the command."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ OPTIONS = {"speed": "--top-speed", "first": "--c0"}
 
 
 TRAVELS = int(os.environ.get("STEPWRIGHT_TRAVELS", "1000"))
-"""Travels of each law, the same as on the chips: the command is started for every one of them."""
+"""The number of travels of each law, the same as on the chips. Each travel starts the command."""
 
 
 def by_the_command(law: str, values: dict[str, Any]) -> tuple[int, str, str]:
-    """What ``stepwright plan`` says, as CSV."""
+    """The result of ``stepwright plan`` as CSV."""
     words = [COMMAND, "plan", law, "--format", "csv"]
     for name, value in values.items():
         option = OPTIONS.get(name, f"--{name.replace('_', '-')}")
@@ -47,7 +47,7 @@ def test_travels_are_those_of_the_command(law: str) -> None:
                 with pytest.raises(ValueError):
                     sw.plan(law, **values)
                 continue
-            # The csv module takes longer than the command.
+            # The csv module would take longer than the command.
             head, *rows = (line.split(",") for line in said.splitlines())
             columns = dict(zip(head, zip(*rows)))
             plan = sw.plan(law, **values)
@@ -71,7 +71,7 @@ def test_what_the_arrays_say_fits_together() -> None:
     up = plan.phases == sw.PHASES.index("up")
     assert plan.accelerations[up][20:-5] == pytest.approx(2000, rel=0.02)
     curve = sw.plan("s-curve", 2000, accel=4000, speed=1000, jerk=80_000)
-    # The ends apart, where a step takes long.
+    # Without the ends, where a step takes long.
     assert numpy.median(numpy.abs(curve.jerks[curve.phases == 3])) == pytest.approx(80_000, rel=0.1)
     in_mm = sw.plan("trapezoid", "25mm", accel="500mm/s2", speed="50mm/s", mm_per_rev=40)
     assert (in_mm.pulses, in_mm.unit, in_mm.positions[-1]) == (125, "mm", 25)

@@ -1,4 +1,4 @@
-"""Files that are played: jobs, cycles and paths, against what the command plays."""
+"""Runs of files: jobs, cycles and paths, compared with those of the command."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CYCLES = ["calibrate", "drawing", "feed", "joined", "readme", "series", "triangl
 
 
 def command(*words: str) -> str:
-    """What the command says."""
+    """The output of the command."""
     env = {"STEPWRIGHT_MACHINE": "none"}
     return subprocess.run(
         [COMMAND, *words], capture_output=True, text=True, check=True, env=env
@@ -30,7 +30,7 @@ def command(*words: str) -> str:
 
 
 def steps(said: str, name: str) -> tuple[list[float], list[int]]:
-    """When a motor made its steps in s, and where it was then: of the command's events."""
+    """The times of a motor's steps in s and its positions, from the command's events."""
     rows = [row for row in csv.reader(said.splitlines()) if row[1:4] == [name, "step", "1"]]
     return [float(row[0]) / 1e6 for row in rows], [int(row[4]) for row in rows]
 
@@ -68,7 +68,7 @@ def test_a_laser_and_its_jerk_are_those_of_the_command(tmp_path: Path) -> None:
     assert run.laser.powers[1:].tolist() == pytest.approx([power for _, power in changes], abs=1e-4)
     run.save(tmp_path / "engrave.vcd")
     assert len(run.plot().axes) == 4
-    # A spindle is none, and takes its rests.
+    # A spindle has no power signal, and the path rests for its changes.
     plain = sw.gcode(job).run()
     assert plain.laser is None and len(plain.plot().axes) == 3
 
@@ -86,13 +86,13 @@ def test_cycles_make_each_step_when_the_command_does(name: str) -> None:
         times, places = steps(events, motor)
         ours, at = run[motor].times[1:].tolist(), run[motor].positions.tolist()
         if name in ("calibrate", "drawing"):
-            # Until a switch is found it is not known where a motor is.
+            # Until a motor finds a switch its position is not known.
             found = next(place for place, time in enumerate(times) if time > 4.5)
             times, places = times[found:], places[found:]
             ours, at = ours[len(ours) - len(times) :], at[len(at) - len(places) - 1 :]
         assert len(times) > (5 if motor != "Z" else -1)
         assert ours == pytest.approx(times, abs=2e-9), motor
-        # With a fixed tick a step is counted behind its row.
+        # With a fixed tick a step is counted after its row.
         assert places in (at[1:], at[:-1]), motor
 
 
@@ -121,7 +121,7 @@ def test_a_path_is_the_job_of_its_lines(tmp_path: Path) -> None:
     limits: dict[str, Any] = {"accel": 500, "jump": {"x": 2, "y": 3, "z": "1mm/s"}, "jerk": 8000}
     path = sw.path(places, feed="40mm/s", **limits)
     run = sw.gcode(job).run(**limits)
-    # The last place of the path has no Z, which is 0 there, and that of the job stays.
+    # The last place of the path has no Z, which means 0; in the job Z stays.
     assert path.positions == (0, 0, 0) and run.positions == (0, 0, 3)
     path = sw.path([*places[:-1], (0, 0, 3)], feed="40mm/s", **limits)
     assert path.duration == pytest.approx(run.duration, abs=1e-6)

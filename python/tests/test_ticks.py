@@ -1,7 +1,7 @@
-"""Plans against what chips say of the same travels, delay for delay.
+"""Plans, compared with the same travels on chips, delay by delay.
 
-``STEPWRIGHT_TICKS`` names the files with their lines, one for a program: ``cargo xtask ticks`` has the
-programs of ``firmware/ticks`` run on simulated chips, and writes down what they say.
+``STEPWRIGHT_TICKS`` names the files with the lines of the chips, one file for each program. ``cargo xtask
+ticks`` runs the programs of ``firmware/ticks`` on simulated chips and writes these files.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FILES = [Path(file) for file in os.environ.get("STEPWRIGHT_TICKS", "").split(os.
 @pytest.mark.skipif(not FILES, reason="STEPWRIGHT_TICKS names no chip's lines")
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_a_chip_plans_the_same_delays(file: Path) -> None:
-    """A line has a checksum of all delays: one that is a tick off makes another."""
+    """A line has a checksum of all delays. A delay that is a tick off changes it."""
     seen: dict[str, int] = {}
     for said in file.read_text().splitlines():
         law, number, *_ = said.split(" ")

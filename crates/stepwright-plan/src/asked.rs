@@ -69,7 +69,7 @@ impl PlanLimits {
     }
 }
 
-/// How one of Austin's ramps begins: its first delay c₀, which Eq 12 overrates.
+/// How one of Austin's ramps begins: its first delay c₀. After an exact c₀, Eq 12 gives too long delays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum First {

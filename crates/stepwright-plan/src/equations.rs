@@ -159,7 +159,7 @@ mod tests {
         // 67.6 % and 88.6 %, and c1 = 0.4056 c0 so that both beginnings continue alike.
         assert!((0.6f64 * 0.676 - 0.4056).abs() < 1e-12);
         assert_eq!(format!("{:.3}", std::f64::consts::PI.sqrt() / 2.0), "0.886");
-        // Γ(3/4) / (2 Γ(5/4)): the limit of the factor by which Eq 11 overrates c0.
+        // Γ(3/4) / (2 Γ(5/4)): the limit of the exact delay over the delay by Eq 11, from the same c0.
         let far = 1e6;
         let product = (1..=1_000_000).fold(1.0, |c, n| c * ratio(f64::from(n)));
         let short = 1.0 / ((far + 1.0f64).sqrt() + far.sqrt()) / product;

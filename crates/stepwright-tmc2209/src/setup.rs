@@ -24,8 +24,8 @@ const VERSION: u8 = 0x21;
 /// use stepwright::Speed;
 /// use stepwright_tmc2209::DriverSetup;
 ///
-/// // A sense resistor of 0.11 Ω, 800 mA; 400 mA at rest, 16 microsteps. Stalls are told from
-/// // 2,000 steps/s on.
+/// // A sense resistor of 0.11 Ω, 800 mA; 400 mA at rest, 16 microsteps. Stalls are detected
+/// // from 2,000 steps/s on.
 /// let setup = DriverSetup::new(110, 800).hold(400).microsteps(16).stall(60, Speed::of::<2_000>());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -42,7 +42,6 @@ mod say;
 mod selftest;
 mod serve;
 mod timed;
-mod wish;
 
 use std::process::ExitCode;
 

@@ -11,6 +11,7 @@
 
 mod cycles;
 mod laws;
+mod places;
 mod timed;
 
 use std::fmt;
@@ -25,6 +26,7 @@ use crate::session::Session;
 
 pub use cycles::{CycleProblem, CycleSession};
 pub use laws::{LawProblem, LawSession};
+pub use places::{ask, places, wait_for_rest};
 pub use timed::{TimedProblem, TimedSession};
 
 /// A row of a program's serial line.

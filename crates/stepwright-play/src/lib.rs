@@ -1,6 +1,7 @@
 //! Plays G-code jobs and files of motor cycles.
 //!
 //! ```text
+//!                 ┌─► StreamedBoard ─► a board with the program `stream`
 //!   job.nc ─────► JobPlan ─► gcode::begin ───┐
 //!                                            ├─► a virtual board ─► edges, positions
 //!   cycles.toml ─► CyclePlan ─► CyclePlayer ─┘
@@ -10,6 +11,7 @@
 //! | module | what |
 //! | --- | --- |
 //! | `gcode` | G-code jobs on the virtual board |
+//! | `stream` | G-code jobs on a real one |
 //! | `cycle` | motor cycles, on the virtual board and on a real one |
 //! | `error` | why a file can't be played, with its place |
 //! | `voice` | output during the playing, and interruption |
@@ -20,10 +22,11 @@
 pub mod cycle;
 mod error;
 pub mod gcode;
+pub mod stream;
 mod voice;
 
 pub use error::{PlayError, PlayPlace};
-pub use voice::{PlayFormat, PlayVoice};
+pub use voice::{Mute, PlayFormat, PlayVoice};
 
 use stepwright::Rate;
 

@@ -26,3 +26,15 @@ pub trait PlayVoice {
     /// Whether the player shall end. Called some hundred times a second.
     fn asked(&self) -> bool;
 }
+
+/// No output, and no interruption.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Mute;
+
+impl PlayVoice for Mute {
+    fn result(&self, _: &dyn Display) {}
+    fn note(&self, _: &dyn Display) {}
+    fn asked(&self) -> bool {
+        false
+    }
+}

@@ -10,7 +10,7 @@ use stepwright_play::{PlayError, PlayFormat};
 use super::taken::{Taken, Wanted};
 use super::voice::Aloud;
 use crate::failure::Failure;
-use crate::wish::{PlayOrder, Played, Wish};
+use stepwright_play::stream::{PlayOrder, Played, Wish};
 
 /// The time between two checks of the clock and the order.
 const LOOK: Duration = Duration::from_millis(2);

@@ -12,7 +12,7 @@ pub mod drawing;
 pub mod live;
 pub mod taken;
 mod text;
-mod voice;
+pub mod voice;
 
 use std::path::{Path, PathBuf};
 

@@ -8,15 +8,14 @@ use std::time::{Duration, Instant};
 use stepwright_path::{AxisPace, Unplannable};
 use stepwright_plan::gcode::{JobPlan, JobTerms};
 use stepwright_play::gcode::begin;
+use stepwright_play::stream::{JobWatch, Obeyed, Place, PlayOrder, Played, Wish};
 use stepwright_sim::Description;
 
-use super::feed::{self, JobWatch, Place};
-use super::port::Met;
+use super::port;
 use crate::cycle::taken::{self, Taken};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::order::target::PortArgs;
-use crate::wish::{Obeyed, PlayOrder, Played, Wish};
 
 /// The longest time to plan a job and make its drawing; beyond, it is refused.
 pub const WITHIN: Duration = Duration::from_secs(10);
@@ -146,28 +145,28 @@ pub fn play(
 /// # Errors
 /// An error of the job; no such board at the port; the board has left the path.
 pub fn play_on(
-    port: &PortArgs,
+    at: &PortArgs,
     file: &PageJob,
     order: &PlayOrder,
     tell: &mut dyn FnMut(f64, &[i64], Wish),
 ) -> Result<Played, Failure> {
     let (plan, axes) = (file.admitted()?, file.axes);
-    let met = Met::at(port, "serve")?;
-    let (from, board) = (met.places, met.name.clone());
+    let mut board = port::meet(at, "serve")?;
+    let from = board.places;
     let mut watch = Page { order, axes, tell, steps: [0; 3], killed: false };
-    let fed = feed::feed(met, port.baud, file.text.as_bytes().to_vec(), axes, &plan, &mut watch);
+    let played = board.play(file.text.as_bytes().to_vec(), axes, &plan, &mut watch);
     let steps = watch.steps;
     let elsewhere = |to: [Option<i64>; 3]| {
         (0..3).any(|n| matches!((from[n], to[n]), (Some(a), Some(b)) if b - a != steps[n]))
     };
-    match fed {
+    match played {
         Ok(streamed) if elsewhere(streamed.position) => {
-            Err(Failure::new(format!("{board} counts another place than the path's end")))
+            Err(Failure::new(format!("{} counts another place than the path's end", board.name)))
         }
         Ok(streamed) if streamed.braked => Ok(Played::Stopped),
         Ok(_) => Ok(Played::Done),
         Err(_) if watch.killed => Ok(Played::Killed),
-        Err(why) => Err(why),
+        Err(why) => Err(why.into()),
     }
 }
 

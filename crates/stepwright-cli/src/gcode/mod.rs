@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `axes` | the limits of the axes |
 //! | `play` | runs a job on the virtual board |
-//! | `port`, `feed` | streams a job to a board: connecting, and feeding |
+//! | `port` | streams a job to a board |
 //! | `drawing`, `thin` | for a page: points with times and speeds, thinned for a picture |
 //! | `facts` | the facts of a plan, as text |
 //! | `live` | for a page: in real time on a virtual board, or streamed to a board |
@@ -14,7 +14,6 @@
 pub mod axes;
 pub mod drawing;
 mod facts;
-mod feed;
 pub mod live;
 mod play;
 pub mod port;
@@ -30,6 +29,7 @@ use stepwright_gcode::Length;
 use stepwright_path::{AxisPace, length};
 use stepwright_plan::gcode::{BoardRefusal, JobError, JobPlan, JobTerms};
 use stepwright_plan::sheet::SheetFormat;
+use stepwright_play::stream::{Streamed, spelt};
 use stepwright_plot::PlotFile;
 use stepwright_sim::Description;
 
@@ -42,7 +42,6 @@ use crate::order::progress::Line;
 use crate::order::target::PortArgs;
 use crate::{plot, say};
 use axes::{AxesArgs, NAMES};
-use feed::Streamed;
 use play::{Played, Wanted};
 
 /// Run a G-code job on a board or a virtual one, or plan it: its exact time before it starts
@@ -180,7 +179,7 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
                 "a board tells no edges: --format csv is for the virtual one",
             ));
         }
-        let streamed = feed::stream(&args.port, job, axes, &plan)?;
+        let streamed = port::stream(&args.port, job, axes, &plan)?;
         return report_streamed(&args, &plan, &axes, &streamed);
     }
     let wanted = Wanted {
@@ -313,7 +312,7 @@ fn report_streamed(
         SheetFormat::Table => {
             say::result(format_args!("  {:<12}{:.6} s", "took", streamed.seconds));
             say::result(format_args!("  {:<12}{}", "late steps", streamed.late));
-            say::result(format_args!("position {} {state}", port::spelt(streamed.position)));
+            say::result(format_args!("position {} {state}", spelt(streamed.position)));
         }
         SheetFormat::Json => say::json(json!({
             "file": args.file.display().to_string(),

@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_grbl::{FedRun, Grbl, GrblSettings, VirtualMill};
-use stepwright_host::Session;
+use stepwright_play::stream::{LOOK, StreamedBoard};
 
 use crate::failure::Failure;
-use crate::gcode::port::{LOOK, Met, at_rest, brakes, gone, kill, positions, silent, tells, terms};
+use crate::gcode::port::meet;
 use crate::order::target::PortArgs;
 use crate::say;
 
@@ -19,13 +19,7 @@ const LOST: u8 = 3;
 
 /// The board.
 pub struct Fed {
-    session: Session,
-    name: String,
-    hz: u32,
-    stagger: u32,
-    baud: u32,
-    /// Whether the board has an output for a laser.
-    pub laser: bool,
+    board: StreamedBoard,
     /// The board's positions at the machine's zero.
     zero: [i64; 3],
     /// The current run, and the link's time at its start.
@@ -40,19 +34,22 @@ pub struct Fed {
 impl Fed {
     /// Opens the port. The board's present position becomes the machine's zero.
     pub fn open(port: &PortArgs) -> Result<Fed, Failure> {
-        let Met { session, name, hz, stagger, laser, places } = Met::at(port, "grbl")?;
-        let [Some(x), Some(y), Some(z)] = places else {
+        let board = meet(port, "grbl")?;
+        let name = &board.name;
+        let [Some(x), Some(y), Some(z)] = board.places else {
             return Err(Failure::new(format!("{name} does not know where its axes are"))
                 .hint("`I` at a terminal makes the present place 0"));
         };
         if [x, y, z] != [0; 3] {
             say::note(format_args!("{name} is at {x} {y} {z}: that is the machine's zero"));
         }
-        let seen = session.now();
-        let zero = [x, y, z];
-        let baud = port.baud;
-        let (run, now, dead) = (None, 0.0, false);
-        Ok(Fed { session, name, hz, stagger, baud, laser, zero, run, now, seen, dead })
+        let seen = board.session.now();
+        Ok(Fed { board, zero: [x, y, z], run: None, now: 0.0, seen, dead: false })
+    }
+
+    /// Whether the board has an output for a laser.
+    pub fn lasers(&self) -> bool {
+        self.board.laser
     }
 
     /// Seconds of the session.
@@ -71,7 +68,7 @@ impl Fed {
     /// The board is lost; the session has been given its alarm.
     pub fn turn(&mut self, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
         if self.dead {
-            return Err(kill(&mut self.session));
+            return Err(self.board.kill().into());
         }
         let done = self.look(grbl);
         done.inspect_err(|_| {
@@ -81,10 +78,9 @@ impl Fed {
 
     fn look(&mut self, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
         let mut buffer = [0; 256];
-        let name = &self.name;
-        let gone = |error| gone(name, &error);
-        let count = self.session.link().read(&mut buffer, LOOK).map_err(gone)?;
-        let now = self.session.now();
+        let read = self.board.session.link().read(&mut buffer, LOOK);
+        let count = read.map_err(|error| self.board.gone(&error))?;
+        let now = self.board.session.now();
         let since = now.saturating_sub(self.seen).as_secs_f64();
         self.seen = now;
         let heard = buffer.get(..count).unwrap_or_default();
@@ -102,7 +98,8 @@ impl Fed {
         let bytes = run.turn(grbl, heard, micros);
         self.now = run.now();
         if !bytes.is_empty() {
-            self.session.link().write(&bytes).map_err(gone)?;
+            let written = self.board.session.link().write(&bytes);
+            written.map_err(|error| self.board.gone(&error))?;
         }
         let state = run.state();
         if state.is_end() { self.ended(state, grbl) } else { Ok(()) }
@@ -111,11 +108,10 @@ impl Fed {
     /// A feeder for a run; `None` if the board could not brake with these settings.
     fn feeder(&self, settings: &GrblSettings) -> Option<StreamFeeder> {
         let decels = [0, 1, 2].map(|n| settings.get(120 + n) * settings.get(100 + n));
-        let brakes = brakes(decels, self.hz)?;
         let terms = FeedTerms {
             inputs: if settings.is_on(21) { 0b111 } else { 0 },
-            laser: self.laser,
-            ..terms(brakes, self.hz, self.stagger, self.baud)
+            laser: self.board.laser,
+            ..self.board.terms(decels)?
         };
         Some(StreamFeeder::new(terms, 0))
     }
@@ -125,14 +121,13 @@ impl Fed {
         self.run = None;
         self.drain()?;
         if state == FeedState::Lost {
-            return Err(silent(&self.name, "grbl"));
+            return Err(self.board.silent().into());
         }
-        let name = self.name.clone();
-        at_rest(&mut self.session, &name)?;
+        self.board.rest()?;
         // Drops the board's messages about its rest.
         self.drain()?;
-        let places = positions(&mut self.session)?;
-        self.seen = self.session.now();
+        let places = self.board.positions()?;
+        self.seen = self.board.session.now();
         let counted = [0, 1, 2].map(|n| places[n].map(|place| place - self.zero[n]));
         let at = [0, 1, 2].map(|n| counted[n].unwrap_or(grbl.position()[n]));
         match state {
@@ -148,13 +143,13 @@ impl Fed {
     /// Drops the board's answers to frames: a part of one could be taken for a line.
     fn drain(&mut self) -> Result<(), Failure> {
         let mut buffer = [0; 256];
-        let gone = |error| Failure::new(format!("{}: {error}", self.name));
-        while self.session.link().read(&mut buffer, QUIET).map_err(gone)? != 0 {}
+        let gone = |error| Failure::new(format!("{}: {error}", self.board.name));
+        while self.board.session.link().read(&mut buffer, QUIET).map_err(gone)? != 0 {}
         Ok(())
     }
 
     /// The board's positions and its number of late steps.
     pub fn tells(&mut self) -> Result<([Option<i64>; 3], u64), Failure> {
-        tells(&mut self.session)
+        Ok(self.board.tells()?)
     }
 }

@@ -10,11 +10,11 @@ use std::time::{Duration, Instant};
 use stepwright_grbl::{Grbl, VirtualMill};
 
 use crate::failure::Failure;
-use crate::gcode::port::spelt;
 use crate::interrupt::{self, While};
 use crate::order::target::PortArgs;
 use crate::{files, say};
 use fed::Fed;
+use stepwright_play::stream::spelt;
 use wire::Wire;
 
 /// The time between two reads, while an axis moves and while none does.
@@ -125,7 +125,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut fed = None;
     if args.port.port.is_some() {
         let board = Fed::open(&args.port)?;
-        grbl = grbl.fed(board.laser);
+        grbl = grbl.fed(board.lasers());
         fed = Some(board);
     }
     if args.after_error == AfterError::GoOn {
@@ -141,7 +141,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
         let on = |number| grbl.settings().is_on(number);
         let beyond = match &fed {
             Some(_) if on(22) => Some((22, "with --port there is no homing")),
-            Some(fed) if on(32) && !fed.laser => Some((32, "this board has no output for a laser")),
+            Some(fed) if on(32) && !fed.lasers() => {
+                Some((32, "this board has no output for a laser"))
+            }
             _ => None,
         };
         if let Some((number, why)) = beyond {

@@ -34,7 +34,6 @@ mod left;
 pub mod line;
 pub mod look;
 pub mod motion;
-pub mod places;
 pub mod ports;
 pub mod progress;
 pub mod refused;

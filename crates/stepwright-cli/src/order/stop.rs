@@ -7,13 +7,13 @@ use serde_json::json;
 use stepwright_protocol::{AxisId, Command, MAX_AXES, Selection};
 
 use super::look::{self, State};
-use super::places::{places, wait_for_rest};
 use super::target::{self, Format, PortArgs};
 use crate::failure::Failure;
 use crate::interrupt::{self, Ends, While};
 use crate::say;
 use stepwright_host::link::serial::Share;
 use stepwright_host::motion::POLL;
+use stepwright_host::programs::{places, wait_for_rest};
 use stepwright_host::{LinkError, Session};
 
 /// Brake: ramp down, and keep the position

@@ -17,8 +17,8 @@ use std::time::Duration;
 use stepwright_serve::path::PathFile;
 
 use crate::failure::Failure;
-use crate::wish::{PlayOrder, Played, Wish};
 use stepwright_plan::sheet::quoted;
+use stepwright_play::stream::{PlayOrder, Played, Wish};
 
 /// The time between two checks of the order.
 const LOOK: Duration = Duration::from_millis(5);

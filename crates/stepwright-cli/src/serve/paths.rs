@@ -21,7 +21,7 @@ use crate::gcode::axes::AxesArgs;
 use crate::gcode::live::PageJob;
 use crate::machine::{MachineArgs, MachineAxes};
 use crate::order::target::PortArgs;
-use crate::wish::{PlayOrder, Played, Wish};
+use stepwright_play::stream::{PlayOrder, Played, Wish};
 
 /// The examples, from the folders `examples/cycles` and `examples/gcode`.
 const EXAMPLES: [(&str, &str); 9] = [

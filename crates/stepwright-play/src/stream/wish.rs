@@ -18,6 +18,7 @@ pub enum Wish {
 /// The wish that a run obeys, and the total time on hold. Times are s since its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Obeyed {
+    /// The wish.
     pub wish: Wish,
     /// The seconds of the holds before, and the time of the last change.
     held: f64,

@@ -13,18 +13,15 @@ use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_path::{AxisPace, Lead, Planned, RouteStep};
 use stepwright_plan::gcode::{GcodeJob, JobPlan, PowerChange};
 
-use super::play::tell;
-use super::port::{LOOK, Met, brakes, gone, kill, off, silent, spelt, tells, terms};
-use crate::failure::Failure;
-use crate::order::progress::Line;
-use crate::order::target::PortArgs;
-use crate::wish::{Obeyed, Wish};
-use crate::{interrupt, say};
+use super::board::StreamedBoard;
+use super::wish::{Obeyed, PlayOrder, Wish};
+use crate::PlayError;
+
+/// The time between two reads of the line.
+pub const LOOK: Duration = Duration::from_millis(1);
 
 /// The time between two reports of the board's position.
 const REPORT: Duration = Duration::from_millis(20);
-/// The time between two reports on a terminal.
-const SHOWN: Duration = Duration::from_millis(100);
 /// The board is told of a rest this far ahead, in s.
 const REST: f64 = 0.25;
 
@@ -34,6 +31,14 @@ pub trait JobWatch {
     fn wish(&mut self) -> Wish;
     /// Reports the progress.
     fn tell(&mut self, place: &Place);
+}
+
+impl JobWatch for &PlayOrder {
+    fn wish(&mut self) -> Wish {
+        PlayOrder::wish(self)
+    }
+
+    fn tell(&mut self, _: &Place) {}
 }
 
 /// The progress of a run.
@@ -48,6 +53,7 @@ pub struct Place {
 }
 
 /// The result of a job on a board.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Streamed {
     /// The axes' positions in steps; `None` if unknown.
     pub position: [Option<i64>; 3],
@@ -55,115 +61,68 @@ pub struct Streamed {
     pub late: u64,
     /// Seconds of the path.
     pub seconds: f64,
+    /// Whether a wish braked it before its end.
     pub braked: bool,
     /// How often the line had to be polled, and frames sent again.
     pub again: u64,
 }
 
-/// Watches for Ctrl-C, and shows the progress on the terminal.
-struct Terminal<'a> {
-    plan: &'a JobPlan,
-    line: Line,
-    shown: Option<Instant>,
-    told: bool,
-}
-
-impl JobWatch for Terminal<'_> {
-    fn wish(&mut self) -> Wish {
-        if interrupt::presses() >= 2 {
-            return Wish::Kill;
+impl StreamedBoard {
+    /// Streams a job that has been planned and admitted: the axes stand at its beginning.
+    ///
+    /// # Errors
+    /// The board has no output for the job's laser; an axis decelerates too slowly for a board that
+    /// brakes by itself; the board is lost, or has left the path; a kill.
+    pub fn play(
+        &mut self,
+        job: Vec<u8>,
+        axes: [AxisPace; 3],
+        plan: &JobPlan,
+        watch: &mut dyn JobWatch,
+    ) -> Result<Streamed, PlayError> {
+        self.admits(plan)?;
+        let decels = [0, 1, 2].map(|n: usize| axes[n].accel / axes[n].step);
+        let terms = self.terms(decels).ok_or_else(|| {
+            PlayError::new("an axis decelerates too slowly for a board that brakes by itself")
+                .hint("an acceleration of 8 steps/s² and more")
+        })?;
+        let moves = plan.delays().into_iter().zip(0u8..).filter(|(delay, _)| delay.is_some());
+        let moving = moves.map(|(_, axis)| 1 << axis).sum();
+        let terms = FeedTerms { axes: moving, laser: plan.laser.is_some(), ..terms };
+        let job = GcodeJob::on(job, axes, &plan.terms)
+            .map_err(|why| PlayError::new(format!("the axes: {why}")))?;
+        let mut run = JobRun::new(terms, job);
+        let begun = self.session.now();
+        let mut buffer = [0; 256];
+        let mut told = None::<Instant>;
+        while !run.feeder.state().is_end() {
+            let wish = watch.wish();
+            if wish == Wish::Kill {
+                return Err(self.kill());
+            }
+            let micros = |now: Duration| now.saturating_sub(begun).as_micros() as u64;
+            let link = self.session.link();
+            let bytes = run.turn(wish, micros(link.now()));
+            let written = if bytes.is_empty() { Ok(()) } else { link.write(&bytes) };
+            let read = written.and_then(|()| link.read(&mut buffer, LOOK));
+            let now = micros(link.now());
+            let count = read.map_err(|error| self.gone(&error))?;
+            run.hear(buffer.get(..count).unwrap_or_default(), now);
+            if told.is_none_or(|told| told.elapsed() >= REPORT) {
+                told = Some(Instant::now());
+                watch.tell(&run.place(now));
+            }
         }
-        if !interrupt::asked() {
-            return Wish::Go;
+        watch.tell(&run.last());
+        match run.feeder.state() {
+            FeedState::Over => {}
+            FeedState::Lost => return Err(self.silent()),
+            state => return Err(self.off(state)),
         }
-        if !std::mem::replace(&mut self.told, true) {
-            self.line.note(interrupt::braking());
-        }
-        Wish::Brake
+        let (position, late) = self.tells()?;
+        let (seconds, braked) = (run.job.ahead().job.time(), run.obeyed.wish == Wish::Brake);
+        Ok(Streamed { position, late, seconds, braked, again: run.feeder.again() })
     }
-
-    fn tell(&mut self, place: &Place) {
-        if self.shown.is_none_or(|shown| shown.elapsed() > SHOWN) {
-            self.shown = Some(Instant::now());
-            tell(&mut self.line, place.seconds, self.plan.time, place.wish == Wish::Brake);
-        }
-    }
-}
-
-/// Streams a job that has been planned and admitted, for the user at the terminal.
-pub fn stream(
-    port: &PortArgs,
-    job: Vec<u8>,
-    axes: [AxisPace; 3],
-    plan: &JobPlan,
-) -> Result<Streamed, Failure> {
-    let met = Met::at(port, "gcode")?;
-    if met.places != [Some(0); 3] {
-        let (name, at) = (&met.name, spelt(met.places));
-        say::note(format_args!(
-            "{name} is at {at}: the job takes that place for the machine's zero"
-        ));
-    }
-    let mut terminal = Terminal { plan, line: Line::new(), shown: None, told: false };
-    let streamed = feed(met, port.baud, job, axes, plan, &mut terminal);
-    terminal.line.end();
-    streamed
-}
-
-/// Streams a job that has been planned and admitted to a connected board.
-pub fn feed(
-    met: Met,
-    baud: u32,
-    job: Vec<u8>,
-    axes: [AxisPace; 3],
-    plan: &JobPlan,
-    watch: &mut dyn JobWatch,
-) -> Result<Streamed, Failure> {
-    met.checked_for(plan)?;
-    let Met { mut session, name, hz, stagger, .. } = met;
-    let decels = [0, 1, 2].map(|n: usize| axes[n].accel / axes[n].step);
-    let brakes = brakes(decels, hz).ok_or_else(|| {
-        Failure::usage("an axis decelerates too slowly for a board that brakes by itself")
-            .hint("--accel of 8 steps/s² and more")
-    })?;
-    let moves = plan.delays().into_iter().zip(0u8..).filter(|(delay, _)| delay.is_some());
-    let moving = moves.map(|(_, axis)| 1 << axis).sum();
-    let laser = plan.laser.is_some();
-    let terms = FeedTerms { axes: moving, laser, ..terms(brakes, hz, stagger, baud) };
-    let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("the axes: {why}"));
-    let job = GcodeJob::on(job, axes, &plan.terms).map_err(|why| wrong(&why))?;
-    let mut run = JobRun::new(terms, job);
-    let link = session.link();
-    let begun = link.now();
-    let mut buffer = [0; 256];
-    let gone = |error| gone(&name, &error);
-    let mut told = None::<Instant>;
-    while !run.feeder.state().is_end() {
-        let wish = watch.wish();
-        if wish == Wish::Kill {
-            return Err(kill(&mut session));
-        }
-        let micros = |now: Duration| now.saturating_sub(begun).as_micros() as u64;
-        let bytes = run.turn(wish, micros(link.now()));
-        if !bytes.is_empty() {
-            link.write(&bytes).map_err(gone)?;
-        }
-        let count = link.read(&mut buffer, LOOK).map_err(gone)?;
-        run.hear(buffer.get(..count).unwrap_or_default(), micros(link.now()));
-        if told.is_none_or(|told| told.elapsed() >= REPORT) {
-            told = Some(Instant::now());
-            watch.tell(&run.place(micros(link.now())));
-        }
-    }
-    watch.tell(&run.last());
-    match run.feeder.state() {
-        FeedState::Over => {}
-        FeedState::Lost => return Err(silent(&name, "gcode")),
-        state => return Err(off(&mut session, &name, state)),
-    }
-    let (position, late) = tells(&mut session)?;
-    let (seconds, braked) = (run.job.ahead().job.time(), run.obeyed.wish == Wish::Brake);
-    Ok(Streamed { position, late, seconds, braked, again: run.feeder.again() })
 }
 
 /// The job, which is planned ahead of the board.

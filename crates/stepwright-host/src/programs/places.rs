@@ -1,5 +1,4 @@
-//! The positions of a board's axes with a program other than the controller. All programs know `V`
-//! and `F`.
+//! The positions of a board's axes, with any program. All programs know `V` and `F`.
 //!
 //! Another stepwright may send lines to the same board meanwhile, as `stop` and `kill` do. The
 //! answer to such a line may come in place of the answer to one of these. So positions count only
@@ -7,14 +6,19 @@
 
 use std::time::Duration;
 
-use stepwright_host::motion::POLL;
-use stepwright_host::{LinkError, Session};
 use stepwright_protocol::AxisId;
+
+use crate::conversation::LinkError;
+use crate::motion::POLL;
+use crate::session::Session;
 
 /// How often positions are requested.
 const TRIES: usize = 5;
 
-/// An answer to a text line.
+/// Sends a text line, and returns the board's answer. A line without an answer is sent twice more.
+///
+/// # Errors
+/// [`LinkError`]: the board does not answer, or the link has failed.
 pub fn ask(session: &mut Session, line: &[u8]) -> Result<String, LinkError> {
     for _ in 0..3 {
         // The rest of an answer to a frame is not text.
@@ -27,7 +31,10 @@ pub fn ask(session: &mut Session, line: &[u8]) -> Result<String, LinkError> {
     Err(LinkError::Silent)
 }
 
-/// Waits until all axes are at rest. Unexpected answers are an error.
+/// Waits until all axes are at rest.
+///
+/// # Errors
+/// [`LinkError`]: the board does not say whether it moves, or the link has failed.
 pub fn wait_for_rest(session: &mut Session) -> Result<(), LinkError> {
     let mut others = 0;
     loop {
@@ -43,6 +50,9 @@ pub fn wait_for_rest(session: &mut Session) -> Result<(), LinkError> {
 
 /// The positions of the first axes, at most this many; `None` for an axis that lost its position by
 /// a kill.
+///
+/// # Errors
+/// [`LinkError`]: the answers are not those of positions, or the link has failed.
 pub fn places(session: &mut Session, most: u8) -> Result<Vec<Option<i64>>, LinkError> {
     for _ in 0..TRIES {
         if let Some(places) = in_step(session, most)? {
@@ -75,7 +85,7 @@ mod tests {
     use std::collections::VecDeque;
     use std::io;
 
-    use stepwright_host::link::Link;
+    use crate::link::Link;
 
     use super::*;
 

@@ -95,7 +95,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     /// that moves the motors; only one instance at a time.
     ///
     /// It sleeps until an order comes, the step interrupt has taken an entry from a queue, or an
-    /// axis has come to rest. In a move it wakes at most twice more than the move has entries.
+    /// axis has come to rest. In a move it wakes at most two times more than the move has entries.
     /// While awake, it yields to other tasks after every run that it has planned: 3,000 to 7,000
     /// cycles.
     pub fn plan(&self) -> impl Future<Output = Infallible> {

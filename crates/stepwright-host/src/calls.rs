@@ -36,17 +36,17 @@ macro_rules! axis_calls {
             /// Moves by a number of steps, and waits.
             ///
             /// # Errors
-            /// Those of `move_to`.
+            /// As for `move_to`.
             move_by(steps: i64, motion: &MotionLimits) -> Outcome;
             /// Begins to move by a number of steps, and does not wait.
             ///
             /// # Errors
-            /// Those of `move_to`.
+            /// As for `move_to`.
             travel(steps: i64, motion: &MotionLimits) -> ();
             /// Runs for a time, brakes, and waits until the axis rests: [`Outcome::Reached`] says where.
             ///
             /// # Errors
-            /// Those of `move_to`.
+            /// As for `move_to`.
             run(way: Direction, motion: &MotionLimits, time: Duration) -> Outcome;
             /// Waits until the axis rests. `see` is called for every look, 20 times a second, and returns the
             /// action to take. `target` is the expected position; a new target that this or another program
@@ -63,7 +63,7 @@ macro_rules! axis_calls {
             /// Gives the travel in progress another top speed.
             ///
             /// # Errors
-            /// Those of `retarget`.
+            /// As for `retarget`.
             set_top_speed(top: Speed) -> ();
             /// Brakes along the ramp, and waits until the axis rests. The position stays known.
             ///

@@ -8,7 +8,7 @@ use crate::runs;
 /// Writes every step, or every run if a fit is given.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn write(out: &mut impl Write, plan: &Plan, fit: Option<Closeness>) -> io::Result<()> {
     match fit {
         None => steps(out, plan),

@@ -18,7 +18,7 @@ type Members = Vec<(&'static str, Value)>;
 /// Writes the whole plan.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn write(
     out: &mut impl Write,
     plan: &Plan,

@@ -180,7 +180,7 @@ impl Sheet {
     /// Writes the sheet.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn write(&self, out: &mut impl Write, format: SheetFormat) -> io::Result<()> {
         match format {
             SheetFormat::Table => self.text(out),

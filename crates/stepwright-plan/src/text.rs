@@ -14,7 +14,7 @@ const FEW: usize = 20;
 /// Writes the values as understood, and the results.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn summary(
     out: &mut impl Write,
     plan: &Plan,
@@ -116,7 +116,7 @@ fn error(plan: &Plan, worst: &Worst) -> String {
 /// Writes every step, or every run, in columns.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn table(
     out: &mut impl Write,
     plan: &Plan,

@@ -83,7 +83,7 @@ fn powers_by_hand() {
         let found = power(&found, time);
         assert!((found - expected).abs() <= 1.0 / 255.0, "{time}: {found}, not {expected}");
     }
-    // Where the power is constant it is exact, and so is off.
+    // A constant power is exact, and off is exactly 0.
     assert_eq!((power(&found, 0.5), power(&found, 1.5), power(&found, 9.0)), (1.0, 0.0, 0.0));
     let off: Vec<_> = found.iter().filter(|change| change.power == 0.0).collect();
     assert_eq!(off.len(), 2);

@@ -87,7 +87,7 @@ impl LawSession {
     /// Moves by a number of steps, and waits.
     ///
     /// # Errors
-    /// Those of [`begin`](LawSession::begin).
+    /// As for [`begin`](LawSession::begin).
     pub fn move_by(&mut self, steps: i32) -> Result<Outcome, LawProblem> {
         let from = self.session.rest_position(AxisId::FIRST)?;
         self.begin(&Line::Go(steps), from)?;
@@ -98,7 +98,7 @@ impl LawSession {
     /// Runs for a time, brakes by the law, and waits until the motor rests.
     ///
     /// # Errors
-    /// Those of [`begin`](LawSession::begin).
+    /// As for [`begin`](LawSession::begin).
     pub fn run(&mut self, forward: bool, time: Duration) -> Result<Outcome, LawProblem> {
         let from = self.session.rest_position(AxisId::FIRST)?;
         self.begin(&Line::Run(forward), from)?;

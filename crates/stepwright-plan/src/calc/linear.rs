@@ -38,7 +38,7 @@ impl Gearing {
     /// A screw: the pitch in mm from thread to thread, and the number of starts (threads side by side).
     ///
     /// # Errors
-    /// Those of [`belt`](Gearing::belt).
+    /// As for [`belt`](Gearing::belt).
     pub fn screw(&self, pitch: f64, starts: u32) -> Result<Sheet, CalcError> {
         let threads = if starts == 1 { String::new() } else { format!(", {starts} starts") };
         let what = format!("A screw of {pitch} mm pitch{threads}");

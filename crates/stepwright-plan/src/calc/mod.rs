@@ -41,7 +41,7 @@ pub use timer::{TimerSpeed, timer};
 pub enum CalcError {
     /// An interval that the timer can't make.
     Misfit {
-        /// What has this interval.
+        /// The name of the speed or top with this interval.
         what: String,
         /// Why.
         why: Misfit,

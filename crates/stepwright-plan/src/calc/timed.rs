@@ -129,7 +129,7 @@ impl TimedTable {
     /// The modification, and the table.
     ///
     /// # Errors
-    /// Those of [`change`](TimedTable::change).
+    /// As for [`change`](TimedTable::change).
     pub fn sheet(&self, hardware: &Hardware, geometry: &Geometry) -> Result<Sheet, CalcError> {
         let turn = f64::from(geometry.steps_per_turn());
         let (change, wanted) = (self.change()?, self.end);
@@ -188,7 +188,7 @@ impl TimedTable {
     /// The speed over the updates, beside the curve of the other kind of change.
     ///
     /// # Errors
-    /// Those of [`change`](TimedTable::change).
+    /// As for [`change`](TimedTable::change).
     pub fn figure(&self, hardware: &Hardware, geometry: &Geometry) -> Result<Figure, CalcError> {
         let turn = f64::from(geometry.steps_per_turn());
         let (change, wanted) = (self.change()?, self.end);

@@ -121,7 +121,7 @@ impl LawChoice {
     /// The plan: the law with its values.
     ///
     /// # Errors
-    /// Those of [`law`](LawChoice::law); [`PlanError::TooFast`].
+    /// As for [`law`](LawChoice::law); [`PlanError::TooFast`].
     pub fn plan(
         &self,
         limits: &PlanLimits,

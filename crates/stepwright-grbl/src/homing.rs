@@ -45,7 +45,7 @@ pub(crate) struct Homing {
     /// The number of axes that are done.
     done: usize,
     phase: Phase,
-    /// The position in steps at which the switch closed, in this phase.
+    /// The position in steps at which the switch closed, or in `Free` opened, in this phase.
     edge: Option<i64>,
 }
 
@@ -61,12 +61,14 @@ impl<M: GrblMachine> Grbl<M> {
         let Some(mut homing) = self.homing else { return };
         let Some(&axis) = ORDER.get(homing.done) else { return self.end_homing() };
         let closed = inputs.limit[axis];
-        if matches!(homing.phase, Phase::Seek | Phase::Locate) && closed && homing.edge.is_none() {
+        let meets = match homing.phase {
+            Phase::Seek | Phase::Locate => closed,
+            Phase::Free => !closed,
+            _ => false,
+        };
+        if meets && homing.edge.is_none() {
             homing.edge = Some(self.motion.at[axis]);
             self.homing = Some(homing);
-            self.motion.cancel(self.now);
-        }
-        if homing.phase == Phase::Free && !closed {
             self.motion.cancel(self.now);
         }
         if !self.motion.is_over() || self.after.is_some() {
@@ -87,7 +89,10 @@ impl<M: GrblMachine> Grbl<M> {
         let to = match (homing.phase, homing.edge) {
             (Phase::Begin, _) if closed => {
                 homing.phase = Phase::Free;
-                here - reach
+                // At most as far as braking from full speed leads beyond a switch, and the back-off.
+                let (speed, accel) =
+                    (self.settings.axes(110)[axis] / 60.0, self.settings.axes(120)[axis]);
+                here - sign * (LOCATE * pull + speed * speed / (2.0 * accel)) * steps
             }
             (Phase::Begin | Phase::Free, _) => {
                 homing.phase = Phase::Seek;

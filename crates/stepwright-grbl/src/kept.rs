@@ -56,7 +56,8 @@ impl<M: GrblMachine> Grbl<M> {
             self.settings.line(number).map(|_| format!("${number}={value}\n"))
         });
         let offsets = PARAMETERS.map(|parameter| {
-            let [x, y, z] = self.reader.parameter(parameter).0.map(Length::picometres);
+            let reader = self.unchecked.as_ref().unwrap_or(&self.reader);
+            let [x, y, z] = reader.parameter(parameter).0.map(Length::picometres);
             format!("{}={x},{y},{z}\n", name(parameter))
         });
         let lines = [0, 1].map(|which| format!("$N{which}={}\n", self.startup[which]));
@@ -90,8 +91,7 @@ impl<M: GrblMachine> Grbl<M> {
         }
         (self.settings, self.reader, self.startup, self.build) = (settings, reader, startup, build);
         self.motion.drop_at(self.motion.at);
-        self.after = None;
-        self.forget_lines();
+        (self.after, self.unchecked) = (None, None);
         _ = self.take_answers();
         self.restart_as(self.settings.is_on(22));
         Ok(())

@@ -75,10 +75,11 @@ impl Lock {
         self.since = None;
     }
 
-    /// Notes a byte of a line; opens the lock if it comes after [`QUIET`].
-    pub fn hear(&mut self, now: f64) {
+    /// Notes a byte of a line; opens the lock if it comes after [`QUIET`], unless a line `waits` that was
+    /// sent before.
+    pub fn hear(&mut self, now: f64, waits: bool) {
         if let Some(since) = self.since {
-            self.since = Some(now).filter(|now| now - since < QUIET);
+            self.since = Some(now).filter(|now| waits || now - since < QUIET);
         }
     }
 

@@ -72,6 +72,7 @@ impl<M: GrblMachine> Grbl<M> {
                 self.brake(After::Reset);
             }
             State::Idle => {
+                self.unchecked = Some(self.reader);
                 self.state = State::Check;
                 self.say("[MSG:Enabled]\r\n");
                 self.ok();

@@ -5,7 +5,7 @@ use stepwright_path::decimal;
 
 use crate::machine::{GrblMachine, Outputs};
 use crate::session::Grbl;
-use crate::state::State;
+use crate::state::{After, State};
 
 impl<M: GrblMachine> Grbl<M> {
     /// Sets the outputs for the spindle or the laser.
@@ -18,15 +18,30 @@ impl<M: GrblMachine> Grbl<M> {
         if self.spindle_rests() || mode == SpindleMode::Off {
             (next.spindle, next.power) = (SpindleMode::Off, 0.0);
         }
+        if self.door_stops() && self.cooled.is_none() {
+            self.cooled = Some((next.flood, next.mist));
+            (next.flood, next.mist) = (false, false);
+        } else if self.state != State::Door
+            && let Some(on) = self.cooled.take()
+        {
+            (next.flood, next.mist) = on;
+        }
         if next != self.outputs {
             self.outputs = next;
             self.machine.switch(self.now, next);
         }
     }
 
-    /// Whether a door, a sleep or an override stops the spindle.
+    /// Whether an end of all orders, a door, a sleep or an override stops the spindle.
     fn spindle_rests(&self) -> bool {
-        self.spindle_rests || matches!(self.state, State::Door | State::Sleep)
+        let stops = self.state == State::Sleep || self.door_stops();
+        stops || self.spindle_rests || self.after.is_some_and(After::ends)
+    }
+
+    /// Whether a door stops the spindle and the coolant: a laser at once, all else when the axes rest.
+    fn door_stops(&self) -> bool {
+        let rests = || self.motion.is_over() || self.motion.is_held(self.now);
+        self.state == State::Door && (self.settings.is_on(32) || rests())
     }
 
     /// S after its override, within `$31` and `$30`.

@@ -45,9 +45,13 @@ pub struct Grbl<M> {
     pub(crate) probe_met: bool,
     pub(crate) startup: [String; 2],
     pub(crate) build: String,
+    /// The reader before check mode.
+    pub(crate) unchecked: Option<Reader>,
     pub(crate) lock: Lock,
     /// Whether the spindle is stopped during a hold, by an override.
     pub(crate) spindle_rests: bool,
+    /// The coolant, flood and mist, before a door stopped it.
+    pub(crate) cooled: Option<(bool, bool)>,
     /// Whether a fed board has an output for a laser.
     pub(crate) lasers: bool,
     /// The limit switches that were closed at the last check.
@@ -83,8 +87,10 @@ impl<M: GrblMachine> Grbl<M> {
             probe_met: false,
             startup: [String::new(), String::new()],
             build: String::new(),
+            unchecked: None,
             lock: Lock::default(),
             spindle_rests: false,
+            cooled: None,
             lasers: false,
             closed: [false; 3],
             cancelled: 0,
@@ -108,7 +114,8 @@ impl<M: GrblMachine> Grbl<M> {
         self.advance(now);
         for &byte in bytes {
             if !self.real_time(byte) {
-                self.lock.hear(self.now);
+                let waits = self.work.is_some() || !self.rx.is_empty();
+                self.lock.hear(self.now, waits);
                 match self.rx.len() {
                     0..KEPT => self.rx.push_back(byte),
                     KEPT => self.rx.push_back(SPOILT),
@@ -167,6 +174,14 @@ impl<M: GrblMachine> Grbl<M> {
         if half {
             self.receive(now, b"\n");
         }
+    }
+
+    /// Brakes along the path, drops all lines and switches the outputs off. Unlike after ^X, no start-up
+    /// line is executed, and no further line before a reset.
+    pub fn end(&mut self, now: f64) {
+        self.advance(now);
+        self.forget_lines();
+        self.brake(After::End);
     }
 
     /// Handles a sender that has disconnected: drops its incomplete line.
@@ -345,6 +360,10 @@ impl<M: GrblMachine> Grbl<M> {
     }
 
     fn cancel_jog(&mut self) {
+        if self.state == State::Idle {
+            // The jog may have come right before this byte.
+            self.cancelled = self.rx.len();
+        }
         if self.state == State::Jog && self.after.is_none() {
             self.cancelled = self.rx.len();
             if self.work.take().is_some() {
@@ -402,15 +421,23 @@ impl<M: GrblMachine> Grbl<M> {
 
     /// Brakes along the path, then carries out `after`.
     pub(crate) fn brake(&mut self, after: After) {
+        if self.after.is_none() {
+            self.motion.cancel(self.now);
+        }
         if self.after.is_none_or(|known| known.rank() < after.rank()) {
             self.after = Some(after);
         }
-        self.motion.cancel(self.now);
+        if after.ends() && !self.motion.is_over() {
+            // As in grbl, at once.
+            self.cooled = None;
+            self.cool(Coolant::default());
+            self.switch();
+        }
         self.settle();
     }
 
     /// Carries out `after` once no axis moves.
-    fn settle(&mut self) {
+    pub(crate) fn settle(&mut self) {
         if !self.motion.is_over() {
             return;
         }
@@ -422,7 +449,7 @@ impl<M: GrblMachine> Grbl<M> {
                 self.find_place();
                 self.state = State::Door;
             }
-            Some(After::Sleep) => {
+            Some(After::Sleep | After::End) => {
                 self.state = State::Sleep;
                 return self.drop_all();
             }
@@ -450,6 +477,7 @@ impl<M: GrblMachine> Grbl<M> {
         (self.work, self.homing, self.probing) = (None, None, None);
         self.stop_spindle();
         self.reader.set_coolant(Coolant::default());
+        self.cooled = None;
         self.outputs = Outputs { power: -1.0, ..Outputs::default() };
         self.switch();
     }
@@ -477,6 +505,9 @@ impl<M: GrblMachine> Grbl<M> {
 
     /// Like [`restart`](Grbl::restart), locked or not.
     pub(crate) fn restart_as(&mut self, locked: bool) {
+        // Lines that came while it braked were sent before the banner.
+        self.forget_lines();
+        self.reader = self.unchecked.take().unwrap_or(self.reader);
         self.reader = self.fresh_reader();
         self.find_place();
         self.overrides = Overrides::NONE;
@@ -516,7 +547,7 @@ impl<M: GrblMachine> Grbl<M> {
             (self.probe_at, self.probe_met) = (self.place(), true);
             self.motion.cancel(self.now);
         }
-        let ends = matches!(self.after, Some(After::Reset | After::Alarm(_)));
+        let ends = self.after.is_some_and(After::ends);
         let moves = !self.motion.is_over() && !ends;
         // A switch that stays closed permits the motion away from it.
         let closes = (0..3).any(|axis| inputs.limit[axis] && !closed[axis]);
@@ -527,7 +558,7 @@ impl<M: GrblMachine> Grbl<M> {
         {
             self.door();
         }
-        if self.settings.is_on(32) {
+        if self.settings.is_on(32) || self.state == State::Door {
             self.switch();
         }
     }

@@ -22,6 +22,8 @@ pub(crate) enum State {
 /// The action after a brake has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum After {
+    /// Drops everything, and sleeps.
+    End,
     Reset,
     Alarm(u8),
     /// Drops the rest of a jog.
@@ -33,9 +35,15 @@ pub(crate) enum After {
 }
 
 impl After {
-    /// The priority: a reset precedes an alarm, and an alarm precedes all else.
+    /// Whether it drops all orders: the outputs are off while it brakes, too.
+    pub(crate) fn ends(self) -> bool {
+        matches!(self, After::End | After::Reset | After::Alarm(_))
+    }
+
+    /// The priority: the end precedes a reset, a reset precedes an alarm, and an alarm precedes all else.
     pub(crate) fn rank(self) -> u8 {
         match self {
+            After::End => 4,
             After::Reset => 3,
             After::Alarm(_) => 2,
             After::Door | After::Sleep => 1,

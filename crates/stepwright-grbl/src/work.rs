@@ -285,6 +285,7 @@ impl<M: GrblMachine> Grbl<M> {
                 }
             }
             self.probed();
+            self.settle();
             return Progress::Done;
         }
         self.probe_met = false;

@@ -6,3 +6,4 @@ mod laser;
 mod motion;
 mod noise;
 mod protocol;
+mod stops;

@@ -340,12 +340,12 @@ impl Served {
         Ok(())
     }
 
-    /// Brakes to rest, as after a reset.
+    /// Brakes to rest, and drops everything. Start-up lines are not executed.
     fn brake(&mut self) -> Result<(), Failure> {
         if self.is_moving() {
             say::note(interrupt::braking());
         }
-        self.grbl.receive(self.now(), b"\x18");
+        self.grbl.end(self.now());
         while self.is_moving() && interrupt::presses() < 2 {
             self.pass(true)?;
         }

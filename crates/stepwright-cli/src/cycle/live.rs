@@ -10,7 +10,7 @@ use stepwright_play::{PlayError, PlayFormat};
 use super::taken::{Taken, Wanted};
 use super::voice::Aloud;
 use crate::failure::Failure;
-use stepwright_play::stream::{PlayOrder, Played, Wish};
+use stepwright_play::stream::{PlayEnd, PlayOrder, PlayWish};
 
 /// The time between two checks of the clock and the order.
 const LOOK: Duration = Duration::from_millis(2);
@@ -31,13 +31,13 @@ struct RealTime<'a> {
     braking: bool,
     killed: bool,
     told: Option<Instant>,
-    tell: &'a mut dyn FnMut(f64, &[i64], Wish),
+    tell: &'a mut dyn FnMut(f64, &[i64], PlayWish),
 }
 
 impl RealTime<'_> {
     fn report(&mut self, ticks: u64) {
         self.told = Some(Instant::now());
-        let wish = if self.braking { Wish::Brake } else { Wish::Go };
+        let wish = if self.braking { PlayWish::Brake } else { PlayWish::Go };
         (self.tell)(ticks as f64 / self.hz, &self.places[..self.motors], wish);
     }
 }
@@ -51,11 +51,11 @@ impl Onlooker for RealTime<'_> {
 
     fn may(&mut self, ticks: u64) -> Result<PlayAhead, PlayError> {
         match self.order.wish() {
-            Wish::Kill => {
+            PlayWish::Kill => {
                 self.killed = true;
                 return Err(PlayError::interrupted("killed"));
             }
-            Wish::Brake if !self.braking => {
+            PlayWish::Brake if !self.braking => {
                 self.braking = true;
                 self.report(ticks);
                 return Ok(PlayAhead::Stop);
@@ -82,8 +82,8 @@ pub fn play(
     name: &str,
     text: &str,
     order: &PlayOrder,
-    tell: &mut dyn FnMut(f64, &[i64], Wish),
-) -> Result<Played, Failure> {
+    tell: &mut dyn FnMut(f64, &[i64], PlayWish),
+) -> Result<PlayEnd, Failure> {
     let text = PlayText::named(name, text);
     let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
@@ -110,9 +110,9 @@ pub fn play(
     };
     time.report(ticks);
     match played {
-        _ if time.killed => Ok(Played::Killed),
-        Ok(()) if braked => Ok(Played::Stopped),
-        Ok(()) => Ok(Played::Done),
+        _ if time.killed => Ok(PlayEnd::Killed),
+        Ok(()) if braked => Ok(PlayEnd::Stopped),
+        Ok(()) => Ok(PlayEnd::Done),
         Err(why) => Err(why.into()),
     }
 }

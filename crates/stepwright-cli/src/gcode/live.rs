@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use stepwright_path::{AxisPace, Unplannable};
 use stepwright_plan::gcode::{JobPlan, JobTerms};
 use stepwright_play::gcode::begin;
-use stepwright_play::stream::{JobWatch, Obeyed, Place, PlayOrder, Played, Wish};
+use stepwright_play::stream::{JobWatch, Obeyed, Place, PlayEnd, PlayOrder, PlayWish};
 use stepwright_sim::Description;
 
 use super::port;
@@ -95,8 +95,8 @@ pub fn wrong(why: Unplannable) -> Failure {
 pub fn play(
     file: &PageJob,
     order: &PlayOrder,
-    tell: &mut dyn FnMut(f64, &[i64], Wish),
-) -> Result<Played, Failure> {
+    tell: &mut dyn FnMut(f64, &[i64], PlayWish),
+) -> Result<PlayEnd, Failure> {
     let (plan, axes) = (file.admitted()?, file.axes);
     let nothing = taken::Wanted::default();
     let taken = |rate| Taken::begin(rate, 3, &nothing);
@@ -106,15 +106,15 @@ pub fn play(
         let (mut obeyed, mut told) = (Obeyed::default(), None::<Instant>);
         while job.is_running() {
             let wish = order.wish();
-            if wish == Wish::Kill {
+            if wish == PlayWish::Kill {
                 break;
             }
-            let changes = wish != obeyed.wish && obeyed.wish < Wish::Brake;
+            let changes = wish != obeyed.wish && obeyed.wish < PlayWish::Brake;
             if changes {
                 match wish {
-                    Wish::Hold => job.hold(),
-                    Wish::Go => job.resume(),
-                    Wish::Brake | Wish::Kill => job.brake(),
+                    PlayWish::Hold => job.hold(),
+                    PlayWish::Go => job.resume(),
+                    PlayWish::Brake | PlayWish::Kill => job.brake(),
                 }
                 obeyed = obeyed.then(wish, job.passed() as f64 / hz);
             }
@@ -133,9 +133,9 @@ pub fn play(
         tell(seconds, &nanometres(job.positions(), &axes), obeyed.wish);
         job.checked()?;
         Ok(match (job.is_running(), obeyed.wish) {
-            (true, _) => Played::Killed,
-            (false, Wish::Brake) => Played::Stopped,
-            (false, _) => Played::Done,
+            (true, _) => PlayEnd::Killed,
+            (false, PlayWish::Brake) => PlayEnd::Stopped,
+            (false, _) => PlayEnd::Done,
         })
     })
 }
@@ -148,8 +148,8 @@ pub fn play_on(
     at: &PortArgs,
     file: &PageJob,
     order: &PlayOrder,
-    tell: &mut dyn FnMut(f64, &[i64], Wish),
-) -> Result<Played, Failure> {
+    tell: &mut dyn FnMut(f64, &[i64], PlayWish),
+) -> Result<PlayEnd, Failure> {
     let (plan, axes) = (file.admitted()?, file.axes);
     let mut board = port::meet(at, "serve")?;
     let from = board.places;
@@ -163,9 +163,9 @@ pub fn play_on(
         Ok(streamed) if elsewhere(streamed.position) => {
             Err(Failure::new(format!("{} counts another place than the path's end", board.name)))
         }
-        Ok(streamed) if streamed.braked => Ok(Played::Stopped),
-        Ok(_) => Ok(Played::Done),
-        Err(_) if watch.killed => Ok(Played::Killed),
+        Ok(streamed) if streamed.braked => Ok(PlayEnd::Stopped),
+        Ok(_) => Ok(PlayEnd::Done),
+        Err(_) if watch.killed => Ok(PlayEnd::Killed),
         Err(why) => Err(why.into()),
     }
 }
@@ -174,18 +174,18 @@ pub fn play_on(
 struct Page<'a> {
     order: &'a PlayOrder,
     axes: [AxisPace; 3],
-    tell: &'a mut dyn FnMut(f64, &[i64], Wish),
+    tell: &'a mut dyn FnMut(f64, &[i64], PlayWish),
     /// The last reported position.
     steps: [i64; 3],
     killed: bool,
 }
 
 impl JobWatch for Page<'_> {
-    fn wish(&mut self) -> Wish {
+    fn wish(&mut self) -> PlayWish {
         // If the server ends, the board brakes.
-        let end = if interrupt::asked() { Wish::Brake } else { Wish::Go };
+        let end = if interrupt::asked() { PlayWish::Brake } else { PlayWish::Go };
         let wish = self.order.wish().max(end);
-        self.killed |= wish == Wish::Kill;
+        self.killed |= wish == PlayWish::Kill;
         wish
     }
 

@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 use stepwright_host::link::serial::Share;
 use stepwright_path::AxisPace;
 use stepwright_plan::gcode::JobPlan;
-use stepwright_play::stream::{GREETING, JobWatch, Place, Streamed, StreamedBoard, Wish, spelt};
+use stepwright_play::stream::{
+    GREETING, JobWatch, Place, PlayWish, Streamed, StreamedBoard, spelt,
+};
 
 use super::play::tell;
 use crate::cycle::voice::Aloud;
@@ -34,23 +36,23 @@ struct Terminal<'a> {
 }
 
 impl JobWatch for Terminal<'_> {
-    fn wish(&mut self) -> Wish {
+    fn wish(&mut self) -> PlayWish {
         if interrupt::presses() >= 2 {
-            return Wish::Kill;
+            return PlayWish::Kill;
         }
         if !interrupt::asked() {
-            return Wish::Go;
+            return PlayWish::Go;
         }
         if !std::mem::replace(&mut self.told, true) {
             self.line.note(interrupt::braking());
         }
-        Wish::Brake
+        PlayWish::Brake
     }
 
     fn tell(&mut self, place: &Place) {
         if self.shown.is_none_or(|shown| shown.elapsed() > SHOWN) {
             self.shown = Some(Instant::now());
-            tell(&mut self.line, place.seconds, self.plan.time, place.wish == Wish::Brake);
+            tell(&mut self.line, place.seconds, self.plan.time, place.wish == PlayWish::Brake);
         }
     }
 }

@@ -18,7 +18,7 @@ use stepwright_serve::path::PathFile;
 
 use crate::failure::Failure;
 use stepwright_plan::sheet::quoted;
-use stepwright_play::stream::{PlayOrder, Played, Wish};
+use stepwright_play::stream::{PlayEnd, PlayOrder, PlayWish};
 
 /// The time between two checks of the order.
 const LOOK: Duration = Duration::from_millis(5);
@@ -45,8 +45,8 @@ impl BoardPlayer {
         &self,
         file: &PathFile,
         order: &PlayOrder,
-        tell: &mut dyn FnMut(f64, &[i64], Wish),
-    ) -> Result<Played, Failure> {
+        tell: &mut dyn FnMut(f64, &[i64], PlayWish),
+    ) -> Result<PlayEnd, Failure> {
         let failed = |error| Failure::new(format!("can't play {}: {error}", file.name));
         let mut child = self.begin().map_err(failed)?;
         let (rows, errors) = (lines(child.stdout.take()), lines(child.stderr.take()));
@@ -61,14 +61,14 @@ impl BoardPlayer {
             {
                 ended = Some(end);
                 finish(&child).map_err(failed)?;
-                tell(seconds, &places, Wish::Brake);
+                tell(seconds, &places, PlayWish::Brake);
             }
             match rows.recv_timeout(LOOK) {
                 Ok(row) => {
                     if let Some((motor, time, place)) = self.read(&row) {
                         (places[motor], seconds) = (place, time);
                         if motor + 1 == places.len() {
-                            let wish = if ended.is_some() { Wish::Brake } else { Wish::Go };
+                            let wish = if ended.is_some() { PlayWish::Brake } else { PlayWish::Go };
                             tell(seconds, &places, wish);
                         }
                     }
@@ -80,7 +80,7 @@ impl BoardPlayer {
         let status = child.wait().map_err(failed)?;
         match ended {
             // The cycle ended before it received the order.
-            _ if status.success() => Ok(Played::Done),
+            _ if status.success() => Ok(PlayEnd::Done),
             Some(end) => Ok(end),
             None => Err(blamed(&errors.iter().collect::<Vec<_>>(), &file.name)),
         }
@@ -103,11 +103,11 @@ impl BoardPlayer {
 }
 
 /// The end that this wish causes.
-fn end(wish: Wish) -> Option<Played> {
+fn end(wish: PlayWish) -> Option<PlayEnd> {
     match wish {
-        Wish::Go | Wish::Hold => None,
-        Wish::Brake => Some(Played::Stopped),
-        Wish::Kill => Some(Played::Killed),
+        PlayWish::Go | PlayWish::Hold => None,
+        PlayWish::Brake => Some(PlayEnd::Stopped),
+        PlayWish::Kill => Some(PlayEnd::Killed),
     }
 }
 

@@ -21,7 +21,7 @@ use crate::gcode::axes::AxesArgs;
 use crate::gcode::live::PageJob;
 use crate::machine::{MachineArgs, MachineAxes};
 use crate::order::target::PortArgs;
-use stepwright_play::stream::{PlayOrder, Played, Wish};
+use stepwright_play::stream::{PlayEnd, PlayOrder, PlayWish};
 
 /// The examples, from the folders `examples/cycles` and `examples/gcode`.
 const EXAMPLES: [(&str, &str); 9] = [
@@ -283,11 +283,11 @@ fn play(
     (order, over): (&PlayOrder, &AtomicBool),
     tell: &PathListener,
 ) {
-    let mut hear = |seconds: f64, places: &[i64], wish: Wish| {
+    let mut hear = |seconds: f64, places: &[i64], wish: PlayWish| {
         let state = match wish {
-            Wish::Go => "running",
-            Wish::Hold => "held",
-            Wish::Brake | Wish::Kill => "braking",
+            PlayWish::Go => "running",
+            PlayWish::Hold => "held",
+            PlayWish::Brake | PlayWish::Kill => "braking",
         };
         last = PathReport { state, seconds, places: places.to_vec(), ..last.clone() };
         tell(last.clone());
@@ -301,9 +301,9 @@ fn play(
         }
     };
     let (state, trouble) = match &played {
-        Ok(Played::Done) => ("done", None),
-        Ok(Played::Stopped) => ("stopped", None),
-        Ok(Played::Killed) => ("killed", None),
+        Ok(PlayEnd::Done) => ("done", None),
+        Ok(PlayEnd::Stopped) => ("stopped", None),
+        Ok(PlayEnd::Killed) => ("killed", None),
         Err(failure) => {
             let Declined { what, remedy, .. } = declined(failure, file);
             ("failed", Some(Trouble { what, remedy }))

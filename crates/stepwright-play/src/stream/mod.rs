@@ -30,4 +30,4 @@ mod wish;
 
 pub use board::{GREETING, StreamedBoard, spelt};
 pub use run::{JobWatch, LOOK, Place, Streamed};
-pub use wish::{Obeyed, PlayOrder, Played, Wish};
+pub use wish::{Obeyed, PlayEnd, PlayOrder, PlayWish};

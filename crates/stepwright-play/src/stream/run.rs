@@ -14,7 +14,7 @@ use stepwright_path::{AxisPace, Lead, Planned, RouteStep};
 use stepwright_plan::gcode::{GcodeJob, JobPlan, PowerChange};
 
 use super::board::StreamedBoard;
-use super::wish::{Obeyed, PlayOrder, Wish};
+use super::wish::{Obeyed, PlayOrder, PlayWish};
 use crate::PlayError;
 
 /// The time between two reads of the line.
@@ -28,13 +28,13 @@ const REST: f64 = 0.25;
 /// An observer that watches and controls a run.
 pub trait JobWatch {
     /// How the run shall continue.
-    fn wish(&mut self) -> Wish;
+    fn wish(&mut self) -> PlayWish;
     /// Reports the progress.
     fn tell(&mut self, place: &Place);
 }
 
 impl JobWatch for &PlayOrder {
-    fn wish(&mut self) -> Wish {
+    fn wish(&mut self) -> PlayWish {
         PlayOrder::wish(self)
     }
 
@@ -49,7 +49,7 @@ pub struct Place {
     /// Steps of each axis since the start.
     pub steps: [i64; 3],
     /// The wish that it obeys.
-    pub wish: Wish,
+    pub wish: PlayWish,
 }
 
 /// The result of a job on a board.
@@ -97,7 +97,7 @@ impl StreamedBoard {
         let mut told = None::<Instant>;
         while !run.feeder.state().is_end() {
             let wish = watch.wish();
-            if wish == Wish::Kill {
+            if wish == PlayWish::Kill {
                 return Err(self.kill());
             }
             let micros = |now: Duration| now.saturating_sub(begun).as_micros() as u64;
@@ -120,7 +120,7 @@ impl StreamedBoard {
             state => return Err(self.off(state)),
         }
         let (position, late) = self.tells()?;
-        let (seconds, braked) = (run.job.ahead().job.time(), run.obeyed.wish == Wish::Brake);
+        let (seconds, braked) = (run.job.ahead().job.time(), run.obeyed.wish == PlayWish::Brake);
         Ok(Streamed { position, late, seconds, braked, again: run.feeder.again() })
     }
 }
@@ -139,7 +139,7 @@ const INTO: f64 = 1e-3;
 
 impl Planned for Job {
     /// A wish, and the time from which it counts.
-    type Order = (Wish, f64);
+    type Order = (PlayWish, f64);
 
     fn step(&mut self) -> Option<RouteStep> {
         // Errors were reported when the job was planned.
@@ -150,15 +150,15 @@ impl Planned for Job {
         step
     }
 
-    fn obey(&mut self, (wish, at): &(Wish, f64)) {
+    fn obey(&mut self, (wish, at): &(PlayWish, f64)) {
         match wish {
-            Wish::Go => self.job.resume_at(*at),
-            Wish::Hold => self.job.hold_at(*at),
-            Wish::Brake | Wish::Kill => self.job.cancel_at(*at),
+            PlayWish::Go => self.job.resume_at(*at),
+            PlayWish::Hold => self.job.hold_at(*at),
+            PlayWish::Brake | PlayWish::Kill => self.job.cancel_at(*at),
         }
     }
 
-    fn stays(_: &(Wish, f64)) -> bool {
+    fn stays(_: &(PlayWish, f64)) -> bool {
         false
     }
 }
@@ -199,11 +199,11 @@ impl JobRun {
     }
 
     /// Obeys a wish, and returns the bytes to send. Times are µs since the start.
-    fn turn(&mut self, wish: Wish, now: u64) -> Vec<u8> {
+    fn turn(&mut self, wish: PlayWish, now: u64) -> Vec<u8> {
         let obeyed = self.obeyed;
         if wish != obeyed.wish
-            && obeyed.wish < Wish::Brake
-            && let Some(cut) = self.feeder.cut(now, wish != Wish::Go)
+            && obeyed.wish < PlayWish::Brake
+            && let Some(cut) = self.feeder.cut(now, wish != PlayWish::Go)
         {
             (self.before, self.obeyed) = (Some((obeyed, self.lit)), obeyed.then(wish, cut.time));
             self.job.cut(cut.steps, &[(wish, cut.time)]);
@@ -320,7 +320,7 @@ mod tests {
                 board.run_until(millis * 16_000);
                 let said = board.take_answers();
                 run.hear(&said, millis * 1_000);
-                let wish = if millis % 1_000 > 600 { Wish::Hold } else { Wish::Go };
+                let wish = if millis % 1_000 > 600 { PlayWish::Hold } else { PlayWish::Go };
                 let bytes = run.turn(wish, millis * 1_000);
                 board.receive(&bytes);
             }

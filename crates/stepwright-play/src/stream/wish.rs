@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 /// How a run shall continue. A greater value takes precedence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Wish {
+pub enum PlayWish {
     /// Run to the end.
     Go,
     /// Brake along the path, and wait there.
@@ -19,7 +19,7 @@ pub enum Wish {
 #[derive(Clone, Copy, Debug)]
 pub struct Obeyed {
     /// The wish.
-    pub wish: Wish,
+    pub wish: PlayWish,
     /// The seconds of the holds before, and the time of the last change.
     held: f64,
     since: f64,
@@ -27,19 +27,19 @@ pub struct Obeyed {
 
 impl Default for Obeyed {
     fn default() -> Self {
-        Obeyed { wish: Wish::Go, held: 0.0, since: 0.0 }
+        Obeyed { wish: PlayWish::Go, held: 0.0, since: 0.0 }
     }
 }
 
 impl Obeyed {
     /// Changes the wish at this time.
-    pub fn then(self, wish: Wish, at: f64) -> Obeyed {
+    pub fn then(self, wish: PlayWish, at: f64) -> Obeyed {
         Obeyed { wish, held: at - self.without_holds(at), since: at }
     }
 
     /// Converts a time to one without the holds before it.
     pub fn without_holds(self, at: f64) -> f64 {
-        let present = if self.wish == Wish::Hold { (at - self.since).max(0.0) } else { 0.0 };
+        let present = if self.wish == PlayWish::Hold { (at - self.since).max(0.0) } else { 0.0 };
         at - self.held - present
     }
 }
@@ -72,19 +72,19 @@ impl PlayOrder {
     }
 
     /// The present wish.
-    pub fn wish(&self) -> Wish {
+    pub fn wish(&self) -> PlayWish {
         match self.end.load(Ordering::Relaxed) {
-            BRAKE => Wish::Brake,
-            KILL => Wish::Kill,
-            _ if self.held.load(Ordering::Relaxed) => Wish::Hold,
-            _ => Wish::Go,
+            BRAKE => PlayWish::Brake,
+            KILL => PlayWish::Kill,
+            _ if self.held.load(Ordering::Relaxed) => PlayWish::Hold,
+            _ => PlayWish::Go,
         }
     }
 }
 
 /// How the playing of a file ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Played {
+pub enum PlayEnd {
     /// At the end of the file.
     Done,
     /// By an order to brake.
@@ -101,21 +101,21 @@ mod tests {
     fn an_end_is_sterner_than_a_hold() {
         let order = PlayOrder::default();
         order.hold(true);
-        assert_eq!(order.wish(), Wish::Hold);
+        assert_eq!(order.wish(), PlayWish::Hold);
         order.hold(false);
-        assert_eq!(order.wish(), Wish::Go);
+        assert_eq!(order.wish(), PlayWish::Go);
         order.kill();
         order.stop();
         order.hold(true);
-        assert_eq!(order.wish(), Wish::Kill);
+        assert_eq!(order.wish(), PlayWish::Kill);
     }
 
     #[test]
     fn the_time_of_holds_is_left_out() {
         let run = Obeyed::default();
-        let held = run.then(Wish::Hold, 2.0);
+        let held = run.then(PlayWish::Hold, 2.0);
         assert_eq!((run.without_holds(1.5), held.without_holds(7.0)), (1.5, 2.0));
-        let again = held.then(Wish::Go, 5.0).then(Wish::Hold, 6.0).then(Wish::Go, 10.0);
+        let again = held.then(PlayWish::Go, 5.0).then(PlayWish::Hold, 6.0).then(PlayWish::Go, 10.0);
         assert_eq!(again.without_holds(12.0), 5.0);
     }
 }

@@ -124,6 +124,73 @@ fn a_job_with_a_hold_and_an_override_ends_exactly() {
     assert!(mill.report().starts_with("<Idle|MPos:10.000,0.000,0.000"));
 }
 
+/// Until the board has begun, a stop keeps it from beginning; a held run begins when it is resumed.
+#[test]
+fn a_stop_before_the_run_begins_moves_nothing() {
+    let (mut filling, mut most) = (0, 0);
+    for (stop, line) in [
+        (0x18, "G91G1X40F4000"),
+        (b'!', "G91G1X40F4000"),
+        (0x84, "G64P0.1G91G1X40F4000"),
+        (0x85, "$J=G91X40F4000"),
+    ] {
+        for millis in (0..130).step_by(7) {
+            let mut queues = Queues::default();
+            let mut mill = Mill::new(&mut queues);
+            mill.say(format!("{line}\n").as_bytes());
+            mill.pass(millis);
+            let runs = mill.run.as_ref().map(|(run, _)| run.state()) == Some(FeedState::Running);
+            filling += u32::from(!runs);
+            mill.say(&[stop]);
+            mill.pass(500);
+            let made = mill.grbl.position()[0];
+            let told = format!("{stop:x} after {millis} ms: {made} steps, {}", mill.report());
+            assert!(
+                runs || made == 0 && steps_of(&mill.board.recorder().edges, 0).is_empty(),
+                "{told}"
+            );
+            most = most.max(made);
+            if stop == b'!' || stop == 0x84 {
+                assert!(told.contains("<Hold:0|") || told.contains("<Door:0|"), "{told}");
+                mill.say(b"\x91~");
+                mill.rest();
+                assert_eq!(mill.agree(), [3_200, 0, 0], "{told}");
+            } else {
+                mill.rest();
+                assert_eq!(mill.agree(), [made, 0, 0], "{told}");
+                mill.say(b"G91G1Y1F3000\n");
+                mill.rest();
+                assert_eq!(mill.agree(), [made, 80, 0], "{told}");
+            }
+        }
+    }
+    assert!(filling >= 40 && (1..200).contains(&most), "{filling} {most}");
+}
+
+/// A reset drops lines that were told while the plan was ahead, and those that wait to become an arc.
+#[test]
+fn a_reset_drops_what_is_planned_ahead() {
+    for tolerance in ["G61", "G64P0.02"] {
+        for millis in [60, 110, 180, 260, 400] {
+            let mut queues = Queues::default();
+            let mut mill = Mill::new(&mut queues);
+            mill.say(format!("{tolerance}G91G1F3000\n").as_bytes());
+            for n in 0..millis / 5 {
+                mill.say(format!("X0.5Y0.0{}\n", n % 3).as_bytes());
+                mill.pass(5);
+            }
+            let before = mill.grbl.position()[0];
+            mill.say(b"\x18");
+            mill.rest();
+            let [x, ..] = mill.agree();
+            // At 50 mm/s some 45 ms, and 2.5 mm of braking.
+            let way = x - before;
+            assert!((0..400).contains(&way), "{tolerance}, {millis} ms: {way}");
+            assert!(mill.report().starts_with("<Idle|"));
+        }
+    }
+}
+
 #[test]
 fn a_jog_and_a_reset_brake_along_the_path() {
     let mut queues = Queues::default();

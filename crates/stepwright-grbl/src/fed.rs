@@ -90,8 +90,10 @@ pub struct FedRun {
     planned: f64,
     /// The laser's power from there on; `None` if it is to be told in any case.
     power: Option<u8>,
-    /// Whether sent steps are being taken back.
-    changes: bool,
+    /// What was planned before the steps that are being taken back, in s.
+    changes: Option<f64>,
+    /// Whether the run ended before it began.
+    dropped: bool,
 }
 
 impl FedRun {
@@ -99,7 +101,8 @@ impl FedRun {
     /// waits](Grbl::has_run). The feeder must be new: it has seen no step.
     pub fn begin<M: GrblMachine>(grbl: &Grbl<M>, now: f64, feeder: StreamFeeder) -> Option<FedRun> {
         let number = grbl.run()?;
-        Some(FedRun { number, feeder, base: now, now, planned: 0.0, power: None, changes: false })
+        let (planned, power, changes, dropped) = (0.0, None, None, false);
+        Some(FedRun { number, feeder, base: now, now, planned, power, changes, dropped })
     }
 
     /// Takes the bytes from the board, `micros` after the start of the run. Returns the bytes to
@@ -112,8 +115,11 @@ impl FedRun {
     ) -> Vec<u8> {
         self.feeder.hear(heard, micros);
         let late = self.feeder.was_late();
-        if self.changes && (late || !self.feeder.is_cutting()) {
-            (self.changes, self.power) = (false, None);
+        if let Some(planned) = self.changes.filter(|_| late || !self.feeder.is_cutting()) {
+            (self.changes, self.power) = (None, None);
+            if late {
+                self.planned = planned;
+            }
             grbl.motion.changed(!late);
         }
         let here = self.feeder.now(micros).max(0.0);
@@ -122,11 +128,17 @@ impl FedRun {
         if mine || !grbl.has_run() {
             self.now = self.now.max(self.base + here);
         }
+        if mine && self.feeder.state() == FeedState::Filling && grbl.motion.wants_stop() {
+            grbl.motion.start_over();
+            self.dropped = true;
+            return Vec::new();
+        }
         if mine
             && let Some(brakes) = grbl.motion.wants_change()
             && let Some(cut) = self.feeder.cut(micros, brakes)
         {
-            (self.changes, self.planned, self.power) = (true, cut.time, None);
+            self.changes = Some(self.planned);
+            (self.planned, self.power) = (cut.time, None);
             grbl.motion.change_from(cut.time, cut.steps);
         }
         while self.feeder.wants() {
@@ -167,8 +179,9 @@ impl FedRun {
         self.now
     }
 
-    /// The state of the feeder.
+    /// The state of the feeder. A run that is held or dropped before the board has begun is over at once; a
+    /// held one waits for another [`FedRun`].
     pub fn state(&self) -> FeedState {
-        self.feeder.state()
+        if self.dropped { FeedState::Over } else { self.feeder.state() }
     }
 }

@@ -69,6 +69,8 @@ struct Live {
     blocks: VecDeque<Block>,
     /// Whether it is on hold.
     holds: bool,
+    /// Whether it was cancelled: what was told to the plan ahead is dropped.
+    cancelled: bool,
     /// The result of the last move.
     added: Result<(), Unplannable>,
 }
@@ -254,6 +256,7 @@ impl Motion {
             ahead: None,
             blocks: VecDeque::new(),
             holds: false,
+            cancelled: false,
             added: Ok(()),
         };
         self.runs += 1;
@@ -339,6 +342,24 @@ impl Motion {
         if fed.wanted.is_empty() { None } else { Some(fed.wanted.iter().all(brakes)) }
     }
 
+    /// Whether a fed route is to brake.
+    pub fn wants_stop(&self) -> bool {
+        let Some(Track::Fed(fed)) = &self.track else { return false };
+        fed.wanted.iter().any(|change| matches!(change, Change::Hold | Change::Cancel))
+    }
+
+    /// Plans a fed route that has not begun once more, with the requested changes.
+    pub fn start_over(&mut self) {
+        let Some(Track::Fed(fed)) = &self.track else { return };
+        let cancels = fed.wanted.contains(&Change::Cancel);
+        self.change_from(0.0, 0);
+        self.changed(true);
+        if cancels {
+            // Nothing is left, which the plan learns when it is asked.
+            self.plan(true, 0.0);
+        }
+    }
+
     /// Makes the requested changes at this time of the path, after this many steps.
     pub fn change_from(&mut self, time: f64, steps: u64) {
         let Some(Track::Fed(fed)) = &mut self.track else { return };
@@ -410,6 +431,7 @@ impl Planned for Live {
 
     fn obey(&mut self, order: &Order) {
         match order {
+            Order::Travel(_) | Order::Rest(_) if self.cancelled => {}
             Order::Travel(travel) => self.added = self.travel(travel),
             Order::GoOn => _ = self.go_on(),
             Order::Rest(until) => _ = self.route.dwell(until - self.route.time()),
@@ -468,7 +490,7 @@ impl Live {
                 self.route.resume(at);
             }
             Change::Cancel => {
-                self.holds = false;
+                (self.holds, self.cancelled) = (false, true);
                 self.fit.clear();
                 self.route.cancel(at);
             }

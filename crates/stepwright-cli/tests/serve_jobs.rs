@@ -477,6 +477,16 @@ fn a_board_that_plays_streams_runs_a_job() {
     served.post("/api/kill", json!({}));
     assert_eq!(followed(&mut live).last().unwrap()["state"], "killed");
 
+    // A stop that comes before the board has begun keeps it from it. A busy computer may stop too late.
+    let stopped = |_| {
+        served.order("/api/path/run", file("slant.nc", SLANT));
+        served.order("/api/stop", json!({}));
+        followed(&mut live).last().unwrap().clone()
+    };
+    let mut stopped = (0..10).map(stopped).inspect(|last| assert_eq!(last["state"], "stopped"));
+    assert!(stopped.any(|last| last["places"] == json!([0, 0, 0])));
+    drop(stopped);
+
     // A board that is not there is told, and the page lives on.
     drop(board);
     served.order("/api/path/run", file("slant.nc", SLANT));

@@ -135,6 +135,8 @@ pub struct StreamFeeder {
     ended: bool,
     /// The run begins with the steps that are known.
     begins: bool,
+    /// The run does not begin yet.
+    waits: bool,
     said: Vec<u8>,
     text: Vec<u8>,
 }
@@ -182,6 +184,7 @@ impl StreamFeeder {
             room: None,
             ended: false,
             begins: false,
+            waits: false,
             said: Vec::new(),
             text: Vec::new(),
             patience: terms.patience(),
@@ -266,6 +269,11 @@ impl StreamFeeder {
     /// will be known for a while.
     pub fn begin(&mut self) {
         self.begins = true;
+    }
+
+    /// Keeps a run that has not begun from beginning, or lets it begin. Without effect on one that has begun.
+    pub fn wait(&mut self, waits: bool) {
+        self.waits = waits;
     }
 
     /// Ends the path at this time, in s: there are no more steps.
@@ -510,9 +518,11 @@ impl StreamFeeder {
                 self.frames.pop_front();
                 self.offered(cost);
             }
-            let waits =
+            let left =
                 self.frames.front().is_some_and(|frame| frame.as_bytes().len() as u32 >= room);
-            if full && (self.frames.is_empty() || waits) && self.sender.has_room() {
+            let begins = full && (self.frames.is_empty() || left);
+            // The start is sent alone: before that the run can still be called off.
+            if begins && !self.waits && self.sender.is_empty() {
                 let lease = (self.terms.lease / 8).min(255) as u8;
                 let axes = self.terms.axes & ((1 << AXES) - 1);
                 let payload = [axes, lease, self.terms.inputs, self.terms.high];

@@ -26,6 +26,10 @@ const AHEAD: u32 = 500_000;
 /// How often a kill is sent, and how long to wait for each answer.
 const KILLS: (usize, Duration) = (5, Duration::from_millis(300));
 
+/// The line is silent once nothing has come for the second time; the first is the most to wait for that.
+const HUSH: Duration = Duration::from_secs(1);
+const QUIET: Duration = Duration::from_millis(100);
+
 /// How long to wait for a moving board to come to rest.
 const REST: Duration = Duration::from_secs(30);
 
@@ -143,6 +147,13 @@ impl StreamedBoard {
         let about = ask(&mut self.session, b"?");
         let about = about.map_err(|trouble| PlayError::lost(&self.name, &trouble))?;
         Ok((places, word(&about, "late=").unwrap_or(0)))
+    }
+
+    /// Drops the answers to frames under way, which would mix with those to text lines.
+    pub(crate) fn hush(&mut self) {
+        let (link, mut buffer) = (self.session.link(), [0; 256]);
+        let end = link.now() + HUSH;
+        while link.now() < end && link.read(&mut buffer, QUIET).is_ok_and(|count| count != 0) {}
     }
 
     /// Stops all axes at once, even if the board is in the middle of a frame. Returns the result as

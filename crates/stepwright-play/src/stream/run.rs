@@ -100,6 +100,10 @@ impl StreamedBoard {
             if wish == PlayWish::Kill {
                 return Err(self.kill());
             }
+            if run.is_called_off(wish) {
+                self.hush();
+                break;
+            }
             let micros = |now: Duration| now.saturating_sub(begun).as_micros() as u64;
             let link = self.session.link();
             let bytes = run.turn(wish, micros(link.now()));
@@ -114,13 +118,15 @@ impl StreamedBoard {
             }
         }
         watch.tell(&run.last());
-        match run.feeder.state() {
-            FeedState::Over => {}
+        let seconds = match run.feeder.state() {
+            FeedState::Over => run.job.ahead().job.time(),
+            // It was called off.
+            FeedState::Filling => 0.0,
             FeedState::Lost => return Err(self.silent()),
             state => return Err(self.off(state)),
-        }
+        };
         let (position, late) = self.tells()?;
-        let (seconds, braked) = (run.job.ahead().job.time(), run.obeyed.wish == PlayWish::Brake);
+        let braked = run.obeyed.wish == PlayWish::Brake;
         Ok(Streamed { position, late, seconds, braked, again: run.feeder.again() })
     }
 }
@@ -196,6 +202,17 @@ impl JobRun {
             steps: [0; 3],
             known: 0.0,
         }
+    }
+
+    /// Obeys a wish before the axes have started: a hold keeps the run from beginning. Returns whether the
+    /// run is to end.
+    fn is_called_off(&mut self, wish: PlayWish) -> bool {
+        if self.feeder.state() != FeedState::Filling {
+            return false;
+        }
+        self.feeder.wait(wish != PlayWish::Go);
+        self.obeyed = self.obeyed.then(wish, 0.0);
+        wish >= PlayWish::Brake
     }
 
     /// Obeys a wish, and returns the bytes to send. Times are µs since the start.
@@ -346,6 +363,51 @@ mod tests {
             }
             assert!(rests >= 2, "{rests}");
             assert_eq!(power(u64::MAX), 0);
+        }
+    }
+
+    /// A job and a board, looked at each ms, under these wishes from these ms on. Returns the run, the
+    /// number of steps, and the ms of the first.
+    fn wished(wishes: &[(u64, PlayWish)]) -> (JobRun, usize, Option<u64>) {
+        let axis =
+            AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
+        let job = b"G1 X5 F1200\n".to_vec();
+        let job = GcodeJob::on(job, [axis; 3], &JobTerms::default()).ok().unwrap();
+        let brakes = [BrakeLaw::of(80_000_000, 16_000_000).unwrap(); 3];
+        let mut run = JobRun::new(FeedTerms { axes: 1, ..FeedTerms::avr(brakes) }, job);
+        let mut queues = Queues::default();
+        let mut board: StreamBoard<Watch> =
+            StreamBoard::new(&mut queues, Description::uno(), Watch::default());
+        for millis in 1..10_000 {
+            board.run_until(millis * 16_000);
+            let said = board.take_answers();
+            run.hear(&said, millis * 1_000);
+            let wish = wishes.iter().rev().find(|(from, _)| *from <= millis).unwrap().1;
+            if run.is_called_off(wish) || run.feeder.state().is_end() {
+                break;
+            }
+            let bytes = run.turn(wish, millis * 1_000);
+            board.receive(&bytes);
+        }
+        board.run_until(12_000 * 16_000);
+        let steps = &board.recorder().steps;
+        (run, steps.len(), steps.first().map(|time| time / 16_000))
+    }
+
+    #[test]
+    fn what_has_not_begun_does_not_begin() {
+        let (_, steps, begun) = wished(&[(0, PlayWish::Go)]);
+        let begun = begun.unwrap();
+        assert_eq!(steps, 400);
+        for at in [0, 1, begun / 4, begun / 2] {
+            let (run, steps, _) = wished(&[(0, PlayWish::Go), (at, PlayWish::Brake)]);
+            assert_eq!((run.feeder.state(), steps), (FeedState::Filling, 0), "{at} of {begun}");
+            assert_eq!(run.obeyed.wish, PlayWish::Brake);
+            // For longer than a silent board is waited for.
+            let (run, steps, first) =
+                wished(&[(0, PlayWish::Go), (at, PlayWish::Hold), (at + 5_000, PlayWish::Go)]);
+            assert_eq!((run.feeder.state(), steps), (FeedState::Over, 400), "{at} of {begun}");
+            assert!(first > Some(at + 5_000), "{first:?}");
         }
     }
 }

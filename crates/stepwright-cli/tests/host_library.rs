@@ -39,7 +39,7 @@ fn meanwhile(args: &'static [&'static str], steps: i64) -> (Ended, Result<Outcom
     let mut x = board.axis(1).unwrap();
     x.travel(steps, &limits(1_000, 10_000)).unwrap();
     let command = thread::spawn(move || stepwright(&[args, &["--port", &path]].concat()));
-    let outcome = x.wait(steps, |_| Action::GoOn);
+    let outcome = x.wait(|_| Action::GoOn);
     // Who asks last is heard too.
     while !command.is_finished() {
         board.session().pause(Duration::from_millis(20)).unwrap();

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-/// The outcome of a move, in the same words as on a PC.
+/// The outcome of a move, in the same words as on a PC. One that did not reach its target is no error: look at it.
+#[must_use = "an axis that was stopped is no error"]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// The axis rests at its target.

@@ -276,7 +276,8 @@ fn several_axes_wake_no_more_than_their_entries_and_two_a_move() {
             );
             motors.axis(axis).set_limits(limits);
             for to in [target, target / 3, -target, 0] {
-                motors.axis(axis).move_to(to).await.expect("a move");
+                let end = motors.axis(axis).move_to(to).await;
+                assert_eq!(end, Ok(Outcome::Reached { at: to }));
                 moves.set(moves.get() + 1);
             }
         };

@@ -49,17 +49,25 @@ macro_rules! axis_calls {
             /// As for `move_to`.
             run(way: Direction, motion: &MotionLimits, time: Duration) -> Outcome;
             /// Waits until the axis rests. `see` is called for every look, 20 times a second, and returns the
-            /// action to take. `target` is the expected position; a new target that this or another program
-            /// gave the travel on its way counts instead.
+            /// action to take. [`Outcome::Reached`] is the end that was ordered, or a new target that this or
+            /// another program gave the travel on its way. The end of a travel that another program began is
+            /// not known here: there it means that nothing stopped the axis, if the board tells.
             ///
             /// # Errors
             /// [`Error::Lost`]
-            wait(target: i64, see: impl FnMut(&Sight) -> Action) -> Outcome;
-            /// Retargets the travel in progress: this many steps from where it began.
+            wait(see: impl FnMut(&Sight) -> Action) -> Outcome;
+            /// Gives the travel in progress another target, a position in steps.
+            ///
+            /// # Errors
+            /// [`Error::Refused`] at rest, or if the board refuses the line; [`Error::TooFar`];
+            /// [`Error::BeginUnknown`] for a travel that another program began, except through
+            /// [`Board::join`](crate::Board::join); [`Error::Lost`].
+            retarget(position: i64) -> ();
+            /// Gives the travel in progress another target: this many steps from where it began.
             ///
             /// # Errors
             /// [`Error::Refused`] at rest, or if the board refuses the line; [`Error::Lost`].
-            retarget(steps: i32) -> ();
+            retarget_by(steps: i32) -> ();
             /// Gives the travel in progress another top speed.
             ///
             /// # Errors
@@ -135,7 +143,7 @@ impl AxisCalls<'_> {
     ) -> Result<Outcome, Error> {
         let from = self.stand().await?;
         self.travel(position.saturating_sub(from), motion).await?;
-        self.wait(position, |_| Action::GoOn).await
+        self.wait(|_| Action::GoOn).await
     }
 
     pub async fn move_by(&mut self, steps: i64, motion: &MotionLimits) -> Result<Outcome, Error> {
@@ -168,17 +176,30 @@ impl AxisCalls<'_> {
         })
     }
 
-    pub async fn wait(
-        &mut self,
-        target: i64,
-        mut see: impl FnMut(&Sight) -> Action,
-    ) -> Result<Outcome, Error> {
+    pub async fn wait(&mut self, mut see: impl FnMut(&Sight) -> Action) -> Result<Outcome, Error> {
         let watched = self.talk.watch(self.id, None, |_, sight| see(sight)).await;
-        let target = self.talk.new_target(self.id).unwrap_or(target);
-        self.conclude(watched, Some(target)).await
+        let end = self.talk.travels.end(self.id);
+        let outcome = self.conclude(watched, end).await?;
+        let tells = self.talk.info().is_some_and(|info| info.stops.is_some());
+        Ok(match outcome {
+            Outcome::Stopped { at, reason: None } if end.is_none() && tells => {
+                Outcome::Reached { at }
+            }
+            outcome => outcome,
+        })
     }
 
-    pub async fn retarget(&mut self, steps: i32) -> Result<(), Error> {
+    pub async fn retarget(&mut self, position: i64) -> Result<(), Error> {
+        self.must_move(Command::Retarget(Distance::new(0))).await?;
+        let from = match self.talk.travels.from(self.id) {
+            Some(from) => from,
+            None => self.talk.began(self.id).await?.ok_or(Error::BeginUnknown)?,
+        };
+        let steps = position.saturating_sub(from);
+        self.retarget_by(i32::try_from(steps).map_err(|_| Error::TooFar { steps })?).await
+    }
+
+    pub async fn retarget_by(&mut self, steps: i32) -> Result<(), Error> {
         self.change(Command::Retarget(Distance::new(steps))).await
     }
 
@@ -227,16 +248,21 @@ impl AxisCalls<'_> {
 
     /// Says a line that changes the travel in progress. At rest the board would keep the change for later.
     async fn change(&mut self, line: Command) -> Result<(), Error> {
+        self.must_move(line).await?;
         let one = Selection::One(self.id);
-        if !self.talk.is_busy(one).await? {
-            return Err(Error::Refused { line, reason: Some(Refusal::NoTravel) });
-        }
         match self.talk.ask_of(one, line).await? {
             Reply::Yes => {
                 self.talk.has_changed(one, line);
                 Ok(())
             }
             _ => Err(self.refused(line).await?),
+        }
+    }
+
+    async fn must_move(&mut self, line: Command) -> Result<(), Error> {
+        match self.talk.is_busy(Selection::One(self.id)).await? {
+            true => Ok(()),
+            false => Err(Error::Refused { line, reason: Some(Refusal::NoTravel) }),
         }
     }
 

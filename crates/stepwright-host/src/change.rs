@@ -4,13 +4,15 @@ use std::fmt;
 
 use stepwright_protocol::{AxisId, Command, MAX_AXES, Selection};
 
-/// Where travels began, which `@` counts from, and their new targets.
+/// Where travels began, which `@` counts from, and their targets.
 #[derive(Default)]
 pub struct Travels([Option<Going>; MAX_AXES as usize]);
 
 #[derive(Clone, Copy)]
 struct Going {
     from: i64,
+    /// The end that was ordered; `None` for an endless travel.
+    end: Option<i64>,
     target: Option<i64>,
 }
 
@@ -18,8 +20,21 @@ impl Travels {
     /// Notes that an axis begins a travel at this position.
     pub fn begins(&mut self, axis: AxisId, from: Option<i64>) {
         if let Some(slot) = self.0.get_mut(axis.index()) {
-            *slot = from.map(|from| Going { from, target: None });
+            *slot = from.map(|from| Going { from, end: None, target: None });
         }
+    }
+
+    /// Notes that the travel that an axis begins has this many steps.
+    pub fn goes(&mut self, axis: AxisId, steps: i32) {
+        if let Some(Some(going)) = self.0.get_mut(axis.index()) {
+            going.end = Some(going.from.saturating_add(steps.into()));
+        }
+    }
+
+    /// Where the travel of an axis ends if nothing stops it, if it is known.
+    pub fn end(&self, axis: AxisId) -> Option<i64> {
+        let going = self.going(axis)?;
+        going.target.or(going.end)
     }
 
     /// Where the travel of an axis began.

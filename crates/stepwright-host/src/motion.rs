@@ -139,7 +139,12 @@ impl Conversation {
         starts: &[Start],
         lines: &[Command],
     ) -> Result<(), NotBegun> {
-        starts.iter().for_each(|start| self.begins(start.axis, start.from));
+        for start in starts {
+            self.begins(start.axis, start.from);
+            if let Travel::By(steps) = start.order.travel {
+                self.travels.goes(start.axis, steps.get());
+            }
+        }
         let first = starts.first().map_or(AxisId::FIRST, |start| start.axis);
         let mut not = NotBegun::Noise;
         for _ in 0..TRIES {

@@ -55,7 +55,8 @@ impl Default for MotionLimits {
     }
 }
 
-/// The outcome of an order.
+/// The outcome of an order. One that did not reach its target is no error: look at it.
+#[must_use = "an axis that was stopped is no error"]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// The axis rests at its target.
@@ -87,8 +88,8 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// Why an order was not carried out, or is not known to have been.
-#[derive(Debug)]
+/// Why an order was not carried out, or is not known to have been. `Debug` is the text of `Display`, which a
+/// program shows that ends with this error.
 pub enum Error {
     /// The port can't be opened.
     Open(OpenError),
@@ -124,6 +125,8 @@ pub enum Error {
     Moving,
     /// The position of the axis is unknown: home it, or make its position 0.
     Uncertain,
+    /// Where the travel began is unknown: another program began it.
+    BeginUnknown,
     /// The board has no limit switch for the axis: the setting `switches` names the switches.
     NoSwitch,
     /// The axis is not homed.
@@ -156,11 +159,20 @@ impl fmt::Display for Error {
             Error::Uncertain => {
                 f.write_str("the position is uncertain: home the axis, or set its position")
             }
+            Error::BeginUnknown => f.write_str(
+                "where the travel began is not known: say with retarget_by how far from there it is to go",
+            ),
             Error::NoSwitch => {
                 f.write_str("the board knows of no limit switch of this axis (setting switches)")
             }
             Error::NotHomed(failure) => write!(f, "not homed: {failure}"),
         }
+    }
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

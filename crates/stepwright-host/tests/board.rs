@@ -10,8 +10,11 @@ use stepwright_host::link::Link;
 use stepwright_host::link::lossy::{Harm, Lossy};
 use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 use stepwright_host::motion::Action;
-use stepwright_host::{Board, Error, LinkError, MotionLimits, Outcome};
-use stepwright_protocol::{Command, Direction, Distance, Refusal, Selection, Setting, Stop, Value};
+use stepwright_host::{Board, Error, LinkError, MotionLimits, Outcome, Played};
+use stepwright_protocol::{
+    AxisId, Command, Direction, Distance, Order, Ramp, Refusal, Script, Selection, Setting, Stop,
+    Travel, Value,
+};
 
 fn motion(top: u32, accel: u32) -> MotionLimits {
     MotionLimits::new(Speed::from_steps(top).unwrap(), Accel::from_steps(accel).unwrap())
@@ -54,7 +57,7 @@ fn a_travel_is_changed_and_stopped_on_its_way() {
     assert!(matches!(x.travel(5, &motion(1_000, 2_000)), Err(Error::Moving)));
     x.retarget(3_000).unwrap();
     x.set_top_speed(Speed::from_steps(2_000).unwrap()).unwrap();
-    assert_eq!(x.wait(3_000, |_| Action::GoOn).unwrap(), Outcome::Reached { at: 3_000 });
+    assert_eq!(x.wait(|_| Action::GoOn).unwrap(), Outcome::Reached { at: 3_000 });
     x.travel(5_000, &motion(1_000, 2_000)).unwrap();
     let stopped = x.stop().unwrap();
     assert!(
@@ -72,12 +75,46 @@ fn a_travel_is_expected_where_it_was_sent_last() {
     let way = motion(1_000, 2_000);
     let mut x = board.axis(1).unwrap();
     x.travel(5_000, &way).unwrap();
-    x.retarget(3_000).unwrap();
-    assert_eq!(x.wait(5_000, |_| Action::GoOn).unwrap(), Outcome::Reached { at: 3_000 });
+    x.retarget_by(3_000).unwrap();
+    assert_eq!(x.wait(|_| Action::GoOn).unwrap(), Outcome::Reached { at: 3_000 });
     x.travel(5_000, &way).unwrap();
     let mut say = Some(Action::Say(Command::Retarget(Distance::new(-1_000))));
-    let ended = x.wait(8_000, |_| say.take().unwrap_or(Action::GoOn)).unwrap();
+    let ended = x.wait(|_| say.take().unwrap_or(Action::GoOn)).unwrap();
     assert_eq!(ended, Outcome::Reached { at: 2_000 });
+}
+
+/// The target of `retarget` is a position, and the end of `travel` is known, wherever the axis began.
+#[test]
+fn a_target_is_a_position() {
+    let mut board = uno();
+    let way = motion(1_000, 2_000);
+    let mut x = board.axis(1).unwrap();
+    assert_eq!(x.move_to(2_000, &way).unwrap(), Outcome::Reached { at: 2_000 });
+    x.travel(4_000, &way).unwrap();
+    assert_eq!(x.wait(|_| Action::GoOn).unwrap(), Outcome::Reached { at: 6_000 });
+    x.travel(-4_000, &way).unwrap();
+    x.retarget(500).unwrap();
+    assert_eq!(x.wait(|_| Action::GoOn).unwrap(), Outcome::Reached { at: 500 });
+    x.travel(4_000, &way).unwrap();
+    assert!(matches!(x.retarget(1 << 40), Err(Error::TooFar { .. })));
+    x.retarget_by(-700).unwrap();
+    assert_eq!(x.wait(|_| Action::GoOn).unwrap(), Outcome::Reached { at: -200 });
+}
+
+/// Another program, since gone, began the travel.
+#[test]
+fn a_travel_of_another_program_has_no_known_begin() {
+    let mut board = uno();
+    let travel = Travel::By(Distance::new(3_000));
+    let ramp = Ramp::Accel(Accel::from_steps(2_000).unwrap());
+    let top = Speed::from_steps(1_000).unwrap();
+    let order = Order { start: Speed::ZERO, top, up: ramp, down: ramp, jerk: None, travel };
+    let orders = [(AxisId::FIRST, order)];
+    let lines: Vec<_> = Script::new(&orders).unwrap().collect();
+    assert_eq!(board.session().play(&lines).unwrap(), Played::Accepted);
+    let mut x = board.axis(1).unwrap();
+    assert!(matches!(x.retarget(2_000), Err(Error::BeginUnknown)));
+    assert_eq!(x.wait(|_| Action::GoOn).unwrap(), Outcome::Reached { at: 3_000 });
 }
 
 #[test]
@@ -91,7 +128,7 @@ fn our_target_counts_after_that_of_another_program() {
     assert_eq!(answered.recv().unwrap().as_deref(), Some("Y"));
     let mut x = board.axis(1).unwrap();
     x.retarget(4_000).unwrap();
-    assert_eq!(x.wait(4_000, |_| Action::GoOn).unwrap(), Outcome::Reached { at: 4_000 });
+    assert_eq!(x.wait(|_| Action::GoOn).unwrap(), Outcome::Reached { at: 4_000 });
 }
 
 #[test]
@@ -174,7 +211,7 @@ fn a_line_that_is_lost_on_the_way_says_that_a_motor_may_move() {
     x.travel(90_000, &MotionLimits::default()).unwrap();
     let lost = (0..99).find_map(|_| x.position().err()).unwrap();
     assert!(matches!(lost, Error::Lost { moving: true, .. }), "{lost}");
-    assert!(matches!(x.retarget(5), Err(Error::Lost { moving: true, .. })));
+    assert!(matches!(x.retarget_by(5), Err(Error::Lost { moving: true, .. })));
 }
 
 /// A silent line, or one that is gone.
@@ -213,4 +250,11 @@ fn settings_go_through_the_session() {
     assert_eq!(said, stepwright_protocol::Reply::Yes);
     let refused = board.axis(1).unwrap().move_by(9, &motion(501, 9_000)).unwrap_err();
     assert!(matches!(refused, Error::Refused { reason: Some(Refusal::TooFast), .. }));
+}
+
+/// `fn main() -> Result<(), Error>` shows an error by its `Debug`.
+#[test]
+fn an_error_that_ends_a_program_is_said_in_words() {
+    let error = uno().axis(4).err().unwrap();
+    assert_eq!(format!("{error:?}"), "no such axis: give 1 to 3");
 }

@@ -82,11 +82,10 @@ fn goes(bit: Option<usize>, number: u8, line: &str) -> (Option<String>, [Option<
     flip.set(bit);
     board.session().pause(Duration::from_millis(20)).unwrap();
     flip.set(None);
-    let rest =
-        [1, 2].map(|axis| match board.axis(axis).unwrap().wait(480, |_| Action::GoOn).unwrap() {
-            Outcome::Reached { at } | Outcome::Stopped { at, .. } => Some(at),
-            Outcome::Uncertain => None,
-        });
+    let rest = [1, 2].map(|axis| match board.axis(axis).unwrap().wait(|_| Action::GoOn).unwrap() {
+        Outcome::Reached { at } | Outcome::Stopped { at, .. } => Some(at),
+        Outcome::Uncertain => None,
+    });
     (answered.recv().unwrap(), rest)
 }
 

@@ -10,9 +10,9 @@ async fn a_task_of_a_board_is_spawned() {
     let task = tokio::spawn(async move {
         let mut board = AsyncBoard::on(line).await?;
         let mut x = board.axis(1)?;
-        x.move_to(2_000, &MotionLimits::default()).await?;
+        let moved = x.move_to(2_000, &MotionLimits::default()).await?;
         board.stop().await?;
-        Ok::<_, Error>(())
+        Ok::<_, Error>(moved)
     });
     let mut first = [0; 1];
     end.read_exact(&mut first).await.unwrap();

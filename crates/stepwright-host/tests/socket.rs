@@ -81,7 +81,7 @@ fn the_same_calls_are_futures() {
             looks += 1;
             if looks > 3 { Action::Stop } else { Action::GoOn }
         };
-        let outcome = y.wait(1_000_000, stop).await.unwrap();
+        let outcome = y.wait(stop).await.unwrap();
         let Outcome::Stopped { at, reason: Some(Stop::Soft) } = outcome else {
             panic!("{outcome}")
         };
@@ -99,7 +99,7 @@ fn a_wait_that_is_given_up_leaves_the_motor_on_its_way() {
         let slow = MotionLimits { top: Speed::from_steps(500).unwrap(), ..motion() };
         let waited = Duration::from_millis(300);
         x.travel(5_000, &slow).await.unwrap();
-        let moved = tokio::time::timeout(waited, x.wait(5_000, |_| Action::GoOn)).await;
+        let moved = tokio::time::timeout(waited, x.wait(|_| Action::GoOn)).await;
         assert!(moved.is_err(), "it takes 10 s");
         assert!(matches!(x.travel(1, &slow).await, Err(Error::Moving)));
         board.stop().await.unwrap();

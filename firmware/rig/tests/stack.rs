@@ -6,13 +6,14 @@
 
 use std::fs;
 
-use crate::common::{self, MINUTE, board, cycles, program};
+use crate::common::{self, board, cycles, program, talk};
 use stepwright::{Accel, Rate, Speed};
 use stepwright_austin::line::Line as LawLine;
 use stepwright_austin::{Austin, LinearFactor, Piecewise, PowerTerm, Recipe};
 use stepwright_cycle::line::{CycleLine, LineAct, LineProgram};
 use stepwright_cycle::{AtHardEnd, Calibration, Clock, DelayRamp, End, Homing, Leg, Motor};
 use stepwright_cycle::{AtTiming, Strategies};
+use stepwright_rig::edges::steps_of;
 use stepwright_rig::stack::RESERVE;
 use stepwright_rig::{Board, Chip, Pair, firmware};
 
@@ -27,24 +28,57 @@ fn switched_on(name: &str) -> Chip {
 }
 
 /// Sends lines whatever the answers, with 20 ms between them.
-fn talk(chip: &mut Chip, lines: &[&str]) {
+fn send(chip: &mut Chip, lines: &[&str]) {
     for line in lines {
         _ = chip.ask(line);
         chip.run_for(20 * MILLIS);
     }
 }
 
-/// Everything that the controller can do: three axes, ramps and S-curves, changes, every query.
+/// Each query. While motors move, the longest answer takes longer than `ask` waits.
+fn queries(chip: &mut Chip) {
+    chip.take_said();
+    chip.send(b"$\r");
+    chip.run_for(150 * MILLIS);
+    let said = chip.take_said();
+    assert!(said.starts_with(b"max-speed=") && said.ends_with(b"\r"), "{said:?}");
+    talk(chip, "? stepwright *\n$pulse-us *2\nV1 *\nA0 Y");
+}
+
+/// Everything that the controller can do: three axes, ramps and S-curves, changes of all axes on the way,
+/// stops, every kind of query. Each line has to be obeyed.
 fn controller() -> Chip {
     let mut chip = common::chip();
     chip.watch_stack();
-    talk(&mut chip, &["$", "?", "@", "N", "V1", "I1", "$enable-ms=3", "$dwell-ms=2", "$?"]);
-    for jerk in ["J0", "J400000"] {
-        for axis in ["A1", "A2", "A3"] {
-            talk(&mut chip, &[axis, jerk, "s300", "t9000", "a20000", "d30000", "g-3000"]);
-        }
-        talk(&mut chip, &["A0", "E", "?", "$", "V1", "@ t4000 a9000 d9000", "F", "Z", "?"]);
-        assert!(chip.run_to_rest(MINUTE));
+    queries(&mut chip);
+    talk(&mut chip, "$pulse-us=3 Y\n$pulse-us=2 Y\nI1 Y\nL30000 Y");
+    talk(&mut chip, "PO Y");
+    for axis in 1..=3 {
+        let order = format!("A{axis} Y\ns300 Y\nt4000 Y\na10000 Y\nd15000 Y\nG+6000 Y");
+        talk(&mut chip, &order);
+    }
+    talk(&mut chip, "A0 Y\nE Y\n*wait 100");
+    queries(&mut chip);
+    talk(&mut chip, "t3500 Y\na9000 Y\nd12000 Y\n@+5000 Y\nm3400000 Y");
+    queries(&mut chip);
+    talk(&mut chip, "A2 Y\n@+4000 Y\nA3 Y\nt1000 Y\nA0 Y\nF B\n*wait 200");
+    queries(&mut chip);
+    talk(&mut chip, "Z Y\n*rest");
+    if board() == Board::Mega {
+        talk(
+            &mut chip,
+            "PO Y\nA2 Y\ns100 Y\nt3000 Y\na10000 Y\nd10000 Y\nj200000 Y\nG+6000 Y\nE Y",
+        );
+        queries(&mut chip);
+        talk(&mut chip, "A2 Y\nt2500 Y\na9000 Y\nd8000 Y\n@+5000 Y\n*wait 300");
+        queries(&mut chip);
+        talk(&mut chip, "Z Y\n*rest");
+    }
+    talk(&mut chip, "A1 Y\ns300 Y\nt9000 Y\na20000 Y\ng+ Y\n*wait 300\nF B\nK Y");
+    talk(&mut chip, "V1 E\nI1 Y");
+    for axis in 0..3 {
+        let steps = steps_of(chip.edges(), axis).len();
+        assert!(steps > 1_000, "axis {axis} makes {steps} steps");
     }
     chip
 }
@@ -126,7 +160,7 @@ fn laws(name: &str) -> Chip {
     let mut played = 0;
     for recipe in all {
         if chip.ask(&LawLine::Law(recipe).to_string()).as_deref() == Some("Y") {
-            talk(
+            send(
                 &mut chip,
                 &["?", ":C20,5000000", ":G500", "V1", "F", ":C0,9000000", "?", "Z", "V1"],
             );
@@ -146,9 +180,9 @@ fn timed() -> Chip {
         if board() == Board::Uno { "48,0,0,1,0,0,16,48,32" } else { "192,0,0,1,0,0,64,192,128" };
     for control in [240, 112] {
         let order = format!(":M1,{control},16000,3000,64,20,19,0");
-        talk(&mut chip, &["?", &format!(":W1,66,{wire}"), ":L1,1", ":U1,5", &order, ":?1", "F"]);
+        send(&mut chip, &["?", &format!(":W1,66,{wire}"), ":L1,1", ":U1,5", &order, ":?1", "F"]);
         chip.run_for(1_000 * MILLIS);
-        talk(&mut chip, &[":?1", ":M1,0,0,0,0,0,0,0", ":?1", "x"]);
+        send(&mut chip, &[":?1", ":M1,0,0,0,0,0,0,0", ":?1", "x"]);
     }
     chip
 }

@@ -18,7 +18,7 @@ use stepwright_play::{PlayError, PlayFormat, PlayVoice};
 use stepwright_sim::Pin;
 
 use crate::edges::Edges;
-use crate::run::{Run, Way, playing};
+use crate::run::{Run, Silent, Way, playing};
 
 /// The time between two looks at the clock, in real time.
 const LOOK: Duration = Duration::from_millis(2);
@@ -31,19 +31,6 @@ const PINS: [(Pin, Option<bool>); 5] = [
     (Pin::Min, Some(false)),
     (Pin::Max, Some(false)),
 ];
-
-/// Prints nothing, and ends when asked to.
-struct Silent<'a>(&'a AtomicBool);
-
-impl PlayVoice for Silent<'_> {
-    fn result(&self, _: &dyn Display) {}
-
-    fn note(&self, _: &dyn Display) {}
-
-    fn asked(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
 
 /// Follows the motors, lets time pass, and brakes when asked to.
 struct Follower<'a> {

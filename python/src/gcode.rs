@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::{Error, ErrorKind};
+use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyValueError};
@@ -99,9 +100,14 @@ impl Job {
         self.plan.refused.map(|refused| refused.words(BOARD))
     }
 
-    /// Runs the job on a separate virtual board, in real time unless `fast`.
-    fn run(&self, py: Python<'_>, fast: bool) -> PyResult<Run> {
-        playing(py, |asked| jobs::play(&self.bytes, self.axes, &self.plan, fast, asked))
+    /// Runs the job on the board at a port, or on a virtual board, in real time unless `fast`.
+    #[pyo3(signature = (port, baud, fast))]
+    fn run(&self, py: Python<'_>, port: Option<String>, baud: u32, fast: bool) -> PyResult<Run> {
+        let (bytes, axes, plan) = (&self.bytes, self.axes, &self.plan);
+        playing(py, |asked| match port {
+            Some(port) => jobs::stream(bytes, axes, plan, (Path::new(&port), baud), asked),
+            None => jobs::play(bytes, axes, plan, fast, asked),
+        })
     }
 
     /// The whole plan as the command prints it: `table` or `json`.

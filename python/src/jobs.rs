@@ -1,19 +1,23 @@
-//! G-code jobs on a virtual board, and planned paths of waypoints.
+//! G-code jobs on a virtual board and on a real one, and planned paths of waypoints.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyConnectionError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use stepwright_host::Session;
+use stepwright_host::link::serial::{LeaseWait, SerialLink, Share};
 use stepwright_keeper::scope::ScopeSource;
 use stepwright_path::{ArcFit, AxisPace, Route};
 use stepwright_plan::gcode::JobPlan;
+use stepwright_play::stream::{JobWatch, Place, PlayWish, StreamedBoard};
 use stepwright_play::{PlayError, gcode};
 use stepwright_sim::Pin;
 
 use crate::edges::Edges;
-use crate::run::{Run, Way};
+use crate::run::{Run, Silent, Way};
 
 /// The time between two looks at the clock, in real time.
 const LOOK: Duration = Duration::from_millis(2);
@@ -91,6 +95,58 @@ pub fn play(
     });
     let (run, end) = ran.map_err(|why| PyRuntimeError::new_err(why.message))?;
     Ok(Run { pins: edges.map(|edges| edges.record(end as f64, 0.0)), ..run })
+}
+
+/// A program that follows a job on a board, and brakes it by Ctrl-C.
+struct Watch<'a> {
+    asked: &'a AtomicBool,
+    axes: &'a [AxisPace; 3],
+    ways: [Way; 3],
+}
+
+impl JobWatch for Watch<'_> {
+    fn wish(&mut self) -> PlayWish {
+        if self.asked.load(Ordering::Relaxed) { PlayWish::Brake } else { PlayWish::Go }
+    }
+
+    fn tell(&mut self, place: &Place) {
+        for (axis, way) in self.ways.iter_mut().enumerate() {
+            way.see(place.seconds, place.steps[axis] as f64 * self.axes[axis].step);
+        }
+    }
+}
+
+/// Runs a planned job that is not refused on the board at a port, or brakes it after `asked`.
+pub fn stream(
+    bytes: &[u8],
+    axes: [AxisPace; 3],
+    plan: &JobPlan,
+    (port, baud): (&Path, u32),
+    asked: &AtomicBool,
+) -> PyResult<Run> {
+    let cant = |why: &dyn std::fmt::Display| {
+        PyConnectionError::new_err(format!("{}: {why}", port.display()))
+    };
+    let link = SerialLink::open(port, baud, Share::Alone, |_| LeaseWait::Over);
+    let session = Session::new(Box::new(link.map_err(|why| cant(&why))?));
+    let lost = |why: PlayError| {
+        let hint = why.hint.map_or(String::new(), |hint| format!(" ({hint})"));
+        PyConnectionError::new_err(why.message + &hint)
+    };
+    let mut board = StreamedBoard::meet(session, baud, &Silent(asked)).map_err(lost)?;
+    let mut watch = Watch { asked, axes: &axes, ways: [0.0; 3].map(Way::from) };
+    let played = board.play(bytes.to_vec(), axes, plan, &mut watch);
+    let seconds =
+        watch.ways.iter().filter_map(|way| way.times.last()).fold(0.0f64, |a, b| a.max(*b));
+    let (names, unit) = (NAMES.map(str::to_owned).into(), "mm".to_owned());
+    let run = Run { names, unit, seconds, ways: watch.ways.into(), ..Run::default() };
+    Ok(match played {
+        Ok(end) => {
+            let (late, braked) = (end.late.try_into().unwrap_or(u32::MAX), end.braked);
+            Run { seconds: end.seconds, late, braked, ..run }
+        }
+        Err(error) => Run { error: Some(error), ..run },
+    })
 }
 
 /// Plans a path along these places: each a place in mm, and the speed to it in mm/s. The path may be off the

@@ -1,5 +1,6 @@
 //! The motion of the motors by a file: their positions over time, and every edge of their pins.
 
+use std::fmt::Display;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -9,7 +10,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use stepwright_keeper::scope::{ScopeFile, ScopeRecord};
-use stepwright_play::PlayError;
+use stepwright_play::{PlayError, PlayVoice};
 
 /// How often a waiting thread looks for Ctrl-C.
 const SLICE: Duration = Duration::from_millis(20);
@@ -139,6 +140,19 @@ impl Run {
         let record = self.pins.as_ref();
         let record = record.ok_or_else(|| PyValueError::new_err("nobody has seen its pins"))?;
         Ok(PyByteArray::new(py, &kind.of(record)?))
+    }
+}
+
+/// Prints nothing, and ends when asked to.
+pub struct Silent<'a>(pub &'a AtomicBool);
+
+impl PlayVoice for Silent<'_> {
+    fn result(&self, _: &dyn Display) {}
+
+    fn note(&self, _: &dyn Display) {}
+
+    fn asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
     }
 }
 

@@ -1,4 +1,4 @@
-"""G-code jobs, planned or run on a virtual board."""
+"""G-code jobs, planned or run on a virtual board or a real one."""
 
 from __future__ import annotations
 
@@ -94,7 +94,9 @@ class Gcode:
 
     def run(
         self,
+        port: Optional[Union[str, os.PathLike[str]]] = None,
         *,
+        baud: int = 115_200,
         fast: bool = True,
         steps_per_mm: Paced[float] = 80.0,
         speed: Paced[Quantity] = "200mm/s",
@@ -104,17 +106,20 @@ class Gcode:
         laser: Optional[float] = None,
         tolerance: float = 0.0,
     ) -> Run:
-        """Runs the job on a separate virtual Uno. Returns the time of each step of each axis, and the
-        power of a laser.
+        """Runs the job on a separate virtual Uno, or on the board at a port, which needs the program
+        ``stream`` (``stepwright flash uno --program stream``). Returns the time of each step of each
+        axis, and the power of a laser.
 
-        Its time passes as fast as possible, or is real time without ``fast``. Ctrl-C brakes along the
-        path. The other parameters are those of ``plan``. Raises ``Refused`` if an Uno can't follow. No
-        real board takes a job.
+        The time of the virtual board passes as fast as possible, or is real time without ``fast``.
+        Ctrl-C brakes along the path. The ways of a real board have about fifty looks a second; its
+        axes stand at the machine's zero. The other parameters are those of ``plan``. Raises
+        ``Refused`` if an Uno can't follow, or if a real board did not get to the end;
+        ``ConnectionError`` if there is no board.
         """
         job = self._job(paces(steps_per_mm, speed, accel, jump, jerk), laser, tolerance)
         if job.refused is not None:
             raise Refused(job.refused, remedy="give a lower speed of this axis, or fewer steps_per_mm")
-        return checked(job.run(fast))
+        return checked(job.run(None if port is None else os.fspath(port), baud, fast))
 
     def _job(self, axes: list[Pace], laser: Optional[float], tolerance: float) -> Job:
         if laser is not None:

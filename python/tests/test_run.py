@@ -9,11 +9,12 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import COMMAND
+from conftest import COMMAND, Pty
 
 import stepwright_motion as sw
 
@@ -243,3 +244,57 @@ def test_a_run_is_drawn() -> None:
     assert figure.axes[0].lines[0].get_ydata().tolist() == run.x.positions.tolist()
     picture = run._repr_png_()
     assert picture is not None and picture.startswith(b"\x89PNG") and len(picture) > 10_000
+
+
+@pytest.fixture
+def stream() -> Iterator[Pty]:
+    """A virtual board with the program ``stream``, behind a pseudo-terminal."""
+    pty = Pty("--program", "stream")
+    yield pty
+    pty.close()
+
+
+def test_a_job_runs_on_a_board_that_plays_streams(stream: Pty, tmp_path: Path) -> None:
+    job = tmp_path / "job.nc"
+    job.write_text("M3 S500\nG1 X10 Y-5 F3000\nG2 X10 Y5 J5\n")
+    for _ in range(2):
+        run = sw.gcode(job).run(stream.port, laser=1000, jerk="20000mm/s3")
+        assert run.positions == pytest.approx((10.0, 5.0, 0.0))
+        assert run.duration == pytest.approx(sw.gcode(job).plan(jerk="20000mm/s3").duration, abs=1e-3)
+        assert (run.late, run.braked) == (0, False)
+        # Fifty looks a second, on the way of the plan.
+        assert len(run.x) > 10 and run.x.times[-1] <= run.duration
+        plan = sw.gcode(job).run(laser=1000, jerk="20000mm/s3")
+        for time, place in zip(run.x.times[1:], run.x.positions[1:]):
+            near = [p for t, p in zip(plan.x.times, plan.x.positions) if abs(t - time) < 0.002]
+            assert min(near) - 0.03 <= place <= max(near) + 0.03, (time, place)
+
+
+def test_a_job_needs_a_board_that_plays_streams(pty: Pty, tmp_path: Path) -> None:
+    job = tmp_path / "job.nc"
+    job.write_text("G1 X10 F3000\n")
+    with pytest.raises(ConnectionError, match="--program stream"):
+        sw.gcode(job).run(pty.port)
+    with pytest.raises(ConnectionError):
+        sw.gcode(job).run(tmp_path / "nothing")
+
+
+def test_ctrl_c_brakes_a_job_on_a_board(stream: Pty, tmp_path: Path) -> None:
+    job = tmp_path / "job.nc"
+    job.write_text("G1 X500 F3000\n")
+    program = (
+        "import stepwright_motion as sw\nprint('begins', flush=True)\n"
+        f"sw.gcode({str(job)!r}).run({stream.port!r})\n"
+    )
+    child = subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert child.stdout is not None
+    child.stdout.readline()
+    time.sleep(2.0)
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=20)
+    assert "KeyboardInterrupt" in said
+    # It rests where it has braked, and says where.
+    told = command("stop", "--axis", "1", "--port", stream.port).split()
+    assert told[0] == "position" and 800 < int(told[1]) < 39_000, told

@@ -14,7 +14,7 @@ use stepwright_host::link::serial::{LeaseWait, SerialLink, Share};
 use stepwright_host::programs::{CycleSession, RowProblem};
 use stepwright_keeper::scope::ScopeSource;
 use stepwright_play::cycle::{CyclePlayer, CyclesOnBoard, Onlooker, PlayAhead, PlayPart, PlayText};
-use stepwright_play::{PlayError, PlayFormat, PlayVoice};
+use stepwright_play::{PlayError, PlayFormat};
 use stepwright_sim::Pin;
 
 use crate::edges::Edges;

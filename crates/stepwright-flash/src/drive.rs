@@ -125,7 +125,7 @@ impl BootDrive {
     /// drive disappears. Calls `done` with the number of bytes written.
     ///
     /// # Errors
-    /// [`File`](DriveError::File); [`Differs`](DriveError::Differs) or
+    /// [`File`](DriveError::File), also if the drive vanishes before its last blocks; [`Differs`](DriveError::Differs) or
     /// [`NotTaken`](DriveError::NotTaken) if the drive is still there after `patience`. A Pico
     /// takes a second.
     pub fn write(
@@ -139,6 +139,13 @@ impl BootDrive {
         let mut file = File::create(&path).map_err(wrong)?;
         let mut written = 0;
         for block in uf2.chunks(32 * BLOCK) {
+            // A board that vanishes before its last blocks has not taken them. The system keeps blocks for a while.
+            if written != 0 && written + block.len() == uf2.len() {
+                let synced = file.sync_all();
+                if !self.is_there() {
+                    return Err(wrong(synced.err().unwrap_or(io::ErrorKind::NotConnected.into())));
+                }
+            }
             file.write_all(block).map_err(wrong)?;
             written += block.len();
             done(written);

@@ -108,6 +108,15 @@ fn one_drive_is_found_and_several_are_asked_about() {
 }
 
 #[test]
+fn a_drive_that_vanishes_in_the_middle_has_not_taken_it() {
+    let folder = drive(INFO);
+    let info = folder.path().join("INFO_UF2.TXT");
+    let unplug = |_| drop(fs::remove_file(&info));
+    let written = pico().write(&BootDrive::at(folder.path()).unwrap(), unplug);
+    assert!(matches!(written, Err(DriveError::File(..))), "{written:?}");
+}
+
+#[test]
 fn a_drive_that_stays_has_not_taken_it() {
     let folder = drive(INFO);
     let there = BootDrive::at(folder.path()).unwrap();

@@ -127,6 +127,8 @@ impl<D: KeeperDesk> Keeper<D> {
         self.ran.extend(ran.map(|axis| axis.id));
         let again = self.told.trouble.is_some();
         self.learn(talk).await?;
+        // It may be another board, with fewer axes.
+        self.ran.retain(|ran| self.axes.iter().any(|axis| axis.id == *ran));
         // The board may be lost again meanwhile.
         while let Some(&axis) = self.ran.last() {
             talk.stop(Selection::One(axis)).await?;

@@ -12,6 +12,10 @@ use crate::mcap::McapWriter;
 /// The most seconds that are kept.
 pub const LONGEST: f64 = 10.0;
 
+/// The most pins of a file: STEP, DIR and four coils of eight axes, and enable; and the most edges.
+const PINS: usize = 8 * 6 + 1;
+const EDGES: usize = 2_500_000;
+
 /// A source of edges.
 pub trait ScopeSource: Send + Sync {
     /// The edges of the last seconds up to `now`, in seconds since the server began.
@@ -105,8 +109,13 @@ impl ScopeFile {
     /// The bytes of the file.
     ///
     /// # Errors
-    /// More pins than MCAP has channels.
+    /// More pins, or more edges, than a board makes.
     pub fn of(self, record: &ScopeRecord) -> io::Result<Vec<u8>> {
+        let (pins, edges) = (&record.signals, |one: &ScopeSignal| one.edges.len());
+        if pins.len() > PINS || pins.iter().map(edges).sum::<usize>() > EDGES {
+            let most = format!("more than {PINS} pins or {EDGES} edges");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, most));
+        }
         match self {
             ScopeFile::Vcd => Ok(vcd(record).into_bytes()),
             ScopeFile::Csv => Ok(csv(record).into_bytes()),
@@ -260,6 +269,21 @@ mod tests {
         let odd = ScopeRecord { hz: 3, end: 9, begin: 0, ..record() };
         assert!(vcd(&odd).contains("$timescale 1 ps $end"));
         assert!(csv(&odd).contains("\n5333333.3333,1,1,\n"));
+    }
+
+    #[test]
+    fn what_no_board_makes_is_no_file() {
+        let pins = |count| ScopeRecord {
+            signals: vec![ScopeSignal::new(None, "enable"); count],
+            ..record()
+        };
+        let mut long = pins(1);
+        long.signals[0].edges = vec![1; EDGES + 1];
+        for form in [ScopeFile::Vcd, ScopeFile::Csv, ScopeFile::Mcap] {
+            assert!(form.of(&pins(PINS)).is_ok());
+            assert!(form.of(&pins(PINS + 1)).is_err());
+            assert!(form.of(&long).is_err());
+        }
     }
 
     /// The file as another reader sees it: topic, ns, and the level or position.

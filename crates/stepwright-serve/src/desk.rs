@@ -47,7 +47,9 @@ pub struct ServeDesk {
     paths: OnceLock<Arc<dyn PathReader>>,
     path: Mutex<Option<PathReport>>,
     /// Locked while a path is drawn. Keeps the last drawing, which is often run next.
-    pub(crate) drawing: tokio::sync::Mutex<Option<(PathFile, PathDrawing)>>,
+    pub(crate) drawing: Arc<tokio::sync::Mutex<Option<(PathFile, PathDrawing)>>>,
+    /// Locked while a record of the pins is read, or made a file.
+    pub(crate) making: Arc<tokio::sync::Mutex<()>>,
     /// The number of stops and kills of all axes so far.
     stops: AtomicUsize,
     state: watch::Sender<(LiveState, Utf8Bytes)>,
@@ -56,6 +58,15 @@ pub struct ServeDesk {
     pub(crate) listeners: AtomicUsize,
     gone: Notify,
     ended: AtomicBool,
+}
+
+/// [Ends](ServeDesk::end) a desk when it is dropped: in the board's thread, also by a panic.
+pub struct DeskEnd(pub Arc<ServeDesk>);
+
+impl Drop for DeskEnd {
+    fn drop(&mut self) {
+        self.0.end();
+    }
 }
 
 /// Locks in spite of a panic: no change can panic half-way.
@@ -75,7 +86,8 @@ impl Default for ServeDesk {
             calculators: OnceLock::new(),
             paths: OnceLock::new(),
             path: Mutex::default(),
-            drawing: tokio::sync::Mutex::default(),
+            drawing: Arc::default(),
+            making: Arc::default(),
             stops: AtomicUsize::new(0),
             state: watch::Sender::default(),
             told: broadcast::Sender::new(BEHIND),

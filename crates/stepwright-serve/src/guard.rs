@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `Host` is an address, or `localhost` | a name of another site that points to this server must not pass |
 //! | `Origin`, if present, is this server | a page of another site can open a WebSocket to this server |
+//! | `Sec-Fetch-Site`, if present, is this server's page or nobody's | an image or a script of another site's page sends no `Origin` |
 //! | the token, beyond loopback | everyone in the network can reach the port |
 
 use std::net::IpAddr;
@@ -39,7 +40,15 @@ impl Guard {
             return Err(Declined::foreign(format!("a page of {origin} may not ask this server"))
                 .allowed("this server's own page, and programs"));
         }
-        let Some(token) = self.token.as_ref().filter(|_| needs_token(request)) else {
+        if !is_api(request) {
+            return Ok(());
+        }
+        let site = header(HeaderName::from_static("sec-fetch-site"));
+        if site.is_some_and(|site| !["same-origin", "none"].contains(&site)) {
+            return Err(Declined::foreign("a page of another site may not ask this server")
+                .allowed("this server's own page, and programs"));
+        }
+        let Some(token) = &self.token else {
             return Ok(());
         };
         let bearer = header(AUTHORIZATION).and_then(|said| said.strip_prefix("Bearer "));
@@ -74,8 +83,8 @@ pub(crate) fn in_query<'a>(uri: &'a Uri, name: &str) -> Option<&'a str> {
     pairs.into_iter().find_map(|(one, value)| (one == name).then_some(value))
 }
 
-/// The page itself has no secrets.
-fn needs_token(request: &Request) -> bool {
+/// The page itself has no secrets, and another site may have a link to it.
+fn is_api(request: &Request) -> bool {
     request.uri().path().starts_with("/api/")
 }
 
@@ -123,6 +132,16 @@ mod tests {
         for origin in ["http://evil.example", "https://localhost:1", "http://localhost:2", "null"] {
             let headers = [("host", "localhost:1"), ("origin", origin)];
             assert_eq!(ask(&headers), Err(403), "{origin}");
+        }
+        for (site, right) in [
+            ("same-origin", Ok(())),
+            ("none", Ok(())),
+            ("same-site", Err(403)),
+            ("cross-site", Err(403)),
+        ] {
+            let headers = [("host", "localhost:1"), ("sec-fetch-site", site)];
+            assert_eq!(judged(&guard, "/api/scope.mcap?seconds=10", &headers), right, "{site}");
+            assert_eq!(judged(&guard, "/", &headers), Ok(()), "{site}");
         }
     }
 

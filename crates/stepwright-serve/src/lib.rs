@@ -49,7 +49,7 @@ use axum::http::header::{
 use axum::response::Response;
 use axum::{Router, middleware};
 
-pub use desk::ServeDesk;
+pub use desk::{DeskEnd, ServeDesk};
 pub use guard::Guard;
 pub use secret::Token;
 
@@ -89,12 +89,15 @@ async fn with_headers(mut response: Response) -> Response {
 pub fn serve(listener: TcpListener, desk: Arc<ServeDesk>, guard: Guard) -> io::Result<()> {
     listener.set_nonblocking(true)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    runtime.block_on(async {
+    let served = runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
         let app = router(desk.clone(), guard);
         tokio::select! {
             served = crowd::serve(listener, app) => served,
             () = desk.until_ended() => Ok(()),
         }
-    })
+    });
+    // What is still drawn is wanted no more.
+    runtime.shutdown_background();
+    served
 }

@@ -248,18 +248,17 @@ pub(crate) async fn draw(
 }
 
 async fn drawn(desk: &ServeDesk, file: &PathFile) -> Result<PathDrawing, Declined> {
-    let (reader, file) = (reader(desk)?, file.clone());
-    // One drawing after another: each keeps a processor busy.
-    let mut last = desk.drawing.lock().await;
-    if let Some((_, drawing)) = last.as_ref().filter(|(known, _)| *known == file) {
+    // One drawing after another: each keeps a processor busy, also when nobody waits for it any more.
+    let mut last = desk.drawing.clone().lock_owned().await;
+    if let Some((_, drawing)) = last.as_ref().filter(|(known, _)| known == file) {
         return Ok(drawing.clone());
     }
+    let (reader, file) = (reader(desk)?, file.clone());
     let drawn = tokio::task::spawn_blocking(move || {
         let drawing = reader.draw(&file)?;
-        Ok((file, drawing))
+        Ok(last.insert((file, drawing)).1.clone())
     });
-    let drawn = drawn.await.unwrap_or_else(|_| Err(Declined::away("the drawing broke off")))?;
-    Ok(last.insert(drawn).1.clone())
+    drawn.await.unwrap_or_else(|_| Err(Declined::away("the drawing broke off")))
 }
 
 /// The progress of the last run, or how it ended; null if there was none.

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use axum::Router;
 use axum::extract::{DefaultBodyLimit, FromRequest, RawQuery, Request, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use axum::{Json, Router};
 
 use stepwright_keeper::Declined;
 use stepwright_keeper::request::outside;
@@ -51,6 +51,20 @@ fn asked(desk: &ServeDesk, query: Option<&str>) -> Result<ScopeRecord, Declined>
     desk.scope(seconds)
 }
 
+/// Makes something of a record on a thread of its own: others are answered meanwhile. One after another, as each
+/// keeps a processor busy.
+async fn made<T: Send + 'static>(
+    desk: Arc<ServeDesk>,
+    make: impl FnOnce(&ServeDesk) -> Result<T, Declined> + Send + 'static,
+) -> Result<T, Declined> {
+    let turn = desk.making.clone().lock_owned().await;
+    let made = tokio::task::spawn_blocking(move || {
+        let _turn = turn;
+        make(&desk)
+    });
+    made.await.unwrap_or_else(|_| Err(Declined::away("the record broke off")))
+}
+
 fn file(kind: &'static str, name: &str, content: impl Into<axum::body::Body>) -> Response {
     let name = format!("attachment; filename=\"{name}\"");
     let content = content.into();
@@ -65,8 +79,12 @@ fn file(kind: &'static str, name: &str, content: impl Into<axum::body::Body>) ->
 pub(crate) async fn scope(
     State(desk): Shared,
     RawQuery(query): RawQuery,
-) -> Result<Json<ScopeRecord>, Declined> {
-    asked(&desk, query.as_deref()).map(Json)
+) -> Result<Response, Declined> {
+    let record = made(desk, move |desk| {
+        let record = asked(desk, query.as_deref())?;
+        serde_json::to_vec(&record).map_err(|error| Declined::refused(format!("no JSON: {error}")))
+    });
+    Ok(([(CONTENT_TYPE, "application/json")], record.await?).into_response())
 }
 
 /// The same as a Value Change Dump.
@@ -78,8 +96,8 @@ pub(crate) async fn as_vcd(
     State(desk): Shared,
     RawQuery(query): RawQuery,
 ) -> Result<Response, Declined> {
-    let record = asked(&desk, query.as_deref())?;
-    Ok(file("text/plain", "stepwright.vcd", vcd(&record)))
+    let made = made(desk, move |desk| asked(desk, query.as_deref()).map(|record| vcd(&record)));
+    Ok(file("text/plain", "stepwright.vcd", made.await?))
 }
 
 /// The same as a table: µs, and every level.
@@ -91,8 +109,8 @@ pub(crate) async fn as_csv(
     State(desk): Shared,
     RawQuery(query): RawQuery,
 ) -> Result<Response, Declined> {
-    let record = asked(&desk, query.as_deref())?;
-    Ok(file("text/csv", "stepwright.csv", csv(&record)))
+    let made = made(desk, move |desk| asked(desk, query.as_deref()).map(|record| csv(&record)));
+    Ok(file("text/csv", "stepwright.csv", made.await?))
 }
 
 /// The same as an MCAP file, for Foxglove and PlotJuggler: a channel for each pin, and a channel with position
@@ -105,9 +123,11 @@ pub(crate) async fn as_mcap(
     State(desk): Shared,
     RawQuery(query): RawQuery,
 ) -> Result<Response, Declined> {
-    let record = asked(&desk, query.as_deref())?;
-    let made = mcap(&record).map_err(|error| Declined::refused(format!("no MCAP: {error}")))?;
-    Ok(file("application/octet-stream", "stepwright.mcap", made))
+    let made = made(desk, move |desk| {
+        let record = asked(desk, query.as_deref())?;
+        mcap(&record).map_err(|error| Declined::refused(format!("no MCAP: {error}")))
+    });
+    Ok(file("application/octet-stream", "stepwright.mcap", made.await?))
 }
 
 /// The file of a record from `GET /api/scope`: a page saves what it shows.
@@ -115,6 +135,7 @@ pub(crate) async fn as_mcap(
     params(("ending" = String, Query, description = "of its name: vcd, csv or mcap")),
     responses((status = 200, body = Vec<u8>, content_type = "application/octet-stream"), (status = "4XX", body = Declined), (status = 503, body = Declined)))]
 pub(crate) async fn as_file(
+    State(desk): Shared,
     RawQuery(query): RawQuery,
     request: Request,
 ) -> Result<Response, Declined> {
@@ -130,6 +151,8 @@ pub(crate) async fn as_file(
             413 => declined.allowed(format!("at most {RECORD} bytes")),
             _ => declined,
         })?;
-    let made = form.of(&record).map_err(|error| Declined::refused(format!("no file: {error}")))?;
-    Ok(file("application/octet-stream", &format!("stepwright.{said}"), made))
+    let made = made(desk, move |_| {
+        form.of(&record).map_err(|error| Declined::refused(format!("no file: {error}")))
+    });
+    Ok(file("application/octet-stream", &format!("stepwright.{said}"), made.await?))
 }

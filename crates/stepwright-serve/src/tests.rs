@@ -1,7 +1,7 @@
 //! Requests to the server without a board: the answers, and that declined requests never reach the board's
 //! thread.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
 use axum::Router;
@@ -10,8 +10,11 @@ use axum::http::{Method, Request, StatusCode, header};
 use serde_json::{Value, json};
 use tower::ServiceExt;
 
-use crate::{Guard, ServeDesk, Token};
+use crate::path::{PathDrawing, PathFile, PathListener, PathReader, PathTable};
+use crate::{DeskEnd, Guard, ServeDesk, Token};
+use stepwright_keeper::Declined;
 use stepwright_keeper::report::Done;
+use stepwright_keeper::scope::{ScopeRecord, ScopeSource};
 use stepwright_keeper::{Hand, KeeperDesk, Wish};
 
 /// A server, with a board's thread that notes the wishes.
@@ -330,4 +333,95 @@ async fn a_run_has_no_end_to_wait_for() {
     assert_eq!(status, StatusCode::UNPROCESSABLE_ENTITY, "{said}");
     assert!(said["allowed"].as_str().unwrap().contains("wait=true of a move"), "{said}");
     assert_eq!(bench.wishes(), []);
+}
+
+/// A source of edges that waits until it is released.
+struct SlowPins(Mutex<mpsc::Receiver<()>>);
+
+impl ScopeSource for SlowPins {
+    fn record(&self, _: f64, _: f64) -> ScopeRecord {
+        self.0.lock().unwrap().recv_timeout(Duration::from_secs(20)).expect("it is not released");
+        ScopeRecord::default()
+    }
+}
+
+#[tokio::test]
+async fn a_stop_waits_for_no_record() {
+    for form in ["", ".vcd", ".csv", ".mcap"] {
+        let (bench, (release, held)) = (open(), mpsc::channel());
+        bench.desk.probe(Arc::new(SlowPins(Mutex::new(held))));
+        let request =
+            Request::get(format!("/api/scope{form}")).header(header::HOST, "localhost:8480");
+        let request = request.body(Body::empty()).unwrap();
+        let record = tokio::spawn(bench.router.clone().oneshot(request));
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        assert_eq!(bench.post("/api/stop", None, "{}").await.0, StatusCode::OK);
+        release.send(()).unwrap();
+        assert_eq!(record.await.unwrap().unwrap().status(), StatusCode::OK, "{form}");
+    }
+}
+
+/// A reader that counts how many draw at once, and at most.
+#[derive(Default)]
+struct Drawers(Mutex<(u32, u32)>);
+
+impl PathReader for Drawers {
+    fn table(&self) -> PathTable {
+        unreachable!()
+    }
+
+    fn draw(&self, _: &PathFile) -> Result<PathDrawing, Declined> {
+        let count = |by: i32| {
+            let mut now = self.0.lock().unwrap();
+            now.0 = now.0.strict_add_signed(by);
+            now.1 = now.1.max(now.0);
+        };
+        count(1);
+        std::thread::sleep(Duration::from_millis(100));
+        count(-1);
+        Ok(PathDrawing::default())
+    }
+
+    fn run(&self, _: &PathFile, _: &PathDrawing, _: PathListener) -> Result<(), Declined> {
+        Ok(())
+    }
+
+    fn stop(&self) {}
+
+    fn hold(&self, _: bool) -> Result<(), Declined> {
+        Ok(())
+    }
+
+    fn kill(&self) {}
+}
+
+#[tokio::test]
+async fn drawings_that_nobody_waits_for_do_not_pile_up() {
+    let (bench, drawers) = (open(), Arc::new(Drawers::default()));
+    bench.desk.read_paths_by(drawers.clone());
+    for n in 0..3 {
+        let body = format!(r#"{{"name":"a","text":"{n}"}}"#);
+        let asked = bench.post("/api/path", None, &body);
+        // The client hangs up.
+        assert!(tokio::time::timeout(Duration::from_millis(30), asked).await.is_err());
+    }
+    let (status, _) = bench.post("/api/path", None, r#"{"name":"a","text":"last"}"#).await;
+    assert_eq!((status, *drawers.0.lock().unwrap()), (StatusCode::OK, (0, 1)));
+}
+
+#[tokio::test]
+async fn a_panic_of_the_boards_thread_ends_the_server() {
+    let desk = Arc::new(ServeDesk::default());
+    let order = desk.wish(Wish::Kill, false);
+    let board = std::thread::spawn({
+        let end = DeskEnd(desk.clone());
+        move || {
+            let _end = end;
+            panic!("as it should")
+        }
+    });
+    assert!(board.join().is_err());
+    let patience = Duration::from_secs(20);
+    assert!(tokio::time::timeout(patience, order).await.unwrap().is_err());
+    tokio::time::timeout(patience, desk.until_ended()).await.unwrap();
 }

@@ -182,8 +182,12 @@ struct Page<'a> {
 
 impl JobWatch for Page<'_> {
     fn wish(&mut self) -> PlayWish {
-        // If the server ends, the board brakes.
-        let end = if interrupt::asked() { PlayWish::Brake } else { PlayWish::Go };
+        // If the server ends, the board brakes, and by a second Ctrl-C it stops.
+        let end = match (interrupt::presses(), interrupt::asked()) {
+            (2.., _) => PlayWish::Kill,
+            (_, true) => PlayWish::Brake,
+            _ => PlayWish::Go,
+        };
         let wish = self.order.wish().max(end);
         self.killed |= wish == PlayWish::Kill;
         wish

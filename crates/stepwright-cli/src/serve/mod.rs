@@ -25,7 +25,7 @@ use std::sync::{Arc, mpsc};
 use std::thread;
 
 use stepwright_protocol::{AxisId, MAX_AXES};
-use stepwright_serve::{Guard, ServeDesk, Token};
+use stepwright_serve::{DeskEnd, Guard, ServeDesk, Token};
 
 use crate::calc;
 use crate::failure::Failure;
@@ -169,13 +169,12 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let board = thread::spawn({
         let desk = desk.clone();
         move || {
-            let kept = BoardThread::begin(served, desk.clone()).and_then(|(board, session)| {
+            let _end = DeskEnd(desk.clone());
+            BoardThread::begin(served, desk).and_then(|(board, session)| {
                 // The main thread only waits for this message.
                 let _ = tell.send(());
                 board.keep(session)
-            });
-            desk.end();
-            kept
+            })
         }
     });
     // Without a board there is nothing to serve.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use stepwright_keeper::Declined;
 use stepwright_keeper::report::PathReport;
@@ -19,6 +20,7 @@ use crate::failure::Failure;
 use crate::gcode;
 use crate::gcode::axes::AxesArgs;
 use crate::gcode::live::PageJob;
+use crate::interrupt;
 use crate::machine::{MachineArgs, MachineAxes};
 use crate::order::target::PortArgs;
 use stepwright_play::stream::{PlayEnd, PlayOrder, PlayWish};
@@ -38,6 +40,9 @@ const EXAMPLES: [(&str, &str); 9] = [
 
 /// The extensions of G-code jobs, in upper or lower case.
 const JOBS: [&str; 6] = [".nc", ".ngc", ".gcode", ".gco", ".cnc", ".tap"];
+
+/// The time between two looks at a run while the server ends.
+const LOOK: Duration = Duration::from_millis(5);
 
 /// The largest size of a cycle file, in bytes.
 const CYCLES: usize = 200_000;
@@ -110,12 +115,17 @@ impl PathFiles {
         PathFiles { boards, axes, playing: Mutex::default() }
     }
 
-    /// Brakes the running file and waits for its end, because the server ends.
+    /// Brakes the running file and waits for its end, because the server ends; a second Ctrl-C kills it.
     pub fn finish(&self) {
         self.stop();
-        let playing = self.playing().take();
-        // A panic of the thread is ignored.
-        playing.map(|playing| playing.thread.join());
+        let Some(playing) = self.playing().take() else { return };
+        // By a panic, too.
+        while !playing.thread.is_finished() {
+            if interrupt::presses() >= 2 {
+                playing.order.kill();
+            }
+            thread::sleep(LOOK);
+        }
     }
 
     fn axes(&self) -> Result<[AxisPace; 3], Declined> {

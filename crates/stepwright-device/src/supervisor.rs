@@ -210,7 +210,9 @@ impl Supervisor {
         motors: &mut OrderedMotors<'_, E, N, Q>,
         panel: &mut impl BoardIo,
     ) {
-        let busy = motors.any_moving();
+        // The axes of an order begin between two calls: the mark and the drivers are theirs from
+        // before.
+        let busy = motors.any_moving() || slave.is_starting();
         let now = panel.millis();
         if busy {
             self.moved_at = now;

@@ -2,6 +2,7 @@
 
 mod common;
 
+mod interleaved;
 mod line;
 mod main_loop;
 mod store;

@@ -321,6 +321,9 @@ impl<const AXES: usize> Slave<AXES> {
     #[cfg_attr(target_arch = "avr", inline(never))]
     fn mark(&mut self, mut axes: u8, letter: u8) {
         self.guard.mark(axes, letter);
+        if let Task::Start(stopped) = &mut self.task {
+            *stopped |= axes;
+        }
         for stop in &mut self.stops {
             if axes & 1 != 0 && !(stop::is_soft(letter) && stop::is_soft(*stop)) {
                 *stop = letter;

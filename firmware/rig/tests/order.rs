@@ -123,6 +123,32 @@ fn a_kill_between_the_pieces_refuses_the_order() {
     assert!(refused > 10, "K never came in between: {refused}");
 }
 
+/// A switch that closes between the pieces stops its axis, which the line says; the others move.
+#[test]
+fn a_switch_between_the_pieces_is_told() {
+    let mut stopped = 0;
+    for after in (0..40).map(|n| n * 4_000) {
+        let mut chip = chip();
+        say(&mut chip, "$switches=1 $switch-forward=1 PO A0 s0 t9000 a20000 d18000 G+400");
+        chip.send(b"E\r");
+        chip.run_for(2 * 1_389 + after);
+        chip.press(0, true);
+        chip.run_for(16_000_000 / 2);
+        let said = String::from_utf8(chip.take_said()).unwrap();
+        let moved = steps(&chip, 1).len();
+        let about = chip.ask("?").unwrap();
+        if said == "E\r" {
+            assert!(about.contains(" last=fault "), "{about} after {after}");
+            assert_eq!(moved, 0, "after {after}");
+        } else {
+            assert_eq!((&*said, moved), ("Y\r", 400), "after {after}");
+            assert!(about.contains(" stop=S-- "), "{about} after {after}");
+            stopped += u32::from(steps(&chip, 0).is_empty());
+        }
+    }
+    assert!(stopped > 5, "the switch never closed in between: {stopped}");
+}
+
 /// Lines and noise that come meanwhile wait, and are answered in order.
 #[test]
 fn lines_that_come_meanwhile_wait() {

@@ -67,6 +67,23 @@ fn a_reset_is_held_against_what_the_board_was_doing() {
     }
 }
 
+/// With the drivers on, the mark depends on no line but the order's own, wherever in a millisecond it
+/// comes.
+#[test]
+fn a_later_order_is_marked_at_every_moment() {
+    for phase in (0..40).map(|n| n * 400) {
+        let mut chip = chip();
+        say(&mut chip, "PO G+4 E");
+        rest(&mut chip);
+        say(&mut chip, "PO T100 G+2000");
+        chip.run_for(phase);
+        say(&mut chip, "E");
+        chip.run_for(4_000_000);
+        chip.reset_by(Cause::Power);
+        assert!(!is_known(&mut chip), "after {phase} cycles");
+    }
+}
+
 /// Then the board can't distinguish the resets: RAM alone tells whether it has moved.
 #[test]
 fn a_boot_loader_may_clear_the_reason() {

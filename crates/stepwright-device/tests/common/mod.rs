@@ -160,6 +160,31 @@ impl BoardIo for Panel {
 pub struct Rig<'q> {
     pub device: Device<'q, Motion<'q>, 2, 8>,
     pub panel: Panel,
+    /// What happens between two pieces of the device's work, as in a main loop: see
+    /// [`Rig::between`].
+    pub meanwhile: Option<Meanwhile>,
+}
+
+/// A source of random moments, and of what may happen at one of them.
+pub struct Meanwhile {
+    state: u32,
+    /// Moments until these pins become low, and these pins: the switches, and the emergency stop.
+    pub low: Option<(u32, u8, bool)>,
+}
+
+impl Meanwhile {
+    /// The moments of this seed; nothing happens but time.
+    pub fn of(seed: u32) -> Meanwhile {
+        Meanwhile { state: seed.wrapping_mul(0x9E37_79B9) | 1, low: None }
+    }
+
+    /// A number below `bound`.
+    pub fn below(&mut self, bound: u32) -> u32 {
+        self.state ^= self.state << 13;
+        self.state ^= self.state >> 17;
+        self.state ^= self.state << 5;
+        (self.state >> 8) % bound
+    }
 }
 
 impl<'q> Rig<'q> {
@@ -180,19 +205,57 @@ impl<'q> Rig<'q> {
         };
         let board = Board::unmeasured(Rate::from_hz(16_000_000).unwrap());
         let motors = OrderedMotors::new(motion, feeds, board);
-        Rig { device: Device::new(motors, axes, &mut panel), panel }
+        Rig { device: Device::new(motors, axes, &mut panel), panel, meanwhile: None }
     }
 
     /// The answer to a line. An order has begun before it is answered.
     pub fn ask(&mut self, line: &str) -> String {
-        line.bytes().chain([b'\r']).for_each(|byte| self.device.receive(byte, &mut self.panel));
-        while self.device.work(&mut self.panel) {}
+        for byte in line.bytes().chain([b'\r']) {
+            self.device.receive(byte, &mut self.panel);
+            self.between();
+        }
+        while self.device.work(&mut self.panel) {
+            self.between();
+        }
         let mut answer = Vec::new();
         while let Some(byte) = self.device.next_byte(&mut self.panel) {
             answer.push(byte);
+            self.between();
         }
         self.plan();
         String::from_utf8(answer).unwrap().trim_end().into()
+    }
+
+    /// Does what the main loop does between two pieces of work, if the rig has its `meanwhile`:
+    /// some milliseconds may pass, a pin may become low, and the device is polled. Wherever a motor
+    /// may step, a reset must find the mark of a moving board, and the drivers must be on.
+    pub fn between(&mut self) {
+        let Some(meanwhile) = &mut self.meanwhile else { return };
+        if let Some((moments, switches, emergency)) = &mut meanwhile.low {
+            if *moments == 0 {
+                self.panel.switches &= !*switches;
+                self.panel.emergency &= !*emergency;
+                meanwhile.low = None;
+            } else {
+                *moments -= 1;
+            }
+        }
+        // Mostly none has passed, and at most as many as a change takes.
+        self.panel.millis += [0, 0, 0, 1, 1, 3][meanwhile.below(6) as usize];
+        let pieces = meanwhile.below(4);
+        self.device.poll_io(&mut self.panel);
+        self.check();
+        for _ in 0..pieces {
+            self.device.plan();
+            self.check();
+        }
+    }
+
+    /// Checks the mark and the drivers of a board that moves.
+    fn check(&mut self) {
+        if self.device.motors_mut().engine().moving != 0 {
+            assert_eq!((self.panel.mark, self.panel.enable), (Mark::MOVING, Some(false)));
+        }
     }
 
     /// Sends several lines; each must be answered Y.

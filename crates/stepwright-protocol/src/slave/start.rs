@@ -19,8 +19,9 @@ use crate::stop;
 use crate::sum;
 
 impl<const AXES: usize> Slave<AXES> {
-    /// Whether an order is being started.
-    pub(super) fn is_starting(&self) -> bool {
+    /// Whether an order is being started. Its axes may begin at the next call of
+    /// [`work`](Slave::work).
+    pub fn is_starting(&self) -> bool {
         !matches!(self.task, Task::Line(_))
     }
 
@@ -46,10 +47,10 @@ impl<const AXES: usize> Slave<AXES> {
             Task::Check(index) => self.check(index, machine),
             Task::Admit(index) => self.admit(index, machine),
             Task::HandOver(index) => self.hand_over(index, machine),
-            Task::Start => match machine.commit() {
+            Task::Start(stopped) => match machine.commit() {
                 Poll::Pending => Ok(()),
                 Poll::Ready(Ok(())) => {
-                    self.started();
+                    self.started(stopped);
                     self.close(line::YES);
                     return false;
                 }
@@ -68,10 +69,10 @@ impl<const AXES: usize> Slave<AXES> {
         true
     }
 
-    /// All axes of the order have started.
+    /// All axes of the order have started, and these have been stopped since.
     #[inline(always)]
-    fn started(&mut self) {
-        let started = self.staged();
+    fn started(&mut self, stopped: u8) {
+        let started = self.staged() & !stopped;
         self.mark(started, stop::NONE);
         self.guard.started(started);
         if self.order == Open::Yes {
@@ -92,7 +93,7 @@ impl<const AXES: usize> Slave<AXES> {
     fn check<M: Machine>(&mut self, index: u8, machine: &mut M) -> Result<(), Refusal> {
         let count = self.count(machine);
         let Some(axis) = self.axes.get(usize::from(index)).filter(|_| index < count) else {
-            self.task = Task::Start;
+            self.task = Task::Start(0);
             return Ok(());
         };
         if axis.staged == 0 {

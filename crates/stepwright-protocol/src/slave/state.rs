@@ -52,8 +52,9 @@ pub(super) enum Task {
     Admit(u8),
     /// All checks of this axis have passed; hand its travel to the machine.
     HandOver(u8),
-    /// The machine has all travels, and starts them piece by piece.
-    Start,
+    /// The machine has all travels, and starts them piece by piece. Meanwhile these axes have been
+    /// stopped.
+    Start(u8),
     /// The order is refused and has to be answered. None of its axes moves.
     Refuse(Refusal),
 }

@@ -34,7 +34,8 @@ pub const ROW: u8 = b':';
 /// - Only [`carry_out`](BoardProgram::carry_out) starts a motion.
 /// - [`read`](BoardProgram::read) changes nothing: a line is obeyed only after all of its numbers
 ///   were read and none is left over.
-/// - A position is `None` from the moment it may be wrong until it is set.
+/// - A position is `None` from the moment it may be wrong until it is set. A reset is the exception:
+///   a program keeps no mark, and begins at 0.
 pub trait BoardProgram {
     /// A parsed row of the program.
     type Row;

@@ -34,3 +34,4 @@ mod soft_limits;
 mod steppers;
 mod stop;
 mod timed;
+mod unmeasured;

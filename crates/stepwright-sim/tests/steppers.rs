@@ -403,7 +403,7 @@ fn what_can_not_be_done_is_refused_with_what_can() {
         assert_eq!(say(motors.move_by(Axis::X, i32::MIN)), say(motors.move_to(Axis::X, 1 << 31)));
         assert_eq!(
             say(motors.retarget(Axis::X, 5)),
-            "the axis is at rest: there is no travel to change"
+            "the axis is at rest: there is no travel to change; move it"
         );
         assert_eq!(
             say(motors.move_line_to([(Axis::X, 5), (Axis::Y, 2), (Axis::X, 7)])),
@@ -414,7 +414,7 @@ fn what_can_not_be_done_is_refused_with_what_can() {
         motors.run(Axis::X, 800).unwrap();
         assert_eq!(
             say(motors.set_position(Axis::X, 0)),
-            "the axis is still moving; wait, or stop it first"
+            "the axis is still moving: wait, stop it first, or retarget it"
         );
         assert_eq!(motors.run(Axis::X, -800), Err(BUSY));
         assert_eq!(motors.move_line_to([(Axis::Y, 5), (Axis::X, 5)]), Err(BUSY));

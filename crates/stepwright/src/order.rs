@@ -187,9 +187,17 @@ impl From<Unfit> for Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Busy => f.write_str("the axis is still moving; wait, or stop it first"),
-            Refusal::Resting => f.write_str("the axis is at rest: there is no travel to change"),
+            Refusal::Busy => {
+                f.write_str("the axis is still moving: wait, stop it first, or retarget it")
+            }
+            Refusal::Resting => {
+                f.write_str("the axis is at rest: there is no travel to change; move it")
+            }
             Refusal::NoAxis => f.write_str("there is no such axis"),
+            Refusal::TooFast { max: Speed::ZERO } => f.write_str(
+                "too fast for this board: the other moving axes leave no time for this axis; \
+                 lower their speeds first",
+            ),
             Refusal::TooFast { max } => {
                 write!(f, "too fast for this board: at most {max} steps/s for this axis now")
             }

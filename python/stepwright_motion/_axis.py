@@ -21,7 +21,7 @@ class Axis:
 
     An axis counts in its ``unit``: steps, or the unit set by ``steps_per_mm``, by ``scale_to`` or by a
     machine file. Bare numbers are in this unit (speeds in units/s, accelerations in units/s²), and so
-    are the positions that the axis returns. A text may have any unit: ``"25mm"``, ``"90deg"``,
+    are the positions that the axis returns. ``"25"`` is the same as 25; a text may have any unit: ``"25mm"``, ``"90deg"``,
     ``"120rpm"``; units of turns need more than ``steps_per_mm``.
     """
 

@@ -7,7 +7,7 @@ import html
 import os
 import weakref
 from types import TracebackType
-from typing import Any, Iterator, Optional, Type, Union
+from typing import TYPE_CHECKING, Any, Iterator, Optional, Type, Union
 
 from ._axis import Axis
 from ._errors import LinkLost, StepwrightError
@@ -41,6 +41,14 @@ class Board:
         self.settings = Settings(line)
         """The settings, as attributes."""
         _open.add(line)
+
+    # As an axis does: nothing would keep what is set by a misspelt name.
+    if not TYPE_CHECKING:
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            if not (name.startswith("_") or name in ("name", "settings") or hasattr(Board, name)):
+                raise AttributeError(f"a board has no {name}: set it on an axis, such as board.x")
+            super().__setattr__(name, value)
 
     # The axes.
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Optional, Union
 
 from ._native import Scale, read_lease, read_machine
+from ._quantity import is_bare
 
 if TYPE_CHECKING:
     from ._axis import Axis
@@ -66,7 +67,7 @@ class Machine:
             axis.scale = Scale(int(rev) if rev else None, float(mm.rstrip("m")) if mm else None)
         # A bare number in the file is in steps.
         texts = {
-            key: f"{value}{_BARE.get(key, '')}" if _is_bare(value) else value
+            key: f"{value}{_BARE.get(key, '')}" if is_bare(value) else value
             for key, value in values.items()
         }
         axis.speed = texts.get("top-speed")
@@ -84,14 +85,6 @@ class Machine:
         homing = ("home-within", "home-back-off", "home-speed", "home-slow")
         known = {key[5:].replace("-", "_"): texts[key] for key in homing if key in texts}
         axis._home.update(known)
-
-
-def _is_bare(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 _BARE = {

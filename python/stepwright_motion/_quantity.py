@@ -11,14 +11,25 @@ DECIMALS = 18
 """The most decimals that the native half reads."""
 
 Quantity = Union[int, float, str]
-"""A number in the unit of the axis, or a text with its unit: ``"25mm"``, ``"40mm/s"``."""
+"""A number in the unit of the axis, as text too, or a text with its unit: ``"25mm"``, ``"40mm/s"``."""
 
 
 def text(name: str, value: Any, unit: Optional[str], usual: str) -> str:
-    """A quantity as text. A bare number gets the usual unit."""
+    """A quantity as text. A bare number gets the usual unit, whether it is a number or a text."""
     if isinstance(value, str):
-        return value if unit is None else f"{value}{unit}"
+        if unit is None and is_bare(value):
+            unit = usual
+        return value if unit is None else f"{value.strip()}{unit}"
     return f"{number(name, value)}{usual if unit is None else unit}"
+
+
+def is_bare(value: str) -> bool:
+    """Whether a text is a number without a unit."""
+    try:
+        float(value.replace("\u2212", "-"))
+    except ValueError:
+        return False
+    return True
 
 
 def number(name: str, value: Any) -> str:

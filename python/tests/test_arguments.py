@@ -45,6 +45,23 @@ def test_an_axis_takes_no_limit_that_it_has_not(board: sw.Board) -> None:
     assert (board.x.accel, board.x.steps_per_mm) == (2_000, 80)
 
 
+def test_a_board_takes_nothing_that_it_has_not(board: sw.Board) -> None:
+    for name in ("steps_per_mm", "speed", "acel"):
+        with pytest.raises(AttributeError, match=f"^a board has no {name}: set it on an axis"):
+            setattr(board, name, 80)
+
+
+def test_a_bare_number_is_the_same_as_text(board: sw.Board) -> None:
+    x = board.x
+    x.steps_per_mm = 80
+    for place, speed, steps in (("25", "20", 2000), (" 2.5", "1e1", 200), ("\u22121", "20", -80)):
+        assert x.move_to(place, speed=speed).wait().steps == (steps,)
+    assert x.move_by("3", "mm").wait().steps == (160,)
+    # 1,600,000 steps/s; as steps/s it would be taken.
+    with pytest.raises(ValueError, match="^speed"):
+        x.move_by("1", speed="20000")
+
+
 def test_what_is_out_of_range_is_named(board: sw.Board) -> None:
     x = board.x
     calls: tuple[tuple[str, Callable[[], object]], ...] = (

@@ -208,7 +208,7 @@ fn mistakes_in_a_path_are_shown_too() {
         assert!(ended.stderr.contains(what), "{to}: {}", ended.stderr);
     };
     wrong("to = { X = 10_000_000, Y = 0 }", "to = {}", "a line: say where a motor is to go");
-    wrong("speed = 60_000_000", "speed = 0", "the speed along the path must be 10^-12 to 10^24");
+    wrong("speed = 60_000_000", "speed = 0", "a speed must be 10^-12 to 10^24");
     wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"X\"]", "an arc takes two motors");
     wrong("motors = [\"X\", \"Y\"]", "motors = [\"X\", \"Q\"]", "there is no motor \"Q\"");
     wrong("reach = 10_000", "reach = 100", "the switch was not found");
@@ -270,12 +270,12 @@ fn mistakes_in_changes_are_shown_at_their_line() {
         assert!(ended.stderr.contains(&message), "{to}: {}", ended.stderr);
     };
     let jerk = "jerk = 2_500_000_000";
-    let no_jerk = "the jerk along the path must be 10^-12 to 10^24";
+    let no_jerk = "a jerk must be 10^-12 to 10^24";
     wrong(jerk, "jerk = 0", "22:99", no_jerk);
     wrong(jerk, "jerk = -1.5", "22:99", no_jerk);
     wrong(jerk, "jerk = inf", "22:99", no_jerk);
-    wrong("speed = 50_000_000", "speed = nan", "22:59", "the speed along the path must be");
-    wrong("accel = 250_000_000", "accel = -1", "22:79", "the acceleration along the path");
+    wrong("speed = 50_000_000", "speed = nan", "22:59", "a speed must be");
+    wrong("accel = 250_000_000", "accel = -1", "22:79", "an acceleration must be");
     wrong("percent = 50", "percent = 5", "23:33", "a feed is 10 to 200 percent");
     wrong("percent = 50", "percent = nan", "23:33", "a feed is 10 to 200 percent");
     wrong("at-s = 0.6", "at-s = -1", "23:18", "0 to 1000000 seconds");
@@ -471,7 +471,7 @@ fn a_path_with_a_mistake_is_refused_at_its_line() {
             line("start-speed = "),
             "the jump of an axis",
         ),
-        ("speed = 60_000_000", "speed = 0", line("speed = 60"), "the speed along the path"),
+        ("speed = 60_000_000", "speed = 0", line("speed = 60"), "a speed must be"),
         (
             "pause-s = 0.8",
             "retarget = [{ at-s = 1, to = { X = 1 } }]\npause-s = 0.8",

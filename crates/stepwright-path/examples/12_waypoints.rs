@@ -6,8 +6,7 @@ use stepwright_path::{AxisPace, Route};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // 80 steps/mm; at most 200 mm/s and 1000 mm/s², and a jump of 5 mm/s.
-    let axis =
-        AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
+    let axis = AxisPace::per_unit(80.0, 200.0, 1_000.0, 5.0);
     let mut route = Route::new([axis; 2])?;
     // A circle of 20 mm in chords of half a degree, at 100 mm/s.
     let places = (0..=720).map(|n| f64::from(n).to_radians() / 2.0);

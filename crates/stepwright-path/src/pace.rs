@@ -46,11 +46,10 @@ impl std::fmt::Display for Unplannable {
             Unplannable::TooFast { axis, most } => {
                 return write!(f, "too fast for axis {axis}: at most {most} along this path");
             }
-            Unplannable::Speed => "the speed along the path must be 10^-12 to 10^24",
-            Unplannable::Accel => "the acceleration along the path must be 10^-12 to 10^24",
+            Unplannable::Speed => "a speed must be 10^-12 to 10^24",
+            Unplannable::Accel => "an acceleration must be 10^-12 to 10^24",
             Unplannable::Jerk => {
-                "the jerk along the path must be 10^-12 to 10^24; without one it is a \
-                 trapezoid"
+                "a jerk must be 10^-12 to 10^24; without one it is a trapezoid"
             }
             Unplannable::Sweep => {
                 "the sweep of an arc, in radians, must not be 0, and be 1000 turns at most"
@@ -61,7 +60,7 @@ impl std::fmt::Display for Unplannable {
             Unplannable::Length => "the path leads nowhere: no axis has a step to make",
             Unplannable::Step => "a step must lead somewhere: a distance above 0",
             Unplannable::TooLong => {
-                "too long: at most 2147483647 steps of an axis, and of a radius"
+                "too long: at most 2147483647 steps of an axis, and of a radius; and a place is a number"
             }
             Unplannable::Radius => "the radius is smaller than a step: nothing would move",
             Unplannable::Scale => "an override is a number: 0.1 to 2 of the ordered speed",

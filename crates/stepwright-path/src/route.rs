@@ -33,7 +33,7 @@ use crate::stretch::Stretch;
 /// The limits of one axis of a [`Route`], in the user's unit and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisPace {
-    /// The length of a step, in units.
+    /// The length of a step, in units; [`per_unit`](AxisPace::per_unit) takes the steps of a unit.
     pub step: f64,
     /// The highest speed, in unit/s, whatever a piece orders.
     pub speed: f64,
@@ -45,6 +45,20 @@ pub struct AxisPace {
     /// The limit of jerk, in unit/s³. Reaching `accel` takes at least [`SOONEST`]. If it is infinite for all
     /// axes, jerk is not limited.
     pub jerk: f64,
+}
+
+impl AxisPace {
+    /// The limits of an axis that makes this many steps per unit, such as 80 steps per mm. Speeds are in units
+    /// per second, not per minute; the jerk is not limited.
+    ///
+    /// ```
+    /// use stepwright_path::AxisPace;
+    /// let axis = AxisPace::per_unit(80.0, 200.0, 1_000.0, 5.0);
+    /// assert_eq!(axis.step, 0.0125);
+    /// ```
+    pub const fn per_unit(steps: f64, speed: f64, accel: f64, jump: f64) -> AxisPace {
+        AxisPace { step: 1.0 / steps, speed, accel, jump, jerk: f64::INFINITY }
+    }
 }
 
 /// The shortest time in which an axis reaches its acceleration if the jerk of any axis is limited, in s.
@@ -70,7 +84,8 @@ pub struct RouteStep {
 ///
 /// ```
 /// use stepwright_path::{AxisPace, Route};
-/// let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1_000.0, jump: 5.0, jerk: f64::INFINITY };
+/// // 80 steps/mm, 200 mm/s, 1,000 mm/s², and a jump of 5 mm/s.
+/// let axis = AxisPace::per_unit(80.0, 200.0, 1_000.0, 5.0);
 /// let mut route = Route::new([axis; 2])?;
 /// let (mut steps, mut time) = ([0, 0], 0.0);
 /// for to in [[30.0, 0.0], [30.0, 20.0], [0.0, 0.0]] {
@@ -217,7 +232,8 @@ impl<const N: usize> Route<N> {
         Ok(self)
     }
 
-    /// Adds a straight line to a place, at most at `feed` units/s along it. A line to the present end of the
+    /// Adds a straight line to a place, at most at `feed` units/s along it, and no faster than the `speed` of
+    /// each axis allows, whatever the feed. A line to the present end of the
     /// route adds nothing, nor does a line of less than a millionth of a step of each axis: the next piece
     /// begins where that line begins.
     ///
@@ -313,7 +329,8 @@ impl<const N: usize> Route<N> {
         way.iter().zip(&self.axes).all(tiny) || self.length + norm(way) <= self.length
     }
 
-    /// Says that no piece follows for now: the route comes to rest at its end. It continues from there if a
+    /// Says that no piece follows for now: the route comes to rest at its end. Before that the last pieces make
+    /// no steps: a short route that is never closed makes none. It continues from there if a
     /// piece is added later.
     pub fn close(&mut self) {
         self.settle_all();

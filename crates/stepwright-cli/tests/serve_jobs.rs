@@ -495,6 +495,34 @@ fn a_board_that_plays_streams_runs_a_job() {
     assert!(failed["trouble"]["do"].is_string(), "{failed}");
 }
 
+/// It brakes for as long as it has run.
+#[cfg(unix)]
+#[test]
+fn a_second_signal_kills_a_run() {
+    use rustix::process::Signal;
+    let folder = tempfile::tempdir().unwrap();
+    let machine = folder.path().join("heavy.toml");
+    std::fs::write(
+        &machine,
+        "[axis.1]\nsteps-per-rev = 1600\nmm-per-rev = 8\naccel = \"5mm/s2\"\n",
+    )
+    .unwrap();
+    let board = common::PtyBoard::new(&["--program", "stream"]);
+    for on in [&[][..], &["--stream", &board.1]] {
+        let args = [&["--machine", machine.to_str().unwrap(), "--virtual"], on].concat();
+        let served = Served::on(&args);
+        let mut live = served.live();
+        served.order("/api/path/run", file("far.nc", "G1 F3000 X300\n"));
+        while number(&next(&mut live, "path"), "seconds") < 4.0 {}
+        served.command.signal(Signal::INT);
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        let second = Instant::now();
+        served.command.signal(Signal::INT);
+        served.command.end();
+        assert!(second.elapsed().as_secs_f64() < 2.5, "{:?}", second.elapsed());
+    }
+}
+
 #[test]
 fn a_port_is_one_board() {
     for two in [["--cycles", "--stream"], ["--port", "--stream"]] {

@@ -264,4 +264,17 @@ mod tests {
         bench.turn(Event::Ask("3 kill\n{}"));
         assert!(bench.said.contains(r#""id":3,"status":503"#), "{}", bench.said);
     }
+
+    #[test]
+    fn another_board_may_have_fewer_axes() {
+        let mut bench = Bench::new();
+        bench.until(r#""connected":true"#);
+        bench.turn(Event::Ask("2 run\n{\"axis\":3,\"speed\":400}"));
+        bench.until(r#""id":2,"status":200"#);
+        bench.turn(Event::Gone("pulled"));
+        bench.until(r#"{"type":"closed","lost":true}"#);
+        bench.link = VirtualLink::new(VirtualUno::of(1), true);
+        bench.turn(Event::Open("the virtual board"));
+        bench.until("the virtual board is back");
+    }
 }

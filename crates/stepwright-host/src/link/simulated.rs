@@ -38,7 +38,7 @@ pub trait Simulated {
     }
 }
 
-/// A virtual Uno: three axes, and a step timer of 16 MHz.
+/// A virtual Uno: up to three axes, and a step timer of 16 MHz.
 pub struct VirtualUno {
     board: VirtualBoard<'static, u16, ()>,
     description: Description,
@@ -47,8 +47,13 @@ pub struct VirtualUno {
 impl VirtualUno {
     /// Switches a virtual Uno on. The memory of its queues is never freed.
     pub fn new() -> VirtualUno {
+        VirtualUno::of(3)
+    }
+
+    /// One with this many axes, 1 to 3.
+    pub fn of(axes: u8) -> VirtualUno {
         let queues = Box::leak(Box::<Queues>::default());
-        let description = Description::uno();
+        let description = Description { axes, ..Description::uno() };
         VirtualUno { board: VirtualBoard::new(queues, description, ()), description }
     }
 }

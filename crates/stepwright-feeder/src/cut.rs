@@ -21,9 +21,9 @@ use crate::laser::LaserFeed;
 use crate::{FeedState, LEAD, Mark, SPAN, StreamFeeder, fine};
 
 /// A cut is sent this long before the board opens the frame that it names, in µs, after the bytes that wait
-/// before the wire: enough for the cut and the frame after it on a line with a delay of 1 ms. The margin grows
+/// before the wire: enough for the cut and the frame after it on a line whose answers come some 6 ms late. The margin grows
 /// after a cut that came too late.
-pub(crate) const MARGIN: u64 = 8_000;
+pub(crate) const MARGIN: u64 = 12_000;
 /// The largest margin, in µs.
 const MOST: u64 = 60_000;
 /// By how much the margin grows after a cut that came too late, and shrinks after one in time, in µs.
@@ -32,7 +32,7 @@ const LESS: u64 = 1_000;
 /// The number of short frames after a cut.
 const SHORT: u8 = 4;
 /// The way of a cut and the frame after it from the computer to the board, in µs.
-const WAY: u64 = 7_000;
+const WAY: u64 = 11_000;
 
 /// The place from which on other steps can come.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -39,59 +39,146 @@ impl Order {
         &self,
         way: [i32; N],
     ) -> Result<impl Iterator<Item = (u8, Order)>, Unfit> {
-        let (order, up, down) = (*self, self.accel(self.up)?, self.accel(self.down)?);
+        let accel = |ramp| Ok(Ramp::Accel(self.accel(ramp)?));
+        let (order, accelerated) =
+            (*self, Order { up: accel(self.up)?, down: accel(self.down)?, ..*self });
         let furthest = way.iter().map(|steps| steps.unsigned_abs()).max().unwrap_or(0);
         let moving = (0..).zip(way).filter(|(_, steps)| *steps != 0);
         Ok(moving.map(move |(axis, steps)| {
-            let travel = Travel::By(steps);
-            let share = Share::of(steps.unsigned_abs(), furthest);
-            if share.part == share.whole {
-                return (axis, Order { travel, ..order });
-            }
-            let ramp = |accel| Ramp::Accel(share.accel(accel));
-            let (start, top) = (share.speed(order.start, 0), share.speed(order.top, 1));
-            let jerk = order.jerk.map(|jerk| share.jerk(jerk));
-            (axis, Order { start, top, up: ramp(up), down: ramp(down), jerk, travel })
+            let whole = Order { travel: Travel::By(steps), ..order };
+            (axis, accelerated.part_of_line(steps, furthest).unwrap_or(whole))
         }))
     }
-}
 
-/// A share of the longest way; the whole of it if the longest way has no interval.
-#[derive(Clone, Copy)]
-struct Share {
-    part: u64,
-    whole: u64,
-}
-
-impl Share {
-    fn of(pulses: u32, furthest: u32) -> Share {
-        let (part, whole) = (pulses.saturating_sub(1), furthest.saturating_sub(1));
-        if part == 0 {
-            Share { part: 1, whole: 1 }
-        } else {
-            Share { part: part.into(), whole: whole.into() }
+    /// The order of an axis with this way of a line, where the ramps of this order, the whole
+    /// line's, are accelerations. `None` for an axis with the longest way, or with one step: it has
+    /// all of the line's speed.
+    #[inline(never)]
+    pub(crate) fn part_of_line(&self, steps: i32, furthest: u32) -> Option<Order> {
+        let (part, whole) = (steps.unsigned_abs().saturating_sub(1), furthest.saturating_sub(1));
+        if part == 0 || part == whole {
+            return None;
         }
+        let share = Ratio { whole: 0, rest: part, of: whole };
+        let speed = |v: Speed, least: u64| {
+            // At most `v`.
+            let own = share.of_nearest(v.millisteps().into()).max(least) as u32;
+            Speed::from_millisteps(own.min(v.millisteps())).unwrap_or(v)
+        };
+        let ramp = |ramp| match ramp {
+            Ramp::Accel(a) => {
+                let own = share.of_nearest(a.millisteps()).max(1);
+                Ramp::Accel(Accel::from_millisteps(own).unwrap_or(a))
+            }
+            steps => steps,
+        };
+        let jerk = |jerk: Jerk| {
+            let own = share.of_nearest(jerk.millisteps()).max(1);
+            Jerk::from_millisteps(own).unwrap_or(jerk)
+        };
+        Some(Order {
+            start: speed(self.start, 0),
+            top: speed(self.top, 1),
+            up: ramp(self.up),
+            down: ramp(self.down),
+            // Without the feature it is refused.
+            jerk: if cfg!(feature = "jerk") { self.jerk.map(jerk) } else { self.jerk },
+            travel: Travel::By(steps),
+        })
+    }
+}
+
+/// A factor: `whole + rest / of`, where `rest` is less than `of`, and `of` less than 2^31.
+///
+/// An exact product needs no more than 64 bits here. A division of `u128` takes 7 KB of an AVR's
+/// flash, and the compiler gets it wrong for a Mega; one of `u64` takes 3 KB.
+#[derive(Clone, Copy)]
+pub(crate) struct Ratio {
+    whole: u32,
+    rest: u32,
+    of: u32,
+}
+
+impl Ratio {
+    /// `by / of`, both less than 2^31; 1 if they are equal.
+    pub(crate) fn new(by: u32, of: u32) -> Ratio {
+        if by == of || of == 0 {
+            return Ratio { whole: 1, rest: 0, of: 1 };
+        } else if of == 1 {
+            return Ratio { whole: by, rest: 0, of };
+        }
+        let whole = Ratio { whole: 0, rest: 1, of }.of(by.into()) as u32;
+        Ratio { whole, rest: by.wrapping_sub(whole.wrapping_mul(of)), of }
     }
 
-    /// `x` times the share, rounded to nearest; at least `least`.
-    fn number(self, x: u64, least: u64) -> u64 {
-        // The product is below 2^60 · 2^31 and needs more than 64 bits.
-        let product = u128::from(x) * u128::from(self.part) + u128::from(self.whole / 2);
-        let share = product.checked_div(self.whole.into()).unwrap_or(0);
-        // The result is at most x.
-        u64::try_from(share).unwrap_or(x).max(least)
+    /// `x` times the factor, rounded down; 2^63 or more if it is as much.
+    pub(crate) fn of(&self, x: u64) -> u64 {
+        self.divide(x, self.of)
     }
 
-    fn speed(self, v: Speed, least: u64) -> Speed {
-        let share = self.number(v.millisteps().into(), least.min(v.millisteps().into()));
-        u32::try_from(share).ok().and_then(|v| Speed::from_millisteps(v).ok()).unwrap_or(v)
+    /// `x` times the factor, rounded to nearest.
+    fn of_nearest(&self, x: u64) -> u64 {
+        self.divide(x, self.of - self.of / 2)
     }
 
-    fn accel(self, a: Accel) -> Accel {
-        Accel::from_millisteps(self.number(a.millisteps(), 1)).unwrap_or(a)
+    /// `x` times the factor, rounded up from a remainder of `up`.
+    ///
+    /// ```text
+    /// x·(whole·of + rest) = result·of + remainder,   for the bits of x from the highest on
+    /// ```
+    #[inline(never)]
+    fn divide(&self, mut x: u64, up: u32) -> u64 {
+        let (mut result, mut remainder, mut bits) = (0u64, 0u32, 64u8);
+        if x >> 32 == 0 {
+            (x, bits) = (x << 32, 32);
+        }
+        for _ in 0..bits {
+            if result >> 62 != 0 {
+                return u64::MAX;
+            }
+            result *= 2;
+            remainder *= 2;
+            if remainder >= self.of {
+                remainder -= self.of;
+                result += 1;
+            }
+            if x >> 63 != 0 {
+                result += u64::from(self.whole);
+                remainder += self.rest;
+                if remainder >= self.of {
+                    remainder -= self.of;
+                    result += 1;
+                }
+            }
+            x <<= 1;
+        }
+        result + u64::from(remainder >= up)
     }
+}
 
-    fn jerk(self, jerk: Jerk) -> Jerk {
-        Jerk::from_millisteps(self.number(jerk.millisteps(), 1)).unwrap_or(jerk)
+#[cfg(test)]
+mod tests {
+    use super::Ratio;
+
+    const MOST: u32 = i32::MAX as u32;
+
+    #[test]
+    fn a_product_is_that_of_128_bits() {
+        let xs = [0, 1, 2, 999, 1 << 31, u64::from(u32::MAX), 1 << 60, (1 << 60) - 7, u64::MAX];
+        let ns = [1, 2, 3, 299, 1_999, 89_999, 1 << 30, MOST - 1, MOST];
+        let ns = ns.iter().flat_map(|by| ns.iter().map(move |of| (*by, *of)));
+        for (x, (by, of)) in xs.iter().flat_map(|x| ns.clone().map(move |n| (*x, n))) {
+            let ratio = Ratio::new(by, of);
+            let product = u128::from(x) * u128::from(by);
+            let down = product / u128::from(of);
+            let nearest = (product + u128::from(of / 2)) / u128::from(of);
+            for (own, exact) in [(ratio.of(x), down), (ratio.of_nearest(x), nearest)] {
+                let fits = exact < 1 << 63;
+                assert!(
+                    if fits { u128::from(own) == exact } else { own >> 63 == 1 },
+                    "{x}·{by}/{of}"
+                );
+            }
+        }
     }
 }

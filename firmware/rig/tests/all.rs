@@ -37,6 +37,7 @@ mod pulse;
 mod reset;
 mod sim;
 mod stack;
+mod straight_line;
 mod stream;
 mod stress;
 mod switches;

@@ -36,8 +36,20 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
                 break;
             }
         }
+        self.finish(engine, result)
+    }
+
+    /// Starts the prepared orders, or cancels them if one was refused.
+    ///
+    /// # Errors
+    /// [`Refusal`]; then nothing moves.
+    pub fn finish(
+        &mut self,
+        engine: &mut impl Control,
+        mut result: Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
         while result.is_ok() {
-            match self.commit(engine, || 0) {
+            match self.commit(engine, at_once) {
                 Poll::Pending => {}
                 Poll::Ready(Ok(())) => return Ok(()),
                 Poll::Ready(refused) => result = refused,
@@ -152,4 +164,9 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
             bit <<= 1;
         }
     }
+}
+
+/// One function for all callers: `commit` is compiled for each that is given.
+fn at_once() -> Ticks {
+    0
 }

@@ -1,5 +1,6 @@
 //! The limits of an axis: set once, kept by every move.
 
+use crate::line::Ratio;
 use crate::order::{Order, Travel};
 use crate::profile::Ramp;
 use crate::units::{Accel, Jerk, Speed};
@@ -78,48 +79,40 @@ impl AxisLimits {
         }
     }
 
-    /// The limits of an imaginary axis with the longest way of a line, `furthest` pulses: scaled
-    /// down by its share, an axis of `pulses` pulses then keeps these limits, its own.
-    pub(super) fn stretched(&self, pulses: u32, furthest: u32) -> AxisLimits {
-        // The share counts the intervals between the first pulse and the last: see
-        // `Order::split_line`.
-        let (part, whole) = (pulses.saturating_sub(1), furthest.saturating_sub(1));
-        if part == whole {
-            return *self;
-        }
-        // The product is below 2^60 · 2^31 and needs more than 64 bits.
-        let stretch = |x: u64| {
-            let product = u128::from(x) * u128::from(whole);
-            let stretched = product.checked_div(part.into()).unwrap_or(product);
-            u64::try_from(stretched).unwrap_or(u64::MAX)
-        };
-        let speed = |v: Speed| {
-            let v = u32::try_from(stretch(v.millisteps().into())).unwrap_or(u32::MAX);
-            Speed::from_millisteps(v).unwrap_or(Speed::MAX)
-        };
-        let accel =
-            |a: Accel| Accel::from_millisteps(stretch(a.millisteps())).unwrap_or(Accel::MAX);
-        let jerk = |j: Jerk| Jerk::from_millisteps(stretch(j.millisteps())).unwrap_or(Jerk::MAX);
-        AxisLimits {
-            max_speed: speed(self.max_speed),
-            acceleration: accel(self.acceleration),
-            deceleration: accel(self.deceleration),
-            start_speed: speed(self.start_speed),
-            jerk: self.jerk.map(jerk),
-        }
-    }
+    /// Limits that allow everything.
+    pub(super) const NONE: AxisLimits = AxisLimits {
+        max_speed: Speed::MAX,
+        acceleration: Accel::MAX,
+        deceleration: Accel::MAX,
+        start_speed: Speed::MAX,
+        jerk: None,
+    };
 
-    /// The stricter of each limit.
-    pub(super) fn stricter(&self, other: &AxisLimits) -> AxisLimits {
-        AxisLimits {
-            max_speed: self.max_speed.min(other.max_speed),
-            acceleration: self.acceleration.min(other.acceleration),
-            deceleration: self.deceleration.min(other.deceleration),
-            start_speed: self.start_speed.min(other.start_speed),
-            jerk: match (self.jerk, other.jerk) {
-                (Some(own), Some(other)) => Some(own.min(other)),
-                (own, other) => own.or(other),
-            },
+    /// Lowers these limits, those of the longest way of a line, `furthest` pulses, so that an axis
+    /// of `pulses` pulses, scaled down by its share, keeps its own. The share counts the intervals
+    /// between the first pulse and the last: see [`Order::split_line`].
+    #[inline(never)]
+    pub(super) fn tighten(&mut self, own: &AxisLimits, pulses: u32, furthest: u32) {
+        let stretch = Ratio::new(furthest.saturating_sub(1), pulses.saturating_sub(1));
+        // The lower of two values is in range.
+        let lower_speed = |all: &mut Speed, own: Speed| {
+            let v = stretch.of(own.millisteps().into()).min(all.millisteps().into());
+            *all = Speed::from_millisteps(v as u32).unwrap_or(*all);
+        };
+        let lower_accel = |all: &mut Accel, own: Accel| {
+            let a = stretch.of(own.millisteps()).min(all.millisteps());
+            *all = Accel::from_millisteps(a).unwrap_or(*all);
+        };
+        lower_speed(&mut self.max_speed, own.max_speed);
+        lower_accel(&mut self.acceleration, own.acceleration);
+        lower_accel(&mut self.deceleration, own.deceleration);
+        lower_speed(&mut self.start_speed, own.start_speed);
+        if let Some(own) = own.jerk {
+            let all = self.jerk.unwrap_or(Jerk::MAX);
+            // Without the feature it is refused.
+            let j = if cfg!(feature = "jerk") { stretch.of(own.millisteps()) } else { 1 };
+            let j = j.min(all.millisteps());
+            self.jerk = Some(Jerk::from_millisteps(j).unwrap_or(all));
         }
     }
 }

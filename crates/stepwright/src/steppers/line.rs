@@ -1,9 +1,10 @@
 //! A straight line of several axes, within the limits of each.
 
 use super::moves::distance;
-use super::{Axis, AxisSet, MoveError, Steppers};
+use super::{Axis, AxisLimits, AxisSet, MoveError, Steppers};
 use crate::control::Control;
 use crate::order::Travel;
+use crate::ordered::OrderedMotors;
 
 impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// Moves axes at rest along a straight line to these positions, in steps: they begin together
@@ -51,23 +52,40 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
                 *steps = distance(from, end)?;
             }
         }
-        let pulses = way.map(i32::unsigned_abs);
-        let furthest = pulses.into_iter().max().unwrap_or(0);
-        // A single step is made at the beginning and does not slow the line down.
-        let ways = self.axes.iter().map(|own| &own.limits).zip(pulses);
-        let ways = ways.filter(|(_, pulses)| *pulses > 1 || *pulses == furthest);
-        let limits = ways.map(|(limits, pulses)| limits.stretched(pulses, furthest));
-        let Some(limits) = limits.reduce(|all, one| all.stricter(&one)) else { return Ok(()) };
-        let whole = limits.order(Travel::By(0));
-        let mut orders = [None; N];
-        for (axis, order) in whole.split_line(way)? {
-            let axis = usize::from(axis);
-            if let (Some(place), Some(own)) = (orders.get_mut(axis), self.axes.get(axis)) {
-                // A single step has no share of the line: it becomes a move of its own.
-                let single = order.travel == Travel::By(1) || order.travel == Travel::By(-1);
-                *place = Some(if single { own.limits.order(order.travel) } else { order });
+        self.line(&way)
+    }
+
+    /// Starts a line of these steps for each axis.
+    #[inline(never)]
+    fn line(&mut self, way: &[i32; N]) -> Result<(), MoveError> {
+        let furthest = way.iter().map(|steps| steps.unsigned_abs()).max().unwrap_or(0);
+        let mut limits = AxisLimits::NONE;
+        for (own, steps) in self.axes.iter().zip(way) {
+            let pulses = steps.unsigned_abs();
+            // A single step is made at the beginning and does not slow the line down.
+            if pulses > 1 || pulses == furthest {
+                limits.tighten(&own.limits, pulses, furthest);
             }
         }
-        self.begin(Axis::all().zip(orders).filter_map(|(axis, order)| Some((axis, order?))))
+        self.note_origins();
+        let mut result = Ok(());
+        for (axis, steps) in Axis::all().zip(way) {
+            let travel = Travel::By(*steps);
+            let order = match steps {
+                0 => continue,
+                // A single step has no share of the line: it becomes a move of its own.
+                1 | -1 => self.limits(axis).order(travel),
+                _ => {
+                    let whole = limits.order(travel);
+                    whole.part_of_line(*steps, furthest).unwrap_or(whole)
+                }
+            };
+            result = self.motors.prepare(axis, &order);
+            if result.is_err() {
+                break;
+            }
+        }
+        let OrderedMotors { group, engine } = &mut self.motors;
+        Ok(group.finish(engine, result)?)
     }
 }

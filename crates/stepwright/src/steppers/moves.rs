@@ -262,20 +262,12 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
 
     /// Starts a travel of an axis at rest.
     fn travel(&mut self, axis: Axis<N>, order: Order) -> Result<(), MoveError> {
-        self.begin([(axis, order)])
-    }
-
-    /// Starts travels of axes at rest, all or none.
-    pub(super) fn begin(
-        &mut self,
-        orders: impl IntoIterator<Item = (Axis<N>, Order)>,
-    ) -> Result<(), MoveError> {
         self.note_origins();
-        Ok(self.motors.start(orders)?)
+        Ok(self.motors.start([(axis, order)])?)
     }
 
     /// Records the positions of the axes at rest, where their next travels begin.
-    fn note_origins(&mut self) {
+    pub(super) fn note_origins(&mut self) {
         for axis in Axis::all() {
             if self.is_moving(axis) {
                 continue;

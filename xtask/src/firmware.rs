@@ -227,7 +227,7 @@ impl Built {
 }
 
 /// Bytes of flash and of RAM, without the stack.
-fn size(elf: &Path) -> Result<(u32, u32)> {
+pub fn size(elf: &Path) -> Result<(u32, u32)> {
     let text = output(Command::new("avr-size").arg(elf))?;
     sizes(&text).with_context(|| format!("what does avr-size say?\n{text}"))
 }

@@ -6,19 +6,24 @@ use std::fs;
 use anyhow::{Context, Result, ensure};
 
 use crate::firmware;
-use crate::toolchain::Cross;
+use crate::toolchain::{ATMEGA328P, Cross};
 use crate::workspace::{Workspace, alone_in, put, run};
 
 /// The program's name in `target/firmware`: `uno-outside.elf`.
 const NAME: &str = "outside";
+
+/// The most bytes of its flash, which the README rounds to 22 KB.
+const MOST: u32 = 22_999;
 
 /// Builds it for an Uno. (A build for a Mega differs in a feature and the chip. It would take a
 /// minute more and show nothing new.)
 pub fn make(ws: &Workspace) -> Result<()> {
     let guide = fs::read_to_string(ws.root.join("crates/stepwright-avr/README.md"))?;
     let manifest = block(&guide, "toml").context("stepwright-avr's README has no manifest")?;
-    let flags = "-C target-cpu=atmega328p";
-    ensure!(guide.contains(flags), "stepwright-avr's README builds otherwise than {flags}");
+    let flags = format!("{} -C link-arg=-Wl,--relax", ATMEGA328P.flags);
+    for flag in flags.split("-C ").map(str::trim) {
+        ensure!(guide.contains(flag), "stepwright-avr's README does not build with {flag}");
+    }
     let source = fs::read_to_string(ws.root.join("README.md"))?;
     let source = block(&source, "rust").context("the README has no first program")?;
 
@@ -39,6 +44,8 @@ pub fn make(ws: &Workspace) -> Result<()> {
     cargo.args(["--release", "--target", "avr-none"]).current_dir(&folder);
     run(cargo.env("CARGO_TARGET_AVR_NONE_RUSTFLAGS", flags))?;
     let elf = built.join("avr-none/release").join(NAME).with_extension("elf");
+    let (flash, _) = firmware::size(&elf)?;
+    ensure!(flash <= MOST, "{flash} bytes of flash, and stepwright-avr's README promises {MOST}");
     let place = ws.target.join("firmware");
     fs::create_dir_all(&place)?;
     put(&elf, &place.join(format!("uno-{NAME}.elf")))

@@ -5,9 +5,9 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
 
-use anyhow::Result;
 #[cfg(not(unix))]
 use anyhow::bail;
+use anyhow::{Result, ensure};
 
 use crate::firmware::{self, Board, Build};
 use crate::program::{CONTROLLER, Program};
@@ -46,6 +46,9 @@ pub struct Sim {
 impl Sim {
     /// Builds the programs and becomes the simulator, which ends at Ctrl-C.
     pub fn run(self, ws: &Workspace) -> Result<()> {
+        if let Some(elf) = &self.elf {
+            ensure!(elf.is_file(), "there is no file {}", elf.display());
+        }
         eprintln!("1 of 3: what the chip runs, {} for the {}", self.what(), self.board.name());
         let (kind, firmware) = self.firmware(ws)?;
         eprintln!("2 of 3: the simulator; the first time it takes some minutes to compile");

@@ -41,6 +41,7 @@ mod pins;
 #[path = "board/uno.rs"]
 mod pins;
 
+pub(crate) use pins::switches;
 pub use pins::{Levels, Pins, pins, wiring};
 
 /// The axes that turn the other way round. The foreground writes it while they rest; the step

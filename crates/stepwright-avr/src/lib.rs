@@ -24,7 +24,8 @@
 //! Its `Cargo.toml` depends on this crate with the feature `uno` (also for a Nano) or `mega`, and
 //! on `avr-device` with `rt`, because the macros of this crate use it. It is built like any program
 //! for an AVR: a compiler with `rust-src`, `-Zbuild-std=core`, `--target avr-none`, `-C
-//! target-cpu=atmega328p`, optimised, with `panic = "abort"`. A program that can panic does not
+//! target-cpu=atmega328p`, optimised, with `panic = "abort"`; the README has all flags, and a check
+//! that a program for a Mega needs. A program that can panic does not
 //! link: the panic handler calls a function that does not exist. Without the default feature
 //! `panic-handler` the program needs a handler of its own.
 //!
@@ -67,7 +68,7 @@
 //!
 //! # Memory and time
 //!
-//! `first-move` takes 20 KB of flash and 1.2 KB of RAM on an Uno, without the stack. A step is 70
+//! `first-move` takes 22 KB of flash and 1.2 KB of RAM on an Uno, without the stack. A step is 70
 //! cycles of interrupt; a piece of planning, in the main loop, 3,200 cycles at most
 //! (`bench/avr.json` in the repository).
 #![no_std]

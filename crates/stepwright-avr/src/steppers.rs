@@ -1,7 +1,7 @@
 //! Motors for your own program: three on the pins of the CNC shield, moved by the step interrupts
 //! while the program does other work.
 
-use stepwright::{MoveError, PlannedBoard};
+use stepwright::{Axis, MoveError, PlannedBoard};
 
 use crate::board::{self, AXES};
 use crate::chip::Peripherals;
@@ -68,6 +68,12 @@ pub unsafe fn start() -> &'static mut Steppers {
     let feed = |axis, feed: &mut _| unsafe { step::lend(axis, feed) };
     motors.power_up(feed, |given| unsafe { BOARD.load(given) });
     motors
+}
+
+/// Whether the limit switch of an axis is closed: it connects D9, D10 or D11 (X, Y, Z), which have
+/// pull-ups, to ground. Nothing stops at it by itself.
+pub fn is_pressed(axis: Axis<AXES>) -> bool {
+    board::switches() >> axis.index() & 1 == 0
 }
 
 /// Continues the moves in progress after the program has returned.

@@ -28,8 +28,9 @@ const PIECES: u8 = 4;
 /// engine's queues (`Q` runs each) and the board. A board-support crate and the virtual board make
 /// one in a line.
 ///
-/// A move begins at once and continues in the background: the step interrupt makes the steps, and
-/// [`poll`](Steppers::poll), called in the main loop, plans ahead. A call either does all that was
+/// A move continues in the background: the step interrupt makes the steps, and
+/// [`poll`](Steppers::poll), called in the main loop, plans ahead. No step comes before the first
+/// call: a loop that waits for the end of a move MUST call it. A call either does all that was
 /// asked or returns an error before anything moves.
 ///
 /// | to | call |

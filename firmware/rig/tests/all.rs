@@ -21,6 +21,7 @@ mod drives;
 mod dump;
 mod first_move;
 mod guards;
+mod homing;
 mod inputs;
 mod laser;
 mod late;

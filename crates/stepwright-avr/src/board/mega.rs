@@ -103,6 +103,13 @@ pub(super) fn turn_round(axes: Axes) {
     write!(h.pinh(), (axes & 0b110) << (DIRECTION_H - 1));
 }
 
+/// The switches' levels: bit 0 is the first axis, set when high (open).
+pub(crate) fn switches() -> Axes {
+    // SAFETY: reading pins has no effect.
+    let (h, b) = unsafe { (PORTH::steal(), PORTB::steal()) };
+    h.pinh().read().bits() >> SWITCH_H & 1 | b.pinb().read().bits() >> (SWITCH_B - 1) & 0b110
+}
+
 impl Levels {
     /// Sets the level of the enable pin.
     pub fn set_enable(&mut self, high: bool) {
@@ -111,9 +118,7 @@ impl Levels {
 
     /// The switches' levels: bit 0 is the first axis, set when high (open).
     pub fn switches(&self) -> Axes {
-        // SAFETY: reading pins has no effect.
-        let h = unsafe { PORTH::steal() }.pinh().read().bits();
-        h >> SWITCH_H & 1 | self.b.pinb().read().bits() >> (SWITCH_B - 1) & 0b110
+        switches()
     }
 
     /// The level of the emergency stop's pin.

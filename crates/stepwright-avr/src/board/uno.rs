@@ -76,6 +76,12 @@ pub(super) fn turn_round(axes: Axes) {
     write!(port.pind(), axes << DIRECTION);
 }
 
+/// The switches' levels: bit 0 is the first axis, set when high (open).
+pub(crate) fn switches() -> Axes {
+    // SAFETY: reading pins has no effect.
+    unsafe { PORTB::steal() }.pinb().read().bits() >> SWITCH & 0b111
+}
+
 impl Levels {
     /// Sets the level of the enable pin.
     pub fn set_enable(&mut self, high: bool) {
@@ -84,7 +90,7 @@ impl Levels {
 
     /// The switches' levels: bit 0 is the first axis, set when high (open).
     pub fn switches(&self) -> Axes {
-        self.port.pinb().read().bits() >> SWITCH & 0b111
+        switches()
     }
 
     /// The level of the emergency stop's pin.

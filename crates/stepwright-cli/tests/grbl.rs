@@ -42,6 +42,28 @@ fn the_end_of_the_input_is_the_end() {
     assert!(ended.stdout.ends_with("ok\r\nok\r\n"));
 }
 
+/// Whoever pipes a file can't wait for an `ok`: no line of it is lost, however long it is.
+#[test]
+fn a_long_file_on_standard_input_is_executed_whole() {
+    let line = format!("X0.1 ;{}\n", "-".repeat(200));
+    let ended = says(&[], &format!("G91G1F1000\n{}", line.repeat(700)));
+    assert_eq!((ended.stderr.as_str(), ended.code()), ("position 17500 0 0 steps\n", Some(0)));
+    assert_eq!(ended.stdout.matches("ok\r\n").count(), 701);
+}
+
+/// As after ^X, but for the start-up lines.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_executes_no_start_up_line() {
+    let mut running = Running::start(&["grbl", "--stdio"]);
+    running.child.stdin.as_mut().unwrap().write_all(b"$N0=G91G1X10F600\n").unwrap();
+    running.wait_out("ok");
+    running.signal(rustix::process::Signal::INT);
+    let ended = running.end();
+    assert!(ended.stderr.starts_with("position 0 0 0 steps\n"), "{ended:#?}");
+    assert!(!ended.stdout.contains(">G91"), "{ended:#?}");
+}
+
 /// A file that can't be written is told before anything moves.
 #[test]
 fn a_folder_that_is_not_there_is_told() {

@@ -209,3 +209,61 @@ fn another_program_is_refused_with_the_remedy() {
     assert_eq!(output.status.code(), Some(1), "{told}");
     assert!(told.contains("stepwright flash uno --program stream"), "{told}");
 }
+
+/// What the board can't play is refused before anything moves, as by `gcode --port`.
+#[test]
+fn a_step_rate_beyond_the_board_is_refused() {
+    let board = PtyBoard::new(&["--program", "stream"]);
+    let mut sender = Sender::new(&board);
+    for line in ["$100=250", "$110=120000", "$120=5000"] {
+        sender.say(&format!("{line}\n"));
+        sender.hear("ok");
+    }
+    sender.say("G1 X1000 F200000\n");
+    sender.hear("[MSG:X at 500000 steps/s: the board can do 128000, lower $110]");
+    sender.hear("ALARM:2");
+    let told = sender.end();
+    assert!(told.contains("board 0 0 0, late steps 0"), "{told}");
+}
+
+/// A board has a run all through a hold, which nobody can end behind the end of the input.
+#[test]
+fn an_input_that_ends_in_a_hold_ends() {
+    let board = PtyBoard::new(&["--program", "stream"]);
+    let mut sender = Sender::new(&board);
+    sender.say("G1 X100 F3000\n");
+    sender.report("<Run|MPos:1");
+    sender.say("!");
+    sender.report("<Hold:0");
+    sender.input = None;
+    let end = Instant::now() + Duration::from_secs(20);
+    while sender.child.try_wait().unwrap().is_none() {
+        if Instant::now() > end {
+            sender.child.kill().unwrap();
+            panic!("it does not end");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let told = sender.end();
+    assert!(told.contains("error: the input ended in a hold"), "{told}");
+}
+
+/// Who reads no answers any more has no way to stop the motors: they brake along the path.
+#[test]
+fn a_sender_that_reads_no_more_ends_the_motion() {
+    let board = PtyBoard::new(&["--program", "stream"]);
+    let mut sender = Sender::new(&board);
+    sender.say("G1 X200 F3000\n");
+    sender.report("<Run|MPos:1");
+    // The thread that reads ends with the next line.
+    sender.lines = mpsc::channel().1;
+    sender.say("?");
+    std::thread::sleep(Duration::from_millis(200));
+    // The command may have ended by now.
+    _ = sender.input.as_mut().unwrap().write_all(b"?");
+    let told = sender.end();
+    assert!(told.contains("can't write answers to standard output"), "{told}");
+    let place = told.split("position ").nth(1).and_then(|told| told.split(' ').next()).unwrap();
+    assert!(place.parse::<u32>().is_ok_and(|place| (800..8_000).contains(&place)), "{told}");
+    assert!(told.contains(&format!("board {place} 0 0, late steps 0")), "{told}");
+}

@@ -180,8 +180,13 @@ impl FedRun {
     }
 
     /// The state of the feeder. A run that is held or dropped before the board has begun is over at once; a
-    /// held one waits for another [`FedRun`].
+    /// held one waits for another [`FedRun`]: see [`is_dropped`](FedRun::is_dropped).
     pub fn state(&self) -> FeedState {
         if self.dropped { FeedState::Over } else { self.feeder.state() }
+    }
+
+    /// Whether the run was given up before the board had begun.
+    pub fn is_dropped(&self) -> bool {
+        self.dropped
     }
 }

@@ -134,7 +134,9 @@ impl<M: GrblMachine> Grbl<M> {
         let part = Move { from, to: end, kind };
         let scales = Scales { feed: 1.0, rapid: 1.0 };
         let travel = Travel { part, line: None, spindle: Spindle::default(), tolerance: 0.0 };
-        if self.motion.add(self.now, &self.settings, scales, &travel).is_err() {
+        if !self.is_playable(&part)
+            || self.motion.add(self.now, &self.settings, scales, &travel).is_err()
+        {
             self.brake(After::Alarm(NOT_FOUND));
         }
     }

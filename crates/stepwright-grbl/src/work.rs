@@ -96,7 +96,11 @@ impl<M: GrblMachine> Grbl<M> {
             Err(number) => return self.error(number),
         };
         let outside = |effect| matches!(effect, Effect::Move(part) if !self.is_within(&part));
-        if block.effects().any(outside) {
+        let moves = block.effects().filter_map(|effect| match effect {
+            Effect::Move(part) => Some(part),
+            _ => None,
+        });
+        if block.effects().any(outside) || !moves.into_iter().all(|part| self.is_playable(&part)) {
             return self.error(15);
         }
         self.reader.set_position(after);
@@ -238,12 +242,13 @@ impl<M: GrblMachine> Grbl<M> {
         if let MoveKind::Probe(probe, _) = part.kind {
             return self.probe(part, probe, line);
         }
-        if !self.is_within(part) {
+        let within = self.is_within(part);
+        if within && self.motion.room() == 0 {
+            return Progress::Waits;
+        }
+        if !(within && self.is_playable(part)) {
             self.brake(After::Alarm(2));
             return Progress::Given;
-        }
-        if self.motion.room() == 0 {
-            return Progress::Waits;
         }
         self.add(part, line, if jog { State::Jog } else { State::Run })
     }
@@ -294,7 +299,7 @@ impl<M: GrblMachine> Grbl<M> {
             self.ok();
             return Progress::Given;
         }
-        if !self.is_within(part) {
+        if !self.is_within(part) || !self.is_playable(part) {
             self.brake(After::Alarm(2));
             return Progress::Given;
         }

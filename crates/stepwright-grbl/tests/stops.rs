@@ -181,3 +181,53 @@ fn a_door_stops_the_coolant_too() {
     assert_eq!(on(&sender), (0.0, false, false));
     assert!(sender.ask("$G").contains(" M5 M9 "));
 }
+
+/// What no machine can follow is refused before anything moves, and the session lives.
+#[test]
+fn a_step_rate_beyond_the_machine_is_refused() {
+    let mut sender = Sender::new();
+    for line in ["$100=1000000", "$110=1000000", "$120=1000000", "$22=1"] {
+        sender.says(line, "ok");
+    }
+    let words = |axis: &str| {
+        format!("[MSG:{axis} at 16666666667 steps/s: at most 1000000, lower $110 or $100]")
+    };
+    sender.says("$J=G91X500F1000000", &format!("{}\r\nerror:15", words("X")));
+    let alarm = format!("{}\r\nALARM:2\r\n[MSG:Reset to continue]", words("X"));
+    for line in ["G91G1X500F1000000", "G0X1", "G2X0Y0I1F1000000", "G93G1X1F600", "G38.2X9F1000000"]
+    {
+        sender.says(line, &alarm);
+        assert!(!sender.grbl.is_moving());
+        sender.send(b"\x18$X\nG94\n");
+        sender.read();
+    }
+    // Slowly it can, and other axes can.
+    assert_eq!(sender.does("G91G1X0.5F20"), "ok");
+    assert_eq!(sender.does("G0Y5"), "ok");
+    assert_eq!(sender.at(), [500_000, 500, 0]);
+    // Homing: Z, then X.
+    let limits = &mut sender.grbl.machine_mut().limits;
+    (limits[2][1], limits[0][1]) = (Some(100), Some(600_000));
+    sender.says("$25=1000000", "ok");
+    let said = sender.does("$H");
+    assert!(said.starts_with("[MSG:X at ") && said.contains("ALARM:9"), "{said}");
+    assert_eq!(sender.at()[0], 500_000);
+}
+
+/// A board's judge has the rates of the move: both axes of a diagonal, at twice the feed rate at most.
+#[test]
+fn a_judge_has_the_rates_of_the_move() {
+    let mut sender = Sender::new();
+    let grbl = std::mem::replace(&mut sender.grbl, stepwright_grbl::Grbl::new(Default::default()));
+    sender.grbl = grbl.judged_by(|rates| Some(format!("{:?}", rates.map(f64::round))));
+    for (line, rates) in [
+        ("G1X3Y4F600", [1_200.0, 1_600.0, 0.0]),
+        ("G0X3Y-4", [3_750.0, 5_000.0, 0.0]),
+        ("G2X2Y2I1J1F600", [2_000.0, 2_000.0, 0.0]),
+        ("G2X2Y2Z1I1J1F6000", [5_000.0; 3]),
+    ] {
+        assert!(sender.ask(line).starts_with(&format!("[MSG:{rates:?}]\r\nALARM:2")), "{line}");
+        sender.send(b"\x18$X\n");
+        sender.read();
+    }
+}

@@ -4,7 +4,9 @@ use std::time::Duration;
 
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
 use stepwright_grbl::{FedRun, Grbl, GrblSettings, VirtualMill};
+use stepwright_plan::gcode::{BoardRefusal, JobPlan, Peak};
 use stepwright_play::stream::{LOOK, StreamedBoard};
+use stepwright_sim::Description;
 
 use crate::failure::Failure;
 use crate::gcode::port::meet;
@@ -45,6 +47,19 @@ impl Fed {
         }
         let seen = board.session.now();
         Ok(Fed { board, zero: [x, y, z], run: None, now: 0.0, seen, dead: false })
+    }
+
+    /// Whether the board can make steps at these rates: as for a job, by the costs of an Uno.
+    pub fn judge(rates: [f64; 3]) -> Option<String> {
+        let peaks = rates.map(|rate| Peak { rate, line: 0 });
+        let plan = JobPlan { peaks, ..JobPlan::default() };
+        let BoardRefusal { axis, wanted, most, .. } = plan.refused_by(&Description::uno().board)?;
+        let name = ["X", "Y", "Z"].get(axis)?;
+        Some(format!(
+            "{name} at {:.0} steps/s: the board can do {:.0}, lower $11{axis}",
+            wanted.ceil(),
+            most.floor()
+        ))
     }
 
     /// Whether the board has an output for a laser.
@@ -102,7 +117,9 @@ impl Fed {
             written.map_err(|error| self.board.gone(&error))?;
         }
         let state = run.state();
-        if state.is_end() { self.ended(state, grbl) } else { Ok(()) }
+        // Frames may still be under way to a board that has not begun.
+        let quiet = if run.is_dropped() { 5 * QUIET } else { QUIET };
+        if state.is_end() { self.ended(state, quiet, grbl) } else { Ok(()) }
     }
 
     /// A feeder for a run; `None` if the board could not brake with these settings.
@@ -117,15 +134,20 @@ impl Fed {
     }
 
     /// Handles the end of a run: regular, or off the path.
-    fn ended(&mut self, state: FeedState, grbl: &mut Grbl<VirtualMill>) -> Result<(), Failure> {
+    fn ended(
+        &mut self,
+        state: FeedState,
+        quiet: Duration,
+        grbl: &mut Grbl<VirtualMill>,
+    ) -> Result<(), Failure> {
         self.run = None;
-        self.drain()?;
+        self.drain(quiet)?;
         if state == FeedState::Lost {
             return Err(self.board.silent().into());
         }
         self.board.rest()?;
         // Drops the board's messages about its rest.
-        self.drain()?;
+        self.drain(QUIET)?;
         let places = self.board.positions()?;
         self.seen = self.board.session.now();
         let counted = [0, 1, 2].map(|n| places[n].map(|place| place - self.zero[n]));
@@ -141,15 +163,31 @@ impl Fed {
     }
 
     /// Drops the board's answers to frames: a part of one could be taken for a line.
-    fn drain(&mut self) -> Result<(), Failure> {
+    fn drain(&mut self, quiet: Duration) -> Result<(), Failure> {
         let mut buffer = [0; 256];
         let gone = |error| Failure::new(format!("{}: {error}", self.board.name));
-        while self.board.session.link().read(&mut buffer, QUIET).map_err(gone)? != 0 {}
+        while self.board.session.link().read(&mut buffer, quiet).map_err(gone)? != 0 {}
         Ok(())
     }
 
     /// The board's positions and its number of late steps.
     pub fn tells(&mut self) -> Result<([Option<i64>; 3], u64), Failure> {
         Ok(self.board.tells()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_board_has_rates_that_it_can_make() {
+        for rates in [[100_000.0, 0.0, 0.0], [40_000.0, 40_000.0, 0.0], [20_000.0; 3], [0.0; 3]] {
+            assert_eq!(Fed::judge(rates), None, "{rates:?}");
+        }
+        let told = Fed::judge([500_000.0, 0.0, 0.0]).unwrap();
+        assert_eq!(told, "X at 500000 steps/s: the board can do 128000, lower $110");
+        let told = Fed::judge([10_000.0, 28_000.0, 27_000.0]).unwrap();
+        assert!(told.starts_with("Y at 28000 ") && told.ends_with("lower $111"), "{told}");
     }
 }

@@ -15,10 +15,13 @@ use crate::order::target::PortArgs;
 use crate::{files, say};
 use fed::Fed;
 use stepwright_play::stream::spelt;
-use wire::Wire;
+use wire::{Heard, Wire};
 
 /// The time between two reads, while an axis moves and while none does.
 const LOOKS: (Duration, Duration) = (Duration::from_millis(2), Duration::from_millis(10));
+
+/// With more bytes of waiting lines no more are read from standard input, a kilobyte at a time.
+const ENOUGH: usize = stepwright_grbl::KEPT - 1024;
 
 /// The most bytes of answers that wait for a reader; the rest is lost.
 const UNHEARD: usize = 256 * 1024;
@@ -125,7 +128,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut fed = None;
     if args.port.port.is_some() {
         let board = Fed::open(&args.port)?;
-        grbl = grbl.fed(board.lasers());
+        grbl = grbl.fed(board.lasers()).judged_by(Fed::judge);
         fed = Some(board);
     }
     if args.after_error == AfterError::GoOn {
@@ -164,7 +167,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     };
     let kept = Kept { path: args.keep, last: grbl.kept(), failed: false };
     let clock = Clock::new(args.fast);
-    Served { grbl, wire, clock, fed, unheard: Vec::new(), kept }.serve()
+    Served { grbl, wire, clock, fed, unheard: Vec::new(), failed: None, kept }.serve()
 }
 
 fn machine(args: &Args) -> VirtualMill {
@@ -199,6 +202,8 @@ struct Served {
     fed: Option<Fed>,
     /// Answers that are not sent yet.
     unheard: Vec<u8>,
+    /// Why the line to the sender has failed.
+    failed: Option<Failure>,
     kept: Kept,
 }
 
@@ -239,14 +244,20 @@ impl Served {
         self.grbl.is_moving() || self.fed.as_ref().is_some_and(Fed::is_busy)
     }
 
+    /// Whether the axes rest because of a hold. A board has a run all the time.
+    fn is_held(&self) -> bool {
+        self.grbl.has_run() && !self.grbl.is_moving()
+    }
+
     fn serve(mut self) -> Result<(), Failure> {
         let mut ended = false;
-        while !(interrupt::asked() || ended && !self.is_moving()) {
+        let rests = |served: &Served| !served.is_moving() || served.is_held();
+        while !(interrupt::asked() || self.failed.is_some() || ended && rests(&self)) {
             if !ended && self.pass(false)? {
                 ended = true;
                 // The last line may lack a line end.
                 self.grbl.finish_line(self.now());
-                self.answer(false)?;
+                self.answer(false);
             } else if ended {
                 self.pass(true)?;
             }
@@ -256,8 +267,8 @@ impl Served {
         }
         let left = ended && !self.grbl.is_idle();
         let asked = interrupt::asked();
-        if asked {
-            self.brake()?;
+        if asked || left || self.failed.is_some() {
+            self.brake(asked)?;
         }
         if self.kept.failed {
             // Tries to write the file again.
@@ -269,6 +280,9 @@ impl Served {
         if let Some(fed) = &mut self.fed {
             let (places, late) = fed.tells()?;
             say::note(format_args!("board {}, late steps {late}", spelt(places)));
+        }
+        if let Some(failure) = self.failed {
+            return Err(failure);
         }
         if asked && matches!(self.wire, Wire::Stdio { .. }) {
             return Err(Failure::interrupted("interrupted: the motors stand"));
@@ -290,7 +304,7 @@ impl Served {
         if let Some(fed) = &mut self.fed {
             fed.dead = interrupt::presses() >= 2;
             if let Err(failure) = fed.turn(&mut self.grbl) {
-                self.answer(false)?;
+                self.answer(false);
                 // Lets the sender receive the alarm before the port closes.
                 std::thread::sleep(Duration::from_millis(300));
                 return Err(failure);
@@ -300,7 +314,12 @@ impl Served {
         let slice = if moves { LOOKS.0 } else { LOOKS.1 };
         let hurries = moves && self.clock.skipped.is_some();
         let wait = if hurries || self.fed.is_some() { Duration::ZERO } else { slice };
-        let heard = self.wire.hear(wait, ended)?;
+        // Standard input can wait; what a hold needs may be behind all that waits.
+        let full = matches!(self.wire, Wire::Stdio { .. }) && moves && self.grbl.waiting() > ENOUGH;
+        let heard = self.wire.hear(wait, ended || full).unwrap_or_else(|failure| {
+            self.failed = Some(failure);
+            Heard::default()
+        });
         if let Some(skipped) = self.clock.skipped.as_mut().filter(|_| hurries) {
             *skipped += slice.as_secs_f64();
         }
@@ -316,12 +335,12 @@ impl Served {
             }
         }
         self.grbl.receive(now, &heard.bytes);
-        self.answer(heard.nobody)?;
+        self.answer(heard.nobody);
         Ok(heard.ended)
     }
 
     /// Sends as many of the answers as the line takes.
-    fn answer(&mut self, nobody: bool) -> Result<(), Failure> {
+    fn answer(&mut self, nobody: bool) {
         let new = self.grbl.take_answers();
         // Writes the values before the answer is sent. While a board is fed, nothing waits for a
         // disk: the values are written at rest.
@@ -332,17 +351,18 @@ impl Served {
         if self.unheard.len() + new.len() <= UNHEARD {
             self.unheard.extend(new);
         }
-        if nobody {
+        if nobody || self.failed.is_some() {
             self.unheard.clear();
         }
-        let said = self.wire.say(&self.unheard)?;
-        self.unheard.drain(..said);
-        Ok(())
+        match self.wire.say(&self.unheard) {
+            Ok(said) => _ = self.unheard.drain(..said),
+            Err(failure) => self.failed = Some(failure),
+        }
     }
 
     /// Brakes to rest, and drops everything. Start-up lines are not executed.
-    fn brake(&mut self) -> Result<(), Failure> {
-        if self.is_moving() {
+    fn brake(&mut self, asked: bool) -> Result<(), Failure> {
+        if asked && self.is_moving() {
             say::note(interrupt::braking());
         }
         self.grbl.end(self.now());

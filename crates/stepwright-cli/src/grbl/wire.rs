@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::failure::Failure;
 #[cfg(unix)]
@@ -31,11 +31,23 @@ pub enum Wire {
     },
     Tcp {
         listener: TcpListener,
-        sender: Option<TcpStream>,
+        sender: Option<Peer>,
     },
     Stdio {
         input: Receiver<Vec<u8>>,
     },
+}
+
+/// A sender that has said nothing for this long may be replaced by another one.
+const SILENT: Duration = Duration::from_secs(10);
+
+/// A sender at the end of a TCP connection.
+pub struct Peer {
+    stream: TcpStream,
+    /// Its first bytes, until it is known whether they begin a request of a web browser.
+    head: Option<Vec<u8>>,
+    /// When it has last said something.
+    heard: Instant,
 }
 
 impl Wire {
@@ -116,7 +128,7 @@ impl Wire {
             Wire::Pty { pty, .. } => pty.write(bytes).map_err(failed),
             Wire::Tcp { sender, .. } => Ok(match sender {
                 // The next read shows whether the sender has disconnected.
-                Some(stream) => stream.write(bytes).unwrap_or(0),
+                Some(peer) => peer.stream.write(bytes).unwrap_or(0),
                 None => bytes.len(),
             }),
             Wire::Stdio { .. } => {
@@ -131,23 +143,37 @@ impl Wire {
     }
 }
 
-/// Serves one sender at a time. A second one waits until the first disconnects.
-fn hear_tcp(listener: &TcpListener, sender: &mut Option<TcpStream>, most: Duration) -> Heard {
+/// Serves one sender at a time. A second one waits until the first disconnects, or has said nothing for some
+/// time: a computer that sleeps does not disconnect.
+fn hear_tcp(listener: &TcpListener, sender: &mut Option<Peer>, most: Duration) -> Heard {
     let mut heard = Heard::default();
-    if sender.is_none()
+    if sender.as_ref().is_none_or(|peer| peer.heard.elapsed() > SILENT)
         && let Ok((stream, _)) = listener.accept()
     {
         // Without `TCP_NODELAY`, an answer may be delayed until the sender's next line.
         _ = stream.set_nodelay(true);
         if stream.set_nonblocking(true).is_ok() {
-            (*sender, heard.came) = (Some(stream), true);
+            *sender = Some(Peer { stream, head: Some(Vec::new()), heard: Instant::now() });
+            heard.came = true;
         }
     }
     let mut buffer = [0; 1024];
-    match sender.as_mut().map(|stream| stream.read(&mut buffer)) {
-        Some(Ok(0)) | None => *sender = None,
-        Some(Ok(count)) => heard.bytes = buffer[..count].to_vec(),
-        Some(Err(error)) => match error.kind() {
+    let read = sender.as_mut().map(|peer| (peer.stream.read(&mut buffer), peer));
+    match read {
+        Some((Ok(0), _)) | None => *sender = None,
+        Some((Ok(count), peer)) => {
+            peer.heard = Instant::now();
+            heard.bytes = buffer[..count].to_vec();
+            if let Some(mut head) = peer.head.take() {
+                head.append(&mut heard.bytes);
+                match is_http(&head) {
+                    Some(false) => heard.bytes = head,
+                    Some(true) => *sender = None,
+                    None => peer.head = Some(head),
+                }
+            }
+        }
+        Some((Err(error), _)) => match error.kind() {
             io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted => {}
             _ => *sender = None,
         },
@@ -157,4 +183,77 @@ fn hear_tcp(listener: &TcpListener, sender: &mut Option<TcpStream>, most: Durati
         thread::sleep(most);
     }
     heard
+}
+
+/// Whether a connection begins with a request of a web browser, whose body any page can choose: `POST `, `GET `.
+/// `None` if it is too early to say. No line of a sender begins with three letters and a blank.
+fn is_http(head: &[u8]) -> Option<bool> {
+    let letters = head.iter().take_while(|byte| byte.is_ascii_uppercase()).count();
+    match head.get(letters) {
+        None if letters < 8 => None,
+        next => Some(letters >= 3 && next == Some(&b' ')),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn listener() -> (TcpListener, SocketAddr) {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        listener.set_nonblocking(true).unwrap();
+        let address = listener.local_addr().unwrap();
+        (listener, address)
+    }
+
+    /// What is heard within a while, until there are as many bytes.
+    fn hear(listener: &TcpListener, sender: &mut Option<Peer>, count: usize) -> Vec<u8> {
+        let (mut bytes, end) = (Vec::new(), Instant::now() + Duration::from_secs(9));
+        while bytes.len() < count && Instant::now() < end {
+            bytes.extend(hear_tcp(listener, sender, Duration::from_millis(1)).bytes);
+            if sender.is_none() {
+                break;
+            }
+        }
+        bytes
+    }
+
+    #[test]
+    fn a_web_page_is_no_sender() {
+        for (text, count) in [
+            ("$J=G91X5F3000\n", 14),
+            ("M3 S100\n", 8),
+            ("?", 1),
+            ("POST / HTTP/1.1\r\nHost: x\r\n\r\n$J=G91X5F3000\n", 0),
+            ("GET / HTTP/1.1\r\n\r\n$X\n", 0),
+            ("OPTIONS * HTTP/1.1\r\n$X\n", 0),
+        ] {
+            for first in [1, text.len()] {
+                let (listener, address) = listener();
+                let (mut sender, mut stream) = (None, TcpStream::connect(address).unwrap());
+                hear(&listener, &mut sender, 0);
+                stream.write_all(&text.as_bytes()[..first]).unwrap();
+                let mut heard = hear_tcp(&listener, &mut sender, Duration::from_millis(20)).bytes;
+                stream.write_all(&text.as_bytes()[first..]).unwrap();
+                heard.extend(hear(&listener, &mut sender, count.max(1) - heard.len()));
+                assert_eq!(heard, &text.as_bytes()[..count], "{text}");
+                assert_eq!(sender.is_some(), count > 0, "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_silent_sender_is_replaced() {
+        let (listener, address) = listener();
+        let (mut sender, _first) = (None, TcpStream::connect(address).unwrap());
+        assert!(hear_tcp(&listener, &mut sender, SILENT).came);
+        let mut second = TcpStream::connect(address).unwrap();
+        second.write_all(b"?").unwrap();
+        for _ in 0..20 {
+            assert_eq!(hear_tcp(&listener, &mut sender, Duration::from_millis(5)).bytes, b"");
+        }
+        let long_ago = Instant::now().checked_sub(2 * SILENT).unwrap();
+        sender.as_mut().unwrap().heard = long_ago;
+        assert_eq!(hear(&listener, &mut sender, 1), b"?");
+    }
 }

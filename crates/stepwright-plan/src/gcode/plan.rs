@@ -303,9 +303,9 @@ impl JobPlan {
         })
     }
 
-    /// What the board would refuse if it is told the [`delays`](JobPlan::delays): all steps together may
-    /// take up to all of its time.
-    fn refused_by<const N: usize>(&self, board: &Board<N>) -> Option<BoardRefusal> {
+    /// What the board would refuse of these [`peaks`](JobPlan::peaks) if it is told the
+    /// [`delays`](JobPlan::delays): all steps together may take up to all of its time.
+    pub fn refused_by<const N: usize>(&self, board: &Board<N>) -> Option<BoardRefusal> {
         let delays = self.delays();
         let moving = delays.iter().flatten().count();
         let cost = f64::from(board.step_cost(moving));

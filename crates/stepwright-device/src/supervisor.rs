@@ -179,7 +179,7 @@ impl Supervisor {
             self.now = self.now.wrapping_add(passed);
             self.settling = self.settling.saturating_sub(passed.into());
             // Only one, because mostly one has passed: a rest may be longer.
-            motors.pass(panel.ticks(1000));
+            motors.count_rest(panel.ticks(1000));
             self.check_time(slave, motors, panel);
         }
     }

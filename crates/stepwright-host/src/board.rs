@@ -94,7 +94,20 @@ impl Board {
         Ok(Board { session })
     }
 
-    /// An axis by its number: 1 is X.
+    /// An axis by its number: 1 is X. It borrows the board: with two axes, take one for each call.
+    ///
+    /// ```
+    /// use stepwright_host::{Action, Board, MotionLimits};
+    /// # fn main() -> Result<(), stepwright_host::Error> {
+    /// let mut board = Board::virtual_uno(true)?;
+    /// let limits = MotionLimits::default();
+    /// board.axis(1)?.travel(400, &limits)?;
+    /// board.axis(2)?.travel(-200, &limits)?;
+    /// println!("{}", board.axis(1)?.wait(|_| Action::GoOn)?); // reached 400
+    /// println!("{}", board.axis(2)?.wait(|_| Action::GoOn)?); // reached -200
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`Error::NoAxis`]
@@ -121,6 +134,17 @@ impl Board {
     }
 
     /// The session, for what this type has no method for: settings, questions.
+    ///
+    /// ```
+    /// use stepwright_host::stepwright_protocol::{Command, Reply, Setting, Value};
+    /// # fn main() -> Result<(), stepwright_host::Error> {
+    /// let mut board = stepwright_host::Board::virtual_uno(true)?;
+    /// // X has a limit switch.
+    /// let switches = Value::new(Setting::Switches, 1).expect("0 to 7");
+    /// assert_eq!(board.session().ask(Command::Set(switches))?, Reply::Yes);
+    /// # Ok(())
+    /// # }
+    /// ```
     pub fn session(&mut self) -> &mut Session {
         &mut self.session
     }

@@ -16,8 +16,7 @@
 //! ```
 //! use std::time::Duration;
 //! use stepwright_host::stepwright::{Accel, Speed};
-//! use stepwright_host::stepwright_protocol::Direction;
-//! use stepwright_host::{Board, MotionLimits};
+//! use stepwright_host::{Board, Direction, MotionLimits};
 //! # fn main() -> Result<(), stepwright_host::Error> {
 //! let mut board = Board::virtual_uno(true)?;
 //! let slow = MotionLimits::new(Speed::of::<200>(), Accel::of::<1_000>());
@@ -74,6 +73,7 @@ struct Readme;
 pub use async_board::{AsyncAxis, AsyncBoard};
 pub use board::{Axis, Board};
 pub use conversation::{Conversation, LinkError, Played};
+pub use motion::{Action, Sight};
 pub use outcome::{Error, MotionLimits, Outcome};
 pub use pipe::Pipe;
 pub use session::{Activity, Interrupt, Session};
@@ -81,3 +81,4 @@ pub use session::{Activity, Interrupt, Session};
 pub use stepwright;
 /// Directions, settings and reasons: the words of the protocol.
 pub use stepwright_protocol;
+pub use stepwright_protocol::Direction;

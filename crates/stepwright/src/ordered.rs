@@ -402,10 +402,10 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         more
     }
 
-    /// Reports that this many ticks have passed since the last call: see
-    /// [`Steppers::pass`](crate::Steppers::pass).
+    /// Counts this many ticks, since the last call, as rest of the axes at rest: see
+    /// [`Steppers::count_rest`](crate::Steppers::count_rest).
     #[inline(always)]
-    pub fn pass(&mut self, ticks: Ticks) {
+    pub fn count_rest(&mut self, ticks: Ticks) {
         self.group.pass(&self.engine, ticks);
     }
 

@@ -161,21 +161,26 @@ impl<'q, E: Control, const N: usize, const Q: usize> Steppers<'q, E, N, Q> {
         self.motors.plan()
     }
 
-    /// Reports that this many ticks have passed since the last call. Optional: a motor rests
-    /// between two moves, for √(2/a) from rest. With these calls every few milliseconds, the time
-    /// since the last move counts as part of that rest.
+    /// Counts this many ticks, since the last call, as rest of the axes at rest.
+    ///
+    /// Two moves of an axis are one interval of its start speed apart, or from rest √(2/a): 14 ms
+    /// at 10,000 steps/s², but a second at 2 steps/s², and half a minute after a line in which the
+    /// axis made a few steps. [`poll`](Steppers::poll) knows no time: unless a program calls this
+    /// every few milliseconds, the next move of the axis, and the axes that move with it, wait for
+    /// all of that, however long the axis has been at rest. The axis is busy meanwhile, and a stop
+    /// in that time leaves it one step.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};
     /// # use stepwright_sim::{Description, Queues, virtual_steppers};
     /// # let mut queues = Queues::default();
     /// # let mut motors = virtual_steppers(&mut queues, Description::uno(), ());
-    /// motors.pass(16_000); // a millisecond of a 16 MHz timer
+    /// motors.count_rest(16_000); // a millisecond of a 16 MHz timer
     /// motors.move_by(Axis::X, 200)?;
     /// # Ok::<(), MoveError>(())
     /// ```
-    pub fn pass(&mut self, ticks: Ticks) {
-        self.motors.pass(ticks);
+    pub fn count_rest(&mut self, ticks: Ticks) {
+        self.motors.count_rest(ticks);
     }
 
     /// Stops these axes along their ramps. Their positions stay known.

@@ -336,7 +336,7 @@ fn a_kill_is_followed_by_a_rest() {
         // Time that has passed at rest is not waited for again.
         motors.kill_at_switch(Axis::X);
         entries.clear(true);
-        (0..11).for_each(|_| motors.pass(16_000));
+        (0..11).for_each(|_| motors.count_rest(16_000));
         motors.start([(Axis::X, order(50, 1000, 9000, Travel::By(40)))]).unwrap();
         plan(&mut motors);
         // The time before the axis was seen at rest does not count.

@@ -16,7 +16,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// share of v steps/s the difference is at most some 0.0005/v of the line's time: 0.5 % at 0.1
     /// steps/s. At 600 steps/s and 1,000 steps/s², X with 90,000 steps ends after 150.6 s, an axis
     /// with 2 steps after 143.5 s and one with 60 after 150.7 s. A single step is made at the
-    /// beginning.
+    /// beginning. After such a line that axis rests for as long as one of its steps took: see
+    /// [`count_rest`](Steppers::count_rest).
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};

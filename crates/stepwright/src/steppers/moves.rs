@@ -43,7 +43,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     }
 
     /// Moves an axis at rest to a position, in steps. If the axis is there already, the move ends
-    /// at once.
+    /// at once. After a slow ramp or a long line the axis rests first: see
+    /// [`count_rest`](Steppers::count_rest).
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `Host` is an address, or `localhost` | a name of another site that points to this server must not pass |
 //! | `Origin`, if present, is this server | a page of another site can open a WebSocket to this server |
-//! | `Sec-Fetch-Site`, if present, is this server's page or nobody's | an image or a script of another site's page sends no `Origin` |
+//! | `Sec-Fetch-Site`, if present without `Origin`, is this server's page or nobody's | an image or a script of another site's page sends no `Origin` |
 //! | the token, beyond loopback | everyone in the network can reach the port |
 
 use std::net::IpAddr;
@@ -43,7 +43,9 @@ impl Guard {
         if !is_api(request) {
             return Ok(());
         }
+        // An `Origin` says more: a browser may call a WebSocket of this page cross-site.
         let site = header(HeaderName::from_static("sec-fetch-site"));
+        let site = site.filter(|_| header(ORIGIN).is_none());
         if site.is_some_and(|site| !["same-origin", "none"].contains(&site)) {
             return Err(Declined::foreign("a page of another site may not ask this server")
                 .allowed("this server's own page, and programs"));
@@ -142,6 +144,8 @@ mod tests {
             let headers = [("host", "localhost:1"), ("sec-fetch-site", site)];
             assert_eq!(judged(&guard, "/api/scope.mcap?seconds=10", &headers), right, "{site}");
             assert_eq!(judged(&guard, "/", &headers), Ok(()), "{site}");
+            let own = [headers[0], headers[1], ("origin", "http://localhost:1")];
+            assert_eq!(judged(&guard, "/api/live", &own), Ok(()), "{site}");
         }
     }
 

@@ -55,7 +55,8 @@ pub trait Foreground {
     fn work(&mut self);
     /// The next byte of the answer.
     fn next_byte(&mut self) -> Option<u8>;
-    /// Handles inputs, times and settings. Called at least every millisecond.
+    /// Handles inputs, times and settings. Called every millisecond, except while a line is obeyed:
+    /// up to 4 ms for a change of several axes.
     fn poll_io(&mut self) {}
     /// One piece of planning. True if there may be more.
     fn plan(&mut self) -> bool {

@@ -20,7 +20,7 @@ use crate::units::{Speed, Ticks};
 /// engine's queues (`Q` runs each) and the board.
 ///
 /// An order may be started in one call, [`start`](OrderedMotors::start), or in pieces of 200 µs on
-/// a 16 MHz AVR: [`prepare`](OrderedMotors::prepare), [`commit`](OrderedMotors::commit). The main
+/// a 16 MHz AVR (more with a jerk limit): [`prepare`](OrderedMotors::prepare), [`commit`](OrderedMotors::commit). The main
 /// loop calls [`plan`](OrderedMotors::plan).
 pub struct OrderedMotors<'q, E, const N: usize, const Q: usize = 8> {
     pub(crate) group: Group<'q, N, Q>,
@@ -392,8 +392,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> OrderedMotors<'q, E, N, Q> 
         self.group.zero(&mut self.engine, axis.number());
     }
 
-    /// Does one piece of planning, at most 200 µs on a 16 MHz AVR: a part of one run, for the axis
-    /// whose queue runs out first, or the start of axes that wait for their queues. Returns true if
+    /// Does one piece of planning, at most 200 µs on a 16 MHz AVR, or 0.7 ms with a jerk limit:
+    /// a part of one run, for the axis whose queue runs out first, or the start of axes that wait for their queues. Returns true if
     /// there may be more to do. Call it until it returns false, at least every millisecond.
     #[inline(always)]
     pub fn plan(&mut self) -> bool {

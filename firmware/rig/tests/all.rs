@@ -11,6 +11,7 @@ mod feed;
 #[path = "../../../crates/stepwright/src/num/mod.rs"]
 mod num;
 
+mod alone;
 mod arithmetic;
 mod change;
 mod cycle;

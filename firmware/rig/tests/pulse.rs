@@ -114,7 +114,7 @@ fn no_step_is_late_at_the_highest_rate_admitted() {
 }
 
 /// The sum of the rates is what is admitted, and the fastest axis leaves time for a step of the
-/// other. (For three it is a known limit, in the changelog.)
+/// other.
 #[test]
 fn no_step_is_late_where_two_axes_share_unequally() {
     for shares in [[95, 5], [80, 20], [65, 35]] {

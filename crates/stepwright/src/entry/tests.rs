@@ -166,6 +166,26 @@ proptest! {
         }
     }
 
+    /// At fast intervals no group is over before a step interrupt has prepared the next one: it has
+    /// more than a few steps, or lasts as long as a slow one.
+    #[test]
+    fn no_group_of_fast_steps_is_short(
+        top in 8_000u32..128_000,
+        accel in 20_000u32..530_000,
+        level in prop_oneof![-9_000i32..0, 0i32..10_000],
+    ) {
+        let ramps = (u64::from(top).pow(2) / u64::from(accel)) as i32;
+        let Some(runs) = planned(0, top, accel, (ramps + level).max(100)) else { return Ok(()) };
+        let entries = entries_of(&runs);
+        let groups: Vec<_> = entries.iter().flat_map(|entry| entry.groups()).collect();
+        // The last one is the last step of the travel.
+        for (n, (_, events, wait)) in groups.iter().enumerate().take(groups.len() - 1) {
+            let wait = wait >> 16;
+            let long = *events > u32::from(FEW) || events * wait >= 900;
+            prop_assert!(long, "group {} has {} steps of {} ticks", n, events, wait);
+        }
+    }
+
     /// The last deadline of any run is exact, however badly the run fits into groups.
     #[test]
     fn the_end_of_a_run_is_exact(

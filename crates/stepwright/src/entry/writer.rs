@@ -196,9 +196,6 @@ impl Writer {
     fn several(&mut self, to: &mut impl Sink) {
         let Steps { add, count, .. } = self.part;
         let growth = add.unsigned_abs();
-        if growth > LOOSE && count < 256 && self.kept.count == 0 {
-            return self.groups(0, to);
-        }
         let flat = growth <= LOOSE && count < 256 && {
             // count² · growth, within 32 bits.
             let once = growth.wrapping_mul(count.into());
@@ -207,10 +204,12 @@ impl Writer {
         if growth == 0 || flat {
             return self.flat(count, to);
         }
-        let (mut bits, mut rest, mut most) = (0u8, 1u16, LOOSE >> 2);
-        while bits < 8 && count & rest == 0 && growth <= most {
+        // Fast steps come in groups as large as possible, and those that are left over come first.
+        let mut odd = if self.part.first < FAST << 16 { 0 } else { count };
+        let (mut bits, mut most) = (0u8, LOOSE >> 2);
+        while bits < 8 && odd & 1 == 0 && growth <= most {
             bits += 1;
-            rest = rest << 1 | 1;
+            odd >>= 1;
             most >>= 2;
         }
         // No run of the planner is that long: its groups would deviate by more.
@@ -218,15 +217,16 @@ impl Writer {
             bits += 1;
         }
         let group = 1u16 << bits;
-        let rest = count & group.wrapping_sub(1);
-        if self.kept.count != 0 && rest == 0 && count > group {
-            self.flat(group, to);
+        let mut lead = count & group.wrapping_sub(1);
+        if lead <= FEW && (lead != 0 || self.kept.count != 0) {
+            lead = lead.wrapping_add(group);
         }
-        self.flush(to);
-        self.groups(bits, to);
-        if rest != 0 {
-            self.part.count = rest;
-            self.groups(16, to);
+        if lead != 0 {
+            self.flat(lead, to);
+        }
+        if self.part.count != 0 {
+            self.flush(to);
+            self.groups(bits, to);
         }
     }
 

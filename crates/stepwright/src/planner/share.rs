@@ -15,7 +15,7 @@ pub(super) fn share(room: u32, full: u16) -> u16 {
 }
 
 /// [`share`] for a ramp, where `full` is a power of two. The steps beyond a multiple of 32 come
-/// last, in a run of their own: such a run grows step by step, or is too short for groups.
+/// last, in a run of their own, whose steps do not fit into groups of one size.
 pub(super) fn share_of_ramp(room: u32, full: u16) -> u16 {
     const WHOLE: u16 = 32;
     let steps = share(room, full);

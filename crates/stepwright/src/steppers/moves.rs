@@ -160,8 +160,8 @@ impl<E: Control, const N: usize, const Q: usize> Steppers<'_, E, N, Q> {
     /// exactly on its target. The limits and later moves stay unchanged; an axis of a line leaves
     /// the line.
     ///
-    /// The change takes effect after the steps that are already planned, 24 ms at most; so do those
-    /// of the next two methods.
+    /// The change takes effect after the steps that are already planned: some 24 ms, or the present
+    /// step and the next one, if they take longer. So do those of the next two methods.
     ///
     /// ```
     /// # use stepwright::{Axis, AxisLimits, AxisSet, MoveError};

@@ -6,7 +6,7 @@ pub mod cycles;
 use std::time::Duration;
 
 use stepwright::profile::{Path, Ramp};
-use stepwright::{Accel, Order, Rate, Speed, Travel};
+use stepwright::{Accel, Order, Rate, Speed, Ticks, Travel, late_after};
 use stepwright_rig::edges::{Needs, Step, check, steps_of};
 use stepwright_rig::{Board, Chip, Image, firmware};
 
@@ -153,6 +153,21 @@ pub fn follows(steps: &[Step], path: &Path, slack: i64) {
     let off = |n: usize| (steps[n].time - first.time) as i64 - path.time_of(n as u32) as i64;
     let worst = (0..steps.len()).max_by_key(|&n| off(n).abs()).unwrap();
     assert!(off(worst).abs() <= slack, "step {worst} is {} cycles off", off(worst));
+}
+
+/// The first step that is late by the edges alone: later than the earliest one, which waited for
+/// nothing, by half of the interval to the next step and 1 µs. Its number and its lateness.
+pub fn late_step(steps: &[Step], path: &Path) -> Option<(usize, i64)> {
+    let from = steps.first()?.time as i64;
+    let due = |n: usize| from + path.time_of(n as u32) as i64;
+    let mut least = 0;
+    steps.iter().enumerate().find_map(|(n, step)| {
+        let off = step.time as i64 - due(n);
+        least = least.min(off);
+        let next = if n + 1 < steps.len() { n } else { n.saturating_sub(1) };
+        let interval = (due(next + 1) - due(next)) as Ticks;
+        (off - least > i64::from(late_after(interval, rate()))).then_some((n, off - least))
+    })
 }
 
 /// The recorded steps of an axis of `chip`.

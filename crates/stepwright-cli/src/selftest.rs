@@ -52,6 +52,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
             let _ = port.set_read_timeout(Duration::from_secs(1));
             // If the port has DTR, the board waits for it.
             let _ = port.set_dtr(true);
+            say::note(format_args!("waiting for the line, {} s at most", PATIENCE.as_secs()));
             heard(port).map_err(|error| Failure::file("read", path, &error))?
         }
         (None, []) => heard(io::stdin().lock())
@@ -60,7 +61,8 @@ pub fn run(args: Args) -> Result<(), Failure> {
     };
     let text = text.ok_or_else(|| {
         Failure::new(format!("no line came that begins with `{WORD}`")).hint(
-            "give the line, or --port PATH of a board with the self-test in it: docs/selftest.md",
+            "give the line, or --port PATH of a board with the self-test in it: a Pico by \
+             `stepwright flash pico --program selftest`, others by docs/selftest.md",
         )
     })?;
     let line = Line::read(&text).map_err(unread)?;

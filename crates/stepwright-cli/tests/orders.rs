@@ -57,7 +57,7 @@ fn lines_that_can_not_be_are_refused_and_shares_that_are_rounded_said() {
     stepwright(&["line", "9", "9", "--top-speed", "5", "--fast"]).assert(0, "position 9 9 ready");
     let rounded = stepwright(&["line", "2000", "5", "--fast"]);
     rounded.assert(0, "position 2000 5 ready");
-    assert!(rounded.stderr.contains("the axes end up to"), "{rounded:?}");
+    assert!(rounded.stderr.contains("the axes end within"), "{rounded:?}");
     let slow = stepwright(&["line", "100000", "10", "--top-speed", "900", "--fast"]);
     assert_eq!(slow.code(), Some(1));
     assert!(slow.stderr.contains("axis 2: its share of the"), "{slow:?}");

@@ -201,8 +201,18 @@ fn a_jerk_is_asked_only_of_a_board_that_bends_by_it() {
     let orders: [&[&str]; 3] = [&["move", "400"], &["run", "300"], &["line", "400", "-50"]];
     for words in orders {
         for (can, law, error, hint) in [
-            (" can=none", "E", "has no S-curves, which --jerk asks for", "leave --jerk out"),
-            (" can=safety", "law=0", "has no S-curves, which --jerk asks for", "leave --jerk out"),
+            (
+                " can=none",
+                "E",
+                "has no S-curves, which --jerk asks for",
+                "an Uno and a Nano have none",
+            ),
+            (
+                " can=safety",
+                "law=0",
+                "has no S-curves, which --jerk asks for",
+                "an Uno and a Nano have none",
+            ),
             (" can=jerk", "law=0", "is 0: it would ignore --jerk", "settings set law=1 --port"),
         ] {
             let (path, lines) = told(can, law);

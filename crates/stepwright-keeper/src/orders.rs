@@ -167,7 +167,7 @@ impl<D: KeeperDesk> Keeper<D> {
             self.axis(axis)?.target = Some(target);
         }
         if apart > 0.000_5 {
-            self.desk.note(format!("the axes of the line end up to {apart:.3} s apart"));
+            self.desk.note(format!("the axes of the line end within {apart:.3} s of each other"));
         }
         Ok(begun)
     }

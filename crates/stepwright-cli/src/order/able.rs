@@ -14,12 +14,13 @@ pub fn to_bend(session: &mut Session, order: &Order) -> Result<(), Failure> {
     let name = session.name();
     match missing {
         None => Ok(()),
-        Some(NoCurves::Board) => {
-            Err(Failure::new(format!("{name} has no S-curves, which --jerk asks for")).hint(
-                "leave --jerk out, or `stepwright flash` the board: every controller of today has \
-                 them",
-            ))
-        }
+        Some(NoCurves::Board) => Err(Failure::new(format!(
+            "{name} has no S-curves, which --jerk asks for"
+        ))
+        .hint(
+            "leave --jerk out: an Uno and a Nano have none; on another board `stepwright flash` \
+                 writes a controller that has them",
+        )),
         Some(NoCurves::Law) => {
             Err(Failure::new(format!("the setting law of {name} is 0: it would ignore --jerk"))
                 .hint(format!(

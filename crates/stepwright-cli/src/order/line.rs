@@ -180,10 +180,12 @@ fn go(
             say::result(format_args!("  {:<12}{}", format!("axis {}", axis.number()), way.given()));
         });
         motion.show().iter().for_each(say::result);
-        say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
+        if !lines.is_empty() {
+            say::result(format_args!("  {:<12}{}", "lines", listed(&lines)));
+        }
     }
     if apart > 0.000_5 && drive::has_plan(&start) {
-        say::note(format_args!("the axes end up to {} apart", seconds(apart)));
+        say::note(format_args!("the axes end within {} of each other", seconds(apart)));
     }
     if let Err(not) = start {
         return Err(match not {

@@ -23,8 +23,8 @@ use stepwright_host::{LinkError, Session};
 #[derive(clap::Args)]
 #[command(after_help = "\
 DISTANCE counts from where the travel began: after `move 4000`, `retarget 500` ends
-where `move 500` would have ended. --to counts from 0; the program that gave the
-order must still be running. A run without end gets a target. The change begins after
+where `move 500` would have ended. --to counts from 0; the command that gave the
+order must still be running: after `--detach` give a DISTANCE. A run without end gets a target. The change begins after
 the steps that are planned already, some 16 to 24 ms.
 
 If the board refuses a part of the change, the status is 1; the parts before it hold.
@@ -39,7 +39,8 @@ pub struct Args {
     /// Where it is to end: steps, or like 90deg, 10mm, from where the travel began
     #[arg(allow_negative_numbers = true, group = "what")]
     distance: Option<DistanceArg>,
-    /// The position where it is to end, in the same units, counted from where the board has 0
+    /// The position where it is to end, in the same units, counted from where the board has 0. Not
+    /// after `--detach`
     #[arg(long, value_name = "POSITION", allow_negative_numbers = true, group = "what")]
     #[arg(conflicts_with = "distance")]
     to: Option<DistanceArg>,
@@ -128,8 +129,10 @@ fn began(session: &mut Session, args: &Args) -> Result<Option<i64>, Failure> {
         false => None,
     };
     if args.to.is_some() && moves && began.is_none() {
-        return Err(Failure::new("where the travel began is not known: nobody has stayed with it")
-            .hint("give how far from there: `stepwright retarget DISTANCE`"));
+        return Err(Failure::new(
+            "where the travel began is not known: no command has stayed with it",
+        )
+        .hint("after --detach give how far from there: `stepwright retarget DISTANCE`"));
     }
     Ok(began)
 }

@@ -133,7 +133,8 @@ impl Conversation {
     /// Starts axes that rest, by the lines of their orders: all of them, or none.
     ///
     /// Repeats lost orders, but only once the board has shown that they had no effect: it is ready, no axis has
-    /// moved, and getting in step has spoiled what it may have received.
+    /// moved, and getting in step has spoiled what it may have received. An axis with an unknown position shows
+    /// nothing once it rests: the order is not repeated then.
     pub async fn begin_together(
         &mut self,
         starts: &[Start],
@@ -167,8 +168,14 @@ impl Conversation {
                     let last = line == Command::Execute;
                     let trouble = |trouble| NotBegun::Trouble { trouble, moving: last };
                     self.resync().await.map_err(trouble)?;
-                    if last && self.have_begun(starts).await.map_err(trouble)? {
-                        return Ok(());
+                    let begun = match last {
+                        true => self.have_begun(starts).await.map_err(trouble)?,
+                        false => Some(false),
+                    };
+                    match begun {
+                        Some(true) => return Ok(()),
+                        Some(false) => {}
+                        None => return Err(NotBegun::unsure(LinkError::Silent)),
                     }
                 }
                 Err(trouble) => return Err(NotBegun::unsure(trouble)),
@@ -177,17 +184,21 @@ impl Conversation {
         Err(not)
     }
 
-    /// Whether the axes have started, after an E without an answer. It starts all of them, or none.
-    async fn have_begun(&mut self, starts: &[Start]) -> Result<bool, LinkError> {
-        for Start { axis, from, .. } in starts {
-            let moves = self.is_busy(Selection::One(*axis)).await?;
-            if moves || self.rest_position(*axis).await? != *from {
-                return Ok(true);
-            }
-        }
+    /// Whether the axes have started, after an E without an answer. It starts all of them, or none. `None`:
+    /// they rest, and have no position that could tell.
+    async fn have_begun(&mut self, starts: &[Start]) -> Result<Option<bool>, LinkError> {
         // A travel of no steps leaves no trace, and need not be repeated.
         let none = |travel| matches!(travel, Travel::By(distance) if distance.get() == 0);
-        Ok(starts.iter().all(|start| none(start.order.travel)))
+        let (mut begun, mut told) = (true, false);
+        for Start { axis, from, order } in starts {
+            let moves = self.is_busy(Selection::One(*axis)).await?;
+            if moves || self.rest_position(*axis).await? != *from {
+                return Ok(Some(true));
+            }
+            begun &= none(order.travel);
+            told |= from.is_some() && !none(order.travel);
+        }
+        Ok((begun || told).then_some(begun))
     }
 
     /// Watches an axis until it rests. `see` is called for every look, and returns the action. Brakes the axis

@@ -99,6 +99,10 @@ impl Conversation {
             if moves || self.rest_position(axis).await.map_err(NotBegun::unsure)? != from {
                 return Ok("Y".to_owned());
             }
+            // Without a position a travel that is over leaves no trace: it is not repeated.
+            if from.is_none() {
+                break;
+            }
         }
         Err(NotBegun::Noise)
     }

@@ -6,6 +6,7 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
+use stepwright::Control;
 use stepwright_host::Session;
 use stepwright_host::link::Link;
 use stepwright_host::link::lossy::{Harm, Lossy};
@@ -55,11 +56,14 @@ fn order() -> Order {
 
 /// Moves a motor as a program does.
 fn say(session: &mut Session, axis: AxisId) -> Result<i64, String> {
-    let order = order();
-    let lines: Vec<_> = Script::new(&[(axis, order)]).unwrap().collect();
+    say_order(session, axis, &order())
+}
+
+fn say_order(session: &mut Session, axis: AxisId, order: &Order) -> Result<i64, String> {
+    let lines: Vec<_> = Script::new(&[(axis, *order)]).unwrap().collect();
     session.meet().map_err(|trouble| trouble.to_string())?;
     let from = session.rest_position(axis).map_err(|trouble| trouble.to_string())?;
-    session.begin(axis, &order, &lines, from).map_err(|not| format!("{not:?}"))?;
+    session.begin(axis, order, &lines, from).map_err(|not| format!("{not:?}"))?;
     let watched = session.watch(axis, None, |_, _| Action::GoOn);
     match session.conclude(axis, watched) {
         Ended { end: RestPlace::At(at), .. } => Ok(at),
@@ -210,4 +214,61 @@ fn axes_begin_together_in_spite_of_noise() {
             assert_eq!(is, [Some(0), steps, steps], "{harm:?}");
         }
     }
+}
+
+/// A line that loses ten bytes from the board, from this one on.
+struct Gap<L> {
+    line: L,
+    from: usize,
+    read: usize,
+}
+
+impl<L: Link> Link for Gap<L> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.line.write(bytes)
+    }
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        let mut kept = 0;
+        for n in 0..self.line.read(buffer, limit)? {
+            buffer[kept] = buffer[n];
+            kept += usize::from(!(self.from..self.from + 10).contains(&self.read));
+            self.read += 1;
+        }
+        Ok(kept)
+    }
+    fn now(&self) -> Duration {
+        self.line.now()
+    }
+    fn name(&self) -> String {
+        self.line.name()
+    }
+}
+
+/// With a position that a kill has made unknown, nothing tells that a short travel is over: it is made once, or
+/// the program learns that it does not know.
+#[test]
+fn a_travel_from_an_unknown_place_is_made_once() {
+    // It is over before the program looks.
+    const SHORT: i32 = 3;
+    let axis = AxisId::FIRST;
+    let (long, short) = (order(), Order { travel: Travel::By(Distance::new(SHORT)), ..order() });
+    let lines: Vec<_> = Script::new(&[(axis, long)]).unwrap().collect();
+    let mut unsure = 0;
+    for from in 0..4 * BYTES {
+        let board = Shared(Rc::new(RefCell::new(VirtualLink::new(VirtualUno::new(), true))));
+        let mut session = Session::new(Box::new(board.clone()));
+        session.meet().unwrap();
+        session.begin(axis, &long, &lines, Some(0)).unwrap();
+        session.kill().unwrap();
+        assert_eq!(session.rest_position(axis).unwrap(), None);
+        let steps =
+            || i64::from(board.0.borrow_mut().board().board().motors().engine().report(0).position);
+        let before = steps();
+        let gap = Gap { line: board.clone(), from, read: 0 };
+        let said = say_order(&mut Session::new(Box::new(gap)), axis, &short);
+        let went = steps() - before;
+        assert!(went == i64::from(SHORT) || said.is_err() && went == 0, "{from}: {went}, {said:?}");
+        unsure += u32::from(said.is_err_and(|why| why.contains("moving: true")));
+    }
+    assert!((1..20).contains(&unsure), "{unsure} unsure");
 }

@@ -14,9 +14,9 @@ const AIM: u32 = 20_480;
 const FLASH: u32 = 30_720;
 /// The most RAM of a program, without its stack.
 const RAM: u32 = 1_229;
-/// The most RAM of the first example of a user's own firmware: three planners, each with both
-/// shapes of a ramp.
-const PLANNED: &str = "first-move";
+/// The most RAM of the examples of a user's own firmware: three planners, each with both shapes of a
+/// ramp.
+const PLANNED: [&str; 3] = ["first-move", "homing", "straight-line"];
 const PLANNED_RAM: u32 = 1_304;
 /// The most RAM of the controller, whose planner has both shapes of a ramp. A change of three axes
 /// takes 505 bytes of stack; the rig's `change` checks that some are left.
@@ -111,7 +111,7 @@ fn look(board: Board, program: &Program, built: &Built) -> Result<Vec<String>> {
         let flash = if for_new { ALONE } else { FLASH };
         let ram = match &*program.name {
             CONTROLLER => CONTROLLER_RAM,
-            PLANNED => PLANNED_RAM,
+            name if PLANNED.contains(&name) => PLANNED_RAM,
             STREAM => STREAM_RAM,
             _ if program.is_controller() => CYCLES_RAM,
             _ => RAM,

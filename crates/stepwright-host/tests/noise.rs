@@ -261,8 +261,7 @@ fn a_travel_from_an_unknown_place_is_made_once() {
         session.begin(axis, &long, &lines, Some(0)).unwrap();
         session.kill().unwrap();
         assert_eq!(session.rest_position(axis).unwrap(), None);
-        let steps =
-            || i64::from(board.0.borrow_mut().board().board().motors().engine().report(0).position);
+        let steps = || board.0.borrow_mut().board().board().motors().engine().report(0).position;
         let before = steps();
         let gap = Gap { line: board.clone(), from, read: 0 };
         let said = say_order(&mut Session::new(Box::new(gap)), axis, &short);

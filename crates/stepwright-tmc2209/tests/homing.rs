@@ -131,7 +131,7 @@ fn a_stall_within_the_least_distance_is_none() {
         assert!(off.abs() <= 2 * i64::from(FULL), "{off}");
         // Without a least distance, the false stall is taken for the stop.
         let hasty = StallHoming { least: 0, ..HOMING };
-        x.move_by(3_000).await.unwrap();
+        assert!(matches!(x.move_by(3_000).await.unwrap(), Outcome::Reached { .. }));
         chip.borrow_mut().false_stall = Some(bench.shafts.borrow().steps[0].len() + 300);
         assert_eq!(hasty.home(&mut x, driver, diag).await, Err(NotHomed::NoStall));
     });

@@ -41,9 +41,8 @@
 //!
 //! Timer 2 counts every eighth cycle, in phase with timer 1: the edges of the third axis come at
 //! the next multiple of 8 cycles. A wait of more than 1,791 cycles takes several turns of that
-//! timer, with a check at each. Whether a step is late is found 12 cycles later than on the other axes, and
-//! the count allows for that, but not for the 8 cycles: from 120,000 steps/s on an axis that
-//! moves alone may count as late where it is not.
+//! timer, with a check at each. Whether a step is late is found 12 cycles later than on the other axes: from
+//! 113,000 steps/s on an axis that moves alone may count as late where it is not.
 //!
 //! Simulators do not show two things, which need one check on real hardware with an oscilloscope:
 //! the phase of timer 2 (the first and the third axis at one speed, their edges 0 to 8 cycles

@@ -9,8 +9,8 @@ use crate::common::{board, chip, late_step, path_of_accel, rest, say, steps};
 const TOPS: [u32; 7] = [12_000, 21_000, 33_300, 48_000, 65_544, 90_877, 127_000];
 const ACCELS: [u32; 5] = [40_000, 110_695, 200_000, 320_000, 480_000];
 /// The highest speed at which an Uno counts no step of its third axis as late: timer 2 sees every
-/// eighth cycle.
-const THIRD: u32 = 120_000;
+/// eighth cycle, and is read 12 cycles later than by the other axes.
+const THIRD: u32 = 113_000;
 /// More of them: the last run of a ramp has an odd number of steps, some 30.
 const ODD: [(u32, u32); 5] =
     [(80_000, 480_000), (90_877, 459_509), (71_878, 233_722), (54_568, 41_450), (113_516, 294_276)];

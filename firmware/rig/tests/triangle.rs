@@ -28,7 +28,7 @@ const ACCEL: u32 = 40_000;
 /// same time: two runs have to be planned where the bench has one. At 36,000 some steps are late.
 const TWO_TOGETHER: u32 = 35_000;
 
-/// The same for three motors that end together: at the bench's 35,095 one step of the 200,000 of a
+/// The same for three motors that end together: at the bench's 35,007 one step of the 200,000 of a
 /// side is late, and also at 34,700.
 const THREE_TOGETHER: u32 = 34_000;
 

@@ -89,7 +89,6 @@ __vector_{vector2}:
     sub r24, r26
     lds r26, {tcnt}+1
     sbc r25, r26
-    adiw r24, 12 ; the timer is read that much later than by the other axes
     lds r26, sw_a2+{now}+{room}
     cp r24, r26
     lds r26, sw_a2+{now}+{room}+1
@@ -124,7 +123,7 @@ __vector_{vector2}:
     cbi sw_flags, sw_long
     rjmp .Lsw_serve2
     sw_rarely 2, sw_a2
-    sbiw r24, 4 ; 12 less, and so late may its match be: 8
+    adiw r24, 8 ; so late may its match be
     brmi 1f
     rjmp .Lsw_intime2
 1:  sw_drop2

@@ -8,6 +8,8 @@ use crate::units::Ticks;
 /// At intervals below this many ticks a group of a few steps would be over before the next one is
 /// prepared: such steps are joined with those that follow.
 const FAST: Ticks = 1 << 10;
+/// Steps at intervals below this come in groups as large as possible, in ticks: no more than two axes are as fast.
+const JOINED: Ticks = 300;
 pub(super) const FEW: u16 = 4;
 /// Steps are joined only if their intervals differ by less than this, in 2⁻¹⁶ ticks.
 const APART: u32 = 2 << 16;
@@ -205,7 +207,7 @@ impl Writer {
             return self.flat(count, to);
         }
         // Fast steps come in groups as large as possible, and those that are left over come first.
-        let mut odd = if self.part.first < FAST << 16 { 0 } else { count };
+        let mut odd = if self.part.first < JOINED << 16 { 0 } else { count };
         let (mut bits, mut most) = (0u8, LOOSE >> 2);
         while bits < 8 && odd & 1 == 0 && growth <= most {
             bits += 1;

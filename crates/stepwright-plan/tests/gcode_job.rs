@@ -296,17 +296,17 @@ fn an_error_ends_it_with_its_line() {
 
 #[test]
 fn what_a_board_cannot_do_is_said() {
-    // 10,000 steps/s of one axis, 5,000 of two together: 125 mm/s, and 31.25 each.
+    // 10,000 steps/s of all axes together: 125 mm/s of one, 62.5 mm/s each of two.
     assert_eq!(plan("G1 F7400 X100").refused, None);
     let found = plan("G1 F6000 X100\nG1 F9000 X200\nF600 X0").refused.unwrap();
     assert_eq!((found.line, found.axis), (2, 0));
     near(found.wanted, 12_000.0);
     near(found.most, 10_000.0);
     // The board is told the highest rate of each axis. X and Y need not be as fast at the same time.
-    let apart = plan("G1 F3000 X100\nF2900 Y100").refused.unwrap();
+    let apart = plan("G1 F6000 X100\nF5800 Y100").refused.unwrap();
     assert_eq!((apart.line, apart.axis), (1, 0));
-    assert!(plan("G1 F2600 X70 Y70").refused.is_none());
-    assert!(plan("G1 F2700 X70 Y70").refused.is_some());
+    assert!(plan("G1 F5200 X70 Y70").refused.is_none());
+    assert!(plan("G1 F5400 X70 Y70").refused.is_some());
 }
 
 /// A full circle of 20 mm in chords of 0.1 mm, from places of two digits.

@@ -273,7 +273,9 @@ impl JobRun {
 
     /// The board's progress at its present time.
     fn place(&self, now: u64) -> Place {
-        self.place_at(self.feeder.now(now).max(0.0))
+        // The board's clock goes on behind the end.
+        let end = self.job.ahead().job.time();
+        self.place_at(self.feeder.now(now).min(end).max(0.0))
     }
 
     /// The progress at the end of the run.

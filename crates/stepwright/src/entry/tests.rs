@@ -1,5 +1,5 @@
 extern crate std;
-use super::writer::FEW;
+use super::writer::{FEW, JOINED};
 use super::*;
 use crate::format::Alike;
 use crate::order::{Order, Travel};
@@ -166,8 +166,8 @@ proptest! {
         }
     }
 
-    /// At fast intervals no group is over before a step interrupt has prepared the next one: it has
-    /// more than a few steps, or lasts as long as a slow one.
+    /// Where at most two axes are as fast, no group is over before a step interrupt has prepared the
+    /// next one: it has more than a few steps, or lasts as long as one of slow steps.
     #[test]
     fn no_group_of_fast_steps_is_short(
         top in 8_000u32..128_000,
@@ -181,7 +181,9 @@ proptest! {
         // The last one is the last step of the travel.
         for (n, (_, events, wait)) in groups.iter().enumerate().take(groups.len() - 1) {
             let wait = wait >> 16;
-            let long = *events > u32::from(FEW) || events * wait >= 900;
+            // A run that begins above the bound may end a little below it.
+            let slow = wait >= JOINED - 20 || events * wait >= 900;
+            let long = *events > u32::from(FEW) || slow;
             prop_assert!(long, "group {} has {} steps of {} ticks", n, events, wait);
         }
     }

@@ -9,7 +9,7 @@ use crate::units::Ticks;
 /// prepared: such steps are joined with those that follow.
 const FAST: Ticks = 1 << 10;
 /// Steps at intervals below this come in groups as large as possible, in ticks: no more than two axes are as fast.
-const JOINED: Ticks = 300;
+pub(super) const JOINED: Ticks = 300;
 pub(super) const FEW: u16 = 4;
 /// Steps are joined only if their intervals differ by less than this, in 2⁻¹⁶ ticks.
 const APART: u32 = 2 << 16;

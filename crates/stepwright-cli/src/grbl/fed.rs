@@ -141,13 +141,13 @@ impl Fed {
         grbl: &mut Grbl<VirtualMill>,
     ) -> Result<(), Failure> {
         self.run = None;
-        self.drain(quiet)?;
+        self.board.hush(quiet);
         if state == FeedState::Lost {
             return Err(self.board.silent().into());
         }
         self.board.rest()?;
         // Drops the board's messages about its rest.
-        self.drain(QUIET)?;
+        self.board.hush(QUIET);
         let places = self.board.positions()?;
         self.seen = self.board.session.now();
         let counted = [0, 1, 2].map(|n| places[n].map(|place| place - self.zero[n]));
@@ -159,14 +159,6 @@ impl Fed {
             FeedState::Wrong => grbl.off_path(at, LOST, "Board refused a record, place known"),
             _ => grbl.off_path(at, LOST, "Board ran short: braked off the path, place known"),
         }
-        Ok(())
-    }
-
-    /// Drops the board's answers to frames: a part of one could be taken for a line.
-    fn drain(&mut self, quiet: Duration) -> Result<(), Failure> {
-        let mut buffer = [0; 256];
-        let gone = |error| Failure::new(format!("{}: {error}", self.board.name));
-        while self.board.session.link().read(&mut buffer, quiet).map_err(gone)? != 0 {}
         Ok(())
     }
 

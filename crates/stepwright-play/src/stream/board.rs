@@ -26,9 +26,8 @@ const AHEAD: u32 = 500_000;
 /// How often a kill is sent, and how long to wait for each answer.
 const KILLS: (usize, Duration) = (5, Duration::from_millis(300));
 
-/// The line is silent once nothing has come for the second time; the first is the most to wait for that.
+/// How long to wait at most until the line is quiet.
 const HUSH: Duration = Duration::from_secs(1);
-const QUIET: Duration = Duration::from_millis(100);
 
 /// How long to wait for a moving board to come to rest.
 const REST: Duration = Duration::from_secs(30);
@@ -149,11 +148,12 @@ impl StreamedBoard {
         Ok((places, word(&about, "late=").unwrap_or(0)))
     }
 
-    /// Drops the answers to frames under way, which would mix with those to text lines.
-    pub(crate) fn hush(&mut self) {
+    /// Drops the board's answers to frames, a part of which could be taken for a line, until it has been
+    /// quiet for this long, or has not been quiet for a second.
+    pub fn hush(&mut self, quiet: Duration) {
         let (link, mut buffer) = (self.session.link(), [0; 256]);
         let end = link.now() + HUSH;
-        while link.now() < end && link.read(&mut buffer, QUIET).is_ok_and(|count| count != 0) {}
+        while link.now() < end && link.read(&mut buffer, quiet).is_ok_and(|count| count != 0) {}
     }
 
     /// Stops all axes at once, even if the board is in the middle of a frame. Returns the result as
@@ -284,7 +284,11 @@ fn word(about: &str, name: &str) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
+    use stepwright_path::AxisPace;
+    use stepwright_plan::gcode::JobTerms;
+
     use super::*;
+    use crate::stream::PlayOrder;
 
     #[test]
     fn words_of_an_answer() {
@@ -294,5 +298,45 @@ mod tests {
         assert_eq!(word(about, "axis="), None);
         assert_eq!((stagger(about), stagger("stepwright-stream pico hz=15625000")), (75, 0));
         assert!(!can(about, Ability::Laser) && can("x y can=sum,laser", Ability::Laser));
+    }
+
+    /// A line whose time does not pass, and on which nothing comes.
+    struct Dead;
+
+    impl Link for Dead {
+        fn write(&mut self, _: &[u8]) -> io::Result<()> {
+            panic!("nothing is to be sent")
+        }
+        fn read(&mut self, _: &mut [u8], _: Duration) -> io::Result<usize> {
+            Ok(0)
+        }
+        fn now(&self) -> Duration {
+            Duration::ZERO
+        }
+        fn name(&self) -> String {
+            "uno".to_owned()
+        }
+    }
+
+    #[test]
+    fn a_board_without_a_laser_refuses_the_job_before_a_byte_is_sent() {
+        let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1e3, jump: 5.0, jerk: 1e9 };
+        let job = b"M3 S500\nG1 X1 F600\n";
+        let terms = JobTerms { laser: Some(1_000.0), ..JobTerms::default() };
+        let uno = stepwright_sim::Description::uno().board;
+        let plan = JobPlan::on(job.iter().copied(), [axis; 3], &terms, &uno, |_, _| ()).unwrap();
+        let mut board = StreamedBoard {
+            session: Session::new(Box::new(Dead)),
+            name: "uno".to_owned(),
+            hz: 16_000_000,
+            baud: 115_200,
+            stagger: 75,
+            laser: false,
+            places: [Some(0); 3],
+        };
+        let refused = board.play(job.to_vec(), [axis; 3], &plan, &mut &PlayOrder::default());
+        assert_eq!(refused.unwrap_err().message, "uno: this board has no output for a laser");
+        board.laser = true;
+        assert!(board.admits(&plan).is_ok());
     }
 }

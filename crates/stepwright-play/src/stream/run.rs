@@ -20,6 +20,8 @@ use crate::PlayError;
 /// The time between two reads of the line.
 pub const LOOK: Duration = Duration::from_millis(1);
 
+/// The answers to frames under way have come if the board is quiet for this long.
+const UNDER_WAY: Duration = Duration::from_millis(100);
 /// The time between two reports of the board's position.
 const REPORT: Duration = Duration::from_millis(20);
 /// The board is told of a rest this far ahead, in s.
@@ -101,7 +103,8 @@ impl StreamedBoard {
                 return Err(self.kill());
             }
             if run.is_called_off(wish) {
-                self.hush();
+                // Frames may still be under way.
+                self.hush(UNDER_WAY);
                 break;
             }
             let micros = |now: Duration| now.saturating_sub(begun).as_micros() as u64;

@@ -10,8 +10,8 @@ use crate::outcome::Outcome;
 
 /// An axis of [`Motors`].
 ///
-/// A move begins when its future is first polled. That future owns the axis until it has returned
-/// or is dropped: another move is refused as [busy](stepwright::Refusal::Busy) until then. **A
+/// A move begins when its future is first polled. That future owns the axis until it rests or the
+/// future is dropped: another move is refused as [busy](stepwright::Refusal::Busy) until then. **A
 /// future that is dropped on the way brakes its axis**: the axis comes to rest along its ramp,
 /// after the part that is planned already, and its position stays known. So the losers of a
 /// `select` stop, and so do the moves of a task that ends. The next move of such a braking axis
@@ -32,11 +32,12 @@ pub struct AsyncAxis<'a, 'q, E, const N: usize, const Q: usize = 8> {
 struct Owned<'a, 'q, E: Control, const N: usize, const Q: usize> {
     motors: &'a Motors<'q, E, N, Q>,
     axis: Axis<N>,
+    seat: usize,
 }
 
 impl<E: Control, const N: usize, const Q: usize> Drop for Owned<'_, '_, E, N, Q> {
     fn drop(&mut self) {
-        self.motors.release(self.axis);
+        self.motors.release(self.axis, self.seat);
     }
 }
 
@@ -126,16 +127,16 @@ impl<E: Control, const N: usize, const Q: usize> AsyncAxis<'_, '_, E, N, Q> {
                 return Poll::Pending;
             }
             if let Some((goal, order)) = order.take() {
-                if let Err(error) = motors.begin(axis, goal, order) {
-                    return Poll::Ready(Err(error));
+                match motors.begin(axis, goal, order) {
+                    Ok(seat) => owned = Some(Owned { motors, axis, seat }),
+                    Err(error) => return Poll::Ready(Err(error)),
                 }
-                owned = Some(Owned { motors, axis });
             }
-            if owned.is_none() {
+            let Some(own) = &owned else {
                 // The move has ended already: a finished future stays pending.
                 return Poll::Pending;
-            }
-            let ended = motors.poll_end(axis, context);
+            };
+            let ended = motors.poll_end(axis, own.seat, context);
             if ended.is_ready() {
                 owned = None;
             }

@@ -3,6 +3,7 @@
 use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use core::future::poll_fn;
+use core::mem;
 use core::pin::pin;
 use core::task::{Context, Poll};
 
@@ -21,8 +22,9 @@ use crate::waiters::Waiters;
 /// the planner ([`plan`](Motors::plan)); without it nothing moves.
 pub struct Motors<'q, E, const N: usize, const Q: usize = 8> {
     shared: RefCell<Shared<'q, E, N, Q>>,
-    /// Axes whose futures were dropped while `shared` was borrowed: they brake after the borrow.
-    released: Cell<AxisSet<N>>,
+    /// Axes whose futures were dropped while `shared` was borrowed, by seat: they brake after the
+    /// borrow.
+    released: Cell<[AxisSet<N>; SEATS]>,
     news: &'q News,
 }
 
@@ -32,15 +34,26 @@ struct Shared<'q, E, const N: usize, const Q: usize> {
     places: [Place; N],
 }
 
+/// The number of futures of one axis: one that moves it, and one that has not yet seen the end of
+/// the move before.
+const SEATS: usize = 2;
+
+/// The place of a future of an axis.
+#[derive(Clone, Copy)]
+enum Seat {
+    Free,
+    /// The future's move is under way.
+    Owns,
+    /// It has ended, and the future has not yet seen that.
+    Ended(Outcome),
+}
+
 /// The state of an axis for the tasks that wait for it.
 struct Place {
     /// The target of its move; `None` for a run.
     goal: Option<i64>,
-    /// Whether a future owns its move and has not yet seen the end.
-    owned: bool,
-    /// The outcome of that move, if it was noted because another move might begin after it.
-    ended: Option<Outcome>,
-    /// Whether its future was dropped during the move, so that the axis may still brake.
+    seats: [Seat; SEATS],
+    /// Whether it brakes because its future was dropped during the move.
     dropped: bool,
     /// The tasks that wait for its rest.
     waiters: Waiters,
@@ -48,27 +61,30 @@ struct Place {
 
 impl Place {
     const FREE: Place =
-        Place { goal: None, owned: false, ended: None, dropped: false, waiters: Waiters::NONE };
+        Place { goal: None, seats: [Seat::Free; SEATS], dropped: false, waiters: Waiters::NONE };
 
-    /// The outcome of its move, which has ended at this position.
-    fn outcome(&self, position: Option<i64>) -> Outcome {
-        match position {
+    /// Notes that its move has ended at this position, and wakes the tasks that wait for that.
+    fn end(&mut self, position: Option<i64>) {
+        self.dropped = false;
+        let outcome = match position {
             None => Outcome::Uncertain,
             Some(at) if self.goal == Some(at) => Outcome::Reached { at },
             Some(at) => Outcome::Stopped { at },
+        };
+        for seat in self.seats.iter_mut().filter(|seat| matches!(seat, Seat::Owns)) {
+            *seat = Seat::Ended(outcome);
         }
+        self.waiters.wake();
     }
 }
 
 impl<E: Control, const N: usize, const Q: usize> Shared<'_, E, N, Q> {
-    /// Notes which moves have ended, before others can begin without a future.
+    /// Notes which moves have ended, before others can begin or a position can change, and wakes the
+    /// tasks that wait for axes now at rest.
     fn settle(&mut self) {
         for (axis, place) in Axis::all().zip(&mut self.places) {
             if !self.steppers.is_moving(axis) {
-                place.dropped = false;
-                if place.owned && place.ended.is_none() {
-                    place.ended = Some(place.outcome(self.steppers.position(axis)));
-                }
+                place.end(self.steppers.position(axis));
             }
         }
     }
@@ -88,7 +104,7 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     ) -> Self {
         let steppers = Steppers::new(ByNews::new(engine, &board), feeds, board);
         let shared = RefCell::new(Shared { steppers, places: [Place::FREE; N] });
-        Motors { shared, released: Cell::new(AxisSet::NONE), news }
+        Motors { shared, released: Cell::new([AxisSet::NONE; SEATS]), news }
     }
 
     /// Plans ahead for all axes, for ever. Run it in a task of its own, or joined with the code
@@ -113,16 +129,11 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         })
     }
 
-    /// Plans at most one run, and wakes the tasks that wait for axes now at rest. Returns whether
-    /// there may be more to plan.
+    /// Plans at most one run. Returns whether there may be more to plan.
     fn plan_once(&self) -> bool {
-        let planned = self.ask(|Shared { steppers, places }| {
-            let more = steppers.poll() == Some(0);
-            for (axis, place) in Axis::all().zip(places) {
-                if !steppers.is_moving(axis) {
-                    place.waiters.wake();
-                }
-            }
+        let planned = self.ask(|shared| {
+            let more = shared.steppers.poll() == Some(0);
+            shared.settle();
             more
         });
         planned.unwrap_or(false)
@@ -141,13 +152,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     /// [`rest`](AsyncAxis::rest) waits for its end. The future of an earlier move still gets the
     /// outcome of its own move, whenever it is polled.
     pub fn with<R>(&self, ask: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> R) -> Option<R> {
-        let answer = self.ask(|shared| {
-            shared.settle();
-            ask(&mut shared.steppers)
-        });
         // It may have been an order.
-        self.news.tell();
-        answer
+        self.order(|shared| ask(&mut shared.steppers))
     }
 
     /// Brakes all axes along their ramps, as dropping their futures would. The positions stay
@@ -180,10 +186,15 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
 
     /// Borrows the shared state. `None` only within [`with`](Motors::with).
     fn ask<R>(&self, ask: impl FnOnce(&mut Shared<'q, E, N, Q>) -> R) -> Option<R> {
-        let answer = ask(&mut *self.shared.try_borrow_mut().ok()?);
+        let mut shared = self.shared.try_borrow_mut().ok()?;
+        shared.settle();
+        let answer = ask(&mut shared);
+        drop(shared);
         // A woken waker may have owned the last reference to its task.
-        for axis in self.released.take().iter() {
-            self.release(axis);
+        for (seat, axes) in self.released.take().into_iter().enumerate() {
+            for axis in axes.iter() {
+                self.release(axis, seat);
+            }
         }
         Some(answer)
     }
@@ -211,31 +222,33 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         self.order(|shared| order(&mut shared.steppers)).unwrap_or(Err(Refusal::Busy.into()))
     }
 
-    /// Begins a move to a goal, owned by a future.
+    /// Begins a move to a goal, owned by a future. Returns the seat of that future.
     pub(crate) fn begin(
         &self,
         axis: Axis<N>,
         goal: impl FnOnce(&Steppers<'q, ByNews<E>, N, Q>) -> Option<i64>,
         order: impl FnOnce(&mut Steppers<'q, ByNews<E>, N, Q>) -> Result<(), MoveError>,
-    ) -> Result<(), MoveError> {
+    ) -> Result<usize, MoveError> {
         let begun = self.order(|Shared { steppers, places }| {
-            let place = places.get_mut(axis.index()).filter(|place| !place.owned);
-            let place = place.ok_or(Refusal::Busy)?;
+            let place = places.get_mut(axis.index()).ok_or(Refusal::Busy)?;
+            let owned = place.seats.iter().any(|seat| matches!(seat, Seat::Owns));
+            let mut seats = place.seats.iter_mut().enumerate();
+            let free = seats.find(|(_, seat)| !owned && matches!(seat, Seat::Free));
+            let (number, seat) = free.ok_or(Refusal::Busy)?;
             let goal = goal(steppers);
             order(steppers)?;
-            (place.goal, place.owned) = (goal, true);
-            (place.ended, place.dropped) = (None, false);
-            Ok(())
+            *seat = Seat::Owns;
+            (place.goal, place.dropped) = (goal, false);
+            Ok(number)
         });
         begun.unwrap_or(Err(Refusal::Busy.into()))
     }
 
     /// Ready once an axis no longer brakes because of a dropped future.
     pub(crate) fn poll_braked(&self, axis: Axis<N>, context: &Context<'_>) -> Poll<()> {
-        let brakes = self.ask(|Shared { steppers, places }| {
+        let brakes = self.ask(|Shared { places, .. }| {
             let place = places.get_mut(axis.index())?;
-            let brakes = place.dropped && !place.owned && steppers.is_moving(axis);
-            brakes.then(|| place.waiters.add(context.waker()))
+            place.dropped.then(|| place.waiters.add(context.waker()))
         });
         if brakes.flatten().is_some() { Poll::Pending } else { Poll::Ready(()) }
     }
@@ -252,15 +265,22 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         changed.unwrap_or(Err(Refusal::Busy.into()))
     }
 
-    /// The outcome of an owned move, once it has ended.
-    pub(crate) fn poll_end(&self, axis: Axis<N>, context: &Context<'_>) -> Poll<Outcome> {
-        let ended = self.ask(|Shared { steppers, places }| {
+    /// The outcome of the move of the future at this seat, once it has ended.
+    pub(crate) fn poll_end(
+        &self,
+        axis: Axis<N>,
+        seat: usize,
+        context: &Context<'_>,
+    ) -> Poll<Outcome> {
+        let ended = self.ask(|Shared { places, .. }| {
             let place = places.get_mut(axis.index())?;
-            if place.ended.is_none() && steppers.is_moving(axis) {
-                place.waiters.add(context.waker());
-                return None;
+            match *place.seats.get(seat)? {
+                Seat::Ended(outcome) => Some(outcome),
+                _ => {
+                    place.waiters.add(context.waker());
+                    None
+                }
             }
-            Some(place.ended.unwrap_or_else(|| place.outcome(steppers.position(axis))))
         });
         ended.flatten().map_or(Poll::Pending, Poll::Ready)
     }
@@ -278,16 +298,14 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         rests.flatten().map_or(Poll::Pending, Poll::Ready)
     }
 
-    /// Ends a future's ownership of its move: an axis that still moves brakes.
-    pub(crate) fn release(&self, axis: Axis<N>) {
+    /// Frees the seat of a future: its axis brakes if it still moves.
+    pub(crate) fn release(&self, axis: Axis<N>, seat: usize) {
         let moved = self.ask(|Shared { steppers, places }| {
-            let place = places.get_mut(axis.index());
-            let ended = place.as_ref().is_none_or(|place| place.ended.is_some());
-            let moves = !ended && steppers.is_moving(axis);
-            if let Some(place) = place {
-                (place.owned, place.dropped) = (false, moves);
-            }
+            let Some(place) = places.get_mut(axis.index()) else { return false };
+            let Some(own) = place.seats.get_mut(seat) else { return false };
+            let moves = matches!(mem::replace(own, Seat::Free), Seat::Owns);
             if moves {
+                place.dropped = true;
                 steppers.stop(axis);
             }
             moves
@@ -295,7 +313,13 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
         match moved {
             Some(true) => self.news.tell(),
             Some(false) => {}
-            None => self.released.set(self.released.get() | axis),
+            None => {
+                let mut released = self.released.get();
+                if let Some(axes) = released.get_mut(seat) {
+                    *axes |= axis;
+                }
+                self.released.set(released);
+            }
         }
     }
 }

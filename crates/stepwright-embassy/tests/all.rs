@@ -3,5 +3,6 @@
 mod bench;
 
 mod drops;
+mod ends;
 mod moves;
 mod random;

@@ -57,11 +57,18 @@ struct Place {
     dropped: bool,
     /// The tasks that wait for its rest.
     waiters: Waiters,
+    /// Those that wait for its next move.
+    watchers: Waiters,
 }
 
 impl Place {
-    const FREE: Place =
-        Place { goal: None, seats: [Seat::Free; SEATS], dropped: false, waiters: Waiters::NONE };
+    const FREE: Place = Place {
+        goal: None,
+        seats: [Seat::Free; SEATS],
+        dropped: false,
+        waiters: Waiters::NONE,
+        watchers: Waiters::NONE,
+    };
 
     /// Notes that its move has ended at this position, and wakes the tasks that wait for that.
     fn end(&mut self, position: Option<i64>) {
@@ -80,11 +87,13 @@ impl Place {
 
 impl<E: Control, const N: usize, const Q: usize> Shared<'_, E, N, Q> {
     /// Notes which moves have ended, before others can begin or a position can change, and wakes the
-    /// tasks that wait for axes now at rest.
+    /// tasks that wait for axes now at rest, or now moving.
     fn settle(&mut self) {
         for (axis, place) in Axis::all().zip(&mut self.places) {
             if !self.steppers.is_moving(axis) {
                 place.end(self.steppers.position(axis));
+            } else {
+                place.watchers.wake();
             }
         }
     }
@@ -177,6 +186,25 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
             shared.steppers.stop(axes);
             shared.steppers.mark_unknown(axes);
         });
+    }
+
+    /// Waits until one of these axes moves, whoever moves it.
+    pub fn motion(&self, axes: impl Into<AxisSet<N>>) -> impl Future<Output = ()> {
+        let axes = axes.into();
+        poll_fn(move |context| {
+            let moves = self.ask(|Shared { steppers, places }| {
+                for (axis, place) in Axis::all().zip(places) {
+                    if axes.contains(axis) {
+                        if steppers.is_moving(axis) {
+                            return true;
+                        }
+                        place.watchers.add(context.waker());
+                    }
+                }
+                false
+            });
+            if moves == Some(true) { Poll::Ready(()) } else { Poll::Pending }
+        })
     }
 
     /// The number of late steps of all axes: see [`Steppers::late`].

@@ -54,6 +54,29 @@ fn the_end_of_a_move_is_heard_before_that_of_the_next() {
     });
 }
 
+/// A task that waits for motion sleeps until an axis moves.
+#[test]
+fn the_next_move_of_an_axis_is_awaited() {
+    with(|bench, motors| {
+        let seen = std::cell::Cell::new(None);
+        let watch = async {
+            motors.motion(Axis::X | Axis::Y).await;
+            seen.set(Some(bench.time.now()));
+            assert!(motors.axis(Axis::Y).is_moving());
+            motors.motion(Axis::Y).await; // it moves
+        };
+        let moves = async {
+            _ = motors.axis(Axis::Z).move_to(50).await;
+            bench.after(1_000).await;
+            assert_eq!(seen.get(), None, "Z is none of them");
+            let began = bench.time.now();
+            assert!(motors.axis(Axis::Y).move_to(50).await.is_ok());
+            assert_eq!(seen.get(), Some(began));
+        };
+        bench.run(motors, [Box::pin(watch) as _, Box::pin(moves) as _]);
+    });
+}
+
 /// The outcome is that at the end of the move.
 #[test]
 fn what_is_changed_after_a_move_does_not_change_its_outcome() {

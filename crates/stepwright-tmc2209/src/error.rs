@@ -19,8 +19,10 @@ pub enum DriverError<E> {
     OtherChip(u8),
     /// The driver can't do what was requested.
     Range(OutOfRange),
-    /// The driver was not set up.
+    /// The driver was not set up, or not to the end.
     NotSetUp,
+    /// The driver lost its settings while it was set up.
+    Reset,
 }
 
 impl<E> From<OutOfRange> for DriverError<E> {
@@ -44,6 +46,9 @@ impl<E: fmt::Debug> fmt::Display for DriverError<E> {
             }
             DriverError::Range(range) => range.fmt(f),
             DriverError::NotSetUp => f.write_str("the driver is not set up: call set_up"),
+            DriverError::Reset => {
+                f.write_str("the driver was reset while it was set up: look at its power")
+            }
         }
     }
 }
@@ -61,7 +66,7 @@ pub enum NotHomed<E, P> {
     TooSoon,
     /// The axis was stopped from elsewhere.
     Stopped,
-    /// The driver raised DIAG because of a fault.
+    /// The driver has a fault, or had one; it may have raised DIAG because of that.
     Faulty(DriverFaults),
     /// A move was refused.
     Move(MoveError),

@@ -59,7 +59,9 @@ impl StallHoming {
     ///
     /// # Errors
     /// [`NotHomed`]. The axis rests, its position is unknown, its limits and the current are as
-    /// before. The error is [`Unfit::TooLong`], before anything has moved, if `most`, twice `least`
+    /// before. Nothing moves if the driver reports a fault that
+    /// [lets the motor go](crate::DriverFaults::lets_go), past ones too: see
+    /// [`forget_faults`](Tmc2209::forget_faults). The error is [`Unfit::TooLong`], before anything has moved, if `most`, twice `least`
     /// or twice `back_off` exceeds the longest travel of 2³¹ − 1 steps.
     pub async fn home<E, U, D, P, const N: usize, const Q: usize>(
         &self,
@@ -74,6 +76,10 @@ impl StallHoming {
         P: Wait,
     {
         axis.rest().await;
+        if let Err(error) = no_fault(driver).await {
+            axis.mark_unknown();
+            return Err(error);
+        }
         let limits = axis.limits();
         let set = driver.set_run_current(self.milliamps).await;
         let mut homed = set.map_err(NotHomed::Driver);
@@ -155,10 +161,7 @@ impl StallHoming {
             Either::First(Err(error)) => Err(NotHomed::Move(error)),
             Either::Second(Err(error)) => Err(NotHomed::Pin(error)),
             Either::Second(Ok(())) => {
-                let faults = driver.faults().await?;
-                if faults.lets_go() {
-                    return Err(NotHomed::Faulty(faults));
-                }
+                no_fault(driver).await?;
                 Ok(made.map_or(0, i64::abs))
             }
         }
@@ -175,6 +178,14 @@ impl StallHoming {
             _ => Err(NotHomed::Stopped),
         }
     }
+}
+
+/// Checks that the driver holds the motor, and has its settings.
+async fn no_fault<U: Read + Write, D: DelayNs, P>(
+    driver: &mut Tmc2209<U, D>,
+) -> Result<(), NotHomed<U::Error, P>> {
+    let faults = driver.faults().await?;
+    if faults.lets_go() { Err(NotHomed::Faulty(faults)) } else { Ok(()) }
 }
 
 /// The steps of a travel in either direction.

@@ -1,5 +1,9 @@
 //! A driver on its UART: reads registers, and writes them with confirmation.
 
+use core::future::pending;
+use core::task::Poll;
+
+use embassy_futures::poll_once;
 use embassy_futures::select::{Either, select};
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{Read, Write};
@@ -55,14 +59,21 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
     /// [`DriverError::Line`], [`DriverError::Silent`]
     pub async fn read<R: ReadableRegister>(&mut self) -> Result<R, DriverError<U::Error>> {
         let request = ReadRequest::new::<R>(self.address);
+        let mut failed = DriverError::Silent;
         for _ in 0..ATTEMPTS {
+            self.drop_old();
             self.send(request.bytes()).await?;
             match select(answer::<R, U>(&mut self.line), self.delay.delay_ms(ANSWER_MS)).await {
-                Either::First(answer) => return answer.map_err(DriverError::Line),
-                Either::Second(()) => {}
+                Either::First(Ok(answer)) => return Ok(answer),
+                Either::First(Err(error)) => {
+                    failed = DriverError::Line(error);
+                    // The answer may still come.
+                    self.delay.delay_ms(ANSWER_MS).await;
+                }
+                Either::Second(()) => failed = DriverError::Silent,
             }
         }
-        Err(DriverError::Silent)
+        Err(failed)
     }
 
     /// Writes a register, and checks that the driver took it.
@@ -86,6 +97,12 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         Err(DriverError::NotTaken)
     }
 
+    /// Drops what came too late, or for a request whose future was dropped.
+    fn drop_old(&mut self) {
+        let mut buffer = [0; ReadResponse::LEN_BYTES];
+        while let Poll::Ready(Ok(1..)) = poll_once(self.line.read(&mut buffer)) {}
+    }
+
     async fn send(&mut self, bytes: &[u8]) -> Result<(), DriverError<U::Error>> {
         self.line.write_all(bytes).await.map_err(DriverError::Line)?;
         self.line.flush().await.map_err(DriverError::Line)
@@ -97,6 +114,10 @@ async fn answer<R: ReadableRegister, U: Read>(line: &mut U) -> Result<R, U::Erro
     let (mut reader, mut buffer) = (Reader::default(), [0; ReadResponse::LEN_BYTES]);
     loop {
         let count = line.read(&mut buffer).await?;
+        if count == 0 {
+            // The line has ended.
+            return pending().await;
+        }
         let mut bytes = buffer.get(..count).unwrap_or_default();
         while !bytes.is_empty() {
             let (used, answer) = reader.read_response(bytes);

@@ -120,7 +120,7 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
     ///
     /// # Errors
     /// [`DriverError`]. A range error is returned before anything is written. After any other, the
-    /// registers not reached yet keep their settings.
+    /// registers not reached yet keep their settings, and the driver counts as not set up.
     pub async fn set_up(&mut self, setup: &DriverSetup) -> Result<(), DriverError<U::Error>> {
         let scale = Scale::reaching(setup.run, setup.sense_milliohms);
         let mut currents = reg::IHOLD_IRUN::default();
@@ -133,6 +133,13 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         if version != VERSION {
             return Err(DriverError::OtherChip(version));
         }
+        self.scale = None;
+        self.forget_faults().await?;
+        let mut answers = reg::SLAVECONF::default();
+        // Three times 8 bits after the request. With less, other drivers on the wire may take the
+        // answer for a fault of the line.
+        answers.set_send_delay(2);
+        self.write(answers).await?;
         let mut general = reg::GCONF::default();
         general.set_i_scale_analog(false);
         general.set_en_spread_cycle(false);
@@ -160,7 +167,10 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
         self.write(reg::COOLCONF(0)).await?;
         self.write(reg::SGTHRS(setup.stall.into())).await?;
         self.write(reg::TCOOLTHRS(stall_ticks)).await?;
-        self.forget_faults().await?;
+        // What was written before a reset is lost, and the counter of writes begins again.
+        if self.read::<reg::GSTAT>().await?.reset() {
+            return Err(DriverError::Reset);
+        }
         (self.scale, self.currents) = (Some(scale), currents);
         Ok(())
     }
@@ -181,8 +191,9 @@ impl<U: Read + Write, D: DelayNs> Tmc2209<U, D> {
     /// Restores the current of the set-up.
     ///
     /// # Errors
-    /// Those of [`write`](Tmc2209::write).
+    /// [`DriverError::NotSetUp`], and those of [`write`](Tmc2209::write).
     pub async fn restore_current(&mut self) -> Result<(), DriverError<U::Error>> {
+        self.scale.ok_or(DriverError::NotSetUp)?;
         self.write(self.currents).await
     }
 

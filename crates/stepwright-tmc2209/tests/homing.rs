@@ -12,7 +12,8 @@ use stepwright::{Accel, Axis, AxisLimits, MoveError, Speed};
 use stepwright_embassy::Outcome;
 use stepwright_sim::HardStop;
 use stepwright_tmc2209::{
-    DriverAddress, DriverFault, DriverSetup, NotHomed, StallHoming, Tmc2209, brake_on_alarm,
+    DriverAddress, DriverError, DriverFault, DriverSetup, NotHomed, StallHoming, Tmc2209,
+    brake_on_alarm,
 };
 
 /// Microsteps per full step, and steps per electrical period.
@@ -194,6 +195,34 @@ fn a_fault_is_no_stall() {
     });
 }
 
+/// A driver that has lost its settings detects no stall: it is not driven against the stop.
+#[test]
+fn a_driver_that_was_reset_is_not_homed() {
+    with(HardStop::below(0, 5_000, PERIOD), async |bench, motors, chip, driver, diag| {
+        chip.borrow_mut().registers = Chip::at_power_up();
+        let mut x = motors.axis(Axis::X);
+        let Err(NotHomed::Faulty(faults)) = HOMING.home(&mut x, driver, diag).await else {
+            panic!("homed")
+        };
+        assert!(faults.has(DriverFault::Reset));
+        assert_eq!((x.position(), bench.shafts.borrow().steps[0].len()), (None, 0));
+        assert_eq!(chip.borrow().registers, Chip::at_power_up());
+    });
+}
+
+/// Nor is one that was never set up, and its current stays.
+#[test]
+fn a_driver_that_was_not_set_up_is_not_homed() {
+    with(HardStop::below(0, 5_000, PERIOD), async |bench, motors, chip, _, diag| {
+        let wire = Wire(Rc::clone(&chip), Rc::clone(&bench.around));
+        let mut other = Tmc2209::new(wire, Delay(Rc::clone(&bench.around)), DriverAddress::A0);
+        let before = chip.borrow().registers[model::IHOLD_IRUN];
+        let homed = HOMING.home(&mut motors.axis(Axis::X), &mut other, diag).await;
+        assert_eq!(homed, Err(NotHomed::Driver(DriverError::NotSetUp)));
+        assert_eq!(chip.borrow().registers[model::IHOLD_IRUN], before);
+    });
+}
+
 /// Stopping the axis stops its homing.
 #[test]
 fn homing_is_stopped_and_dropped() {
@@ -244,6 +273,31 @@ fn an_alarm_brakes_and_forgets() {
             assert!(steps.len() < 7_000, "{}", steps.len());
         });
     }
+}
+
+/// Also moves that begin while DIAG is high already.
+#[test]
+fn a_move_that_begins_during_an_alarm_brakes() {
+    with(HardStop::above(90_000, 0, PERIOD), async |bench, motors, chip, _, diag| {
+        chip.borrow_mut().registers[DRV_STATUS] |= 1 << 2;
+        let mut x = motors.axis(Axis::X);
+        let work = async {
+            for round in 0..3 {
+                bench.after(500).await;
+                x.set_position(0).unwrap();
+                assert_eq!(x.move_to(9_000).await, Ok(Outcome::Uncertain), "{round}");
+                let made = bench.shafts.borrow().at[0];
+                assert!(made < 300 * (round + 1), "{made} steps in {round}");
+            }
+            // The alarm has ended.
+            chip.borrow_mut().registers[DRV_STATUS] = 0;
+            bench.after(500).await;
+            x.set_position(0).unwrap();
+            assert_eq!(x.move_to(1_000).await, Ok(Outcome::Reached { at: 1_000 }));
+        };
+        let watch = brake_on_alarm(motors, Axis::X | Axis::Y, diag);
+        assert!(matches!(select(work, watch).await, Either::First(())));
+    });
 }
 
 proptest! {

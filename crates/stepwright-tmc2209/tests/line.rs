@@ -5,7 +5,8 @@ use std::rc::Rc;
 
 use crate::bench;
 use crate::model::{
-    CHOPCONF, Chip, DRV_STATUS, Delay, GCONF, GSTAT, IHOLD_IRUN, IOIN, SGTHRS, TCOOLTHRS, Wire, crc,
+    CHOPCONF, Chip, DRV_STATUS, Delay, Framing, GCONF, GSTAT, IFCNT, IHOLD_IRUN, IOIN, SGTHRS,
+    SLAVECONF, TCOOLTHRS, Wire, crc,
 };
 use stepwright::Speed;
 use stepwright_tmc2209::{DriverAddress, DriverError, DriverFault, DriverSetup, Tmc2209};
@@ -32,7 +33,8 @@ const SETUP: DriverSetup =
 
 /// The registers of `SETUP`, computed by hand: 0.180 V / 0.13 Ω / √2 = 979 mA in 32 steps, so 800
 /// mA are 26 steps and 400 mA 13; 12 MHz · 16 / 256 / 2,000 Hz = 375.
-const WRITTEN: [(usize, u32); 6] = [
+const WRITTEN: [(usize, u32); 7] = [
+    (SLAVECONF, 2 << 8), // several drivers on a wire need 2 at least
     (GCONF, 1 << 6 | 1 << 7 | 1 << 8),
     (IHOLD_IRUN, 12 | 25 << 8 | 8 << 16),
     (CHOPCONF, 3 | 5 << 4 | 2 << 15 | 1 << 17 | 4 << 24 | 1 << 28),
@@ -88,9 +90,10 @@ fn a_spoiled_byte_is_made_good() {
     with(&clean, async |driver| driver.set_up(&SETUP).await.unwrap());
     let bytes = clean.borrow().passed;
     assert!(bytes > 200);
-    for spoiled in 0..bytes {
+    for (spoiled, framing) in (0..bytes).flat_map(|byte| [(byte, false), (byte, true)]) {
         let chip = chip();
         chip.borrow_mut().spoiled = Some(spoiled);
+        chip.borrow_mut().framing = framing;
         with(&chip, async |driver| driver.set_up(&SETUP).await.unwrap());
         for (register, value) in WRITTEN {
             assert_eq!(chip.borrow().registers[register], value, "byte {spoiled}: {register:#x}");
@@ -105,6 +108,7 @@ fn who_does_not_answer_or_obey_is_told() {
     with(&silent, async |driver| {
         assert_eq!(driver.set_up(&SETUP).await, Err(DriverError::Silent));
         assert_eq!(driver.set_run_current(100).await, Err(DriverError::NotSetUp));
+        assert_eq!(driver.restore_current().await, Err(DriverError::NotSetUp));
     });
     let deaf = chip();
     deaf.borrow_mut().deaf = true;
@@ -116,6 +120,86 @@ fn who_does_not_answer_or_obey_is_told() {
     with(&other, async |driver| {
         assert_eq!(driver.set_up(&SETUP).await, Err(DriverError::OtherChip(0x30)));
     });
+}
+
+/// A line that is out of order is an error, and no endless loop.
+#[test]
+fn a_line_that_fails_or_ends_is_told() {
+    let broken = chip();
+    broken.borrow_mut().broken = true;
+    with(&broken, async |driver| {
+        assert_eq!(driver.set_up(&SETUP).await, Err(DriverError::Line(Framing)));
+    });
+    let ended = chip();
+    ended.borrow_mut().ended = true;
+    with(&ended, async |driver| {
+        assert_eq!(driver.set_up(&SETUP).await, Err(DriverError::Silent));
+    });
+}
+
+/// Answers that came after their time, or for a future that was dropped, are no answers to later
+/// requests.
+#[test]
+fn old_answers_are_dropped() {
+    let chip = chip();
+    with(&chip, async |driver| {
+        driver.set_up(&SETUP).await.unwrap();
+        for _ in 0..5 {
+            chip.borrow_mut().answer(IFCNT);
+        }
+        let before = chip.borrow().registers[IFCNT];
+        assert_eq!(driver.set_run_current(500).await, Ok(()));
+        assert_eq!(chip.borrow().registers[IFCNT], before + 1);
+    });
+}
+
+/// Wherever a second set-up fails, the motor's current is never above the one requested later.
+#[test]
+fn a_failed_set_up_leaves_no_old_scale() {
+    let low = SETUP;
+    let high = DriverSetup::new(110, 1_500);
+    for (first, second) in [(low, high), (high, low)] {
+        for writes in 0..10 {
+            let chip = chip();
+            with(&chip, async |driver| {
+                driver.set_up(&first).await.unwrap();
+                chip.borrow_mut().silent_in = Some(writes);
+                assert_eq!(driver.set_up(&second).await, Err(DriverError::Silent));
+                chip.borrow_mut().silent = false;
+                let set = driver.set_run_current(700).await;
+                let real = chip.borrow().milliamps();
+                assert!(set == Err(DriverError::NotSetUp) || real <= 700, "{writes}: {real} mA");
+                assert_eq!(driver.restore_current().await, Err(DriverError::NotSetUp));
+                driver.set_up(&second).await.unwrap();
+                assert_eq!(driver.set_run_current(700).await, Ok(()));
+                assert!((640..=700).contains(&chip.borrow().milliamps()));
+            });
+        }
+    }
+}
+
+/// A chip that loses its settings during its set-up is not taken for one that is set up.
+#[test]
+fn a_reset_during_the_set_up_is_told() {
+    let mut told = 0;
+    for writes in 0..20 {
+        let chip = chip();
+        chip.borrow_mut().reset_in = Some(writes);
+        with(&chip, async |driver| match driver.set_up(&SETUP).await {
+            Ok(()) => {
+                for (register, value) in WRITTEN {
+                    let real = chip.borrow().registers[register];
+                    assert_eq!(real, value, "reset in write {writes}: {register:#x}");
+                }
+            }
+            Err(error) => {
+                assert_eq!(error, DriverError::Reset);
+                assert_eq!(driver.set_run_current(500).await, Err(DriverError::NotSetUp));
+                told += 1;
+            }
+        });
+    }
+    assert!(told > 5, "{told}");
 }
 
 /// Refused before anything is written.

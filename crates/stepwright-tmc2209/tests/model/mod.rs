@@ -12,13 +12,14 @@ use std::task::{Poll, Waker};
 
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::digital::Wait;
-use embedded_io_async::{ErrorType, Read, Write};
+use embedded_io_async::{Error, ErrorKind, ErrorType, Read, Write};
 
 use super::bench::Around;
 
 pub const GCONF: usize = 0x00;
 pub const GSTAT: usize = 0x01;
 pub const IFCNT: usize = 0x02;
+pub const SLAVECONF: usize = 0x03;
 pub const IOIN: usize = 0x06;
 pub const IHOLD_IRUN: usize = 0x10;
 pub const TCOOLTHRS: usize = 0x14;
@@ -44,14 +45,41 @@ pub fn crc(bytes: &[u8]) -> u8 {
     bits[length..].iter().fold(0, |crc, bit| crc << 1 | u8::from(*bit))
 }
 
+/// An error of the computer's end of the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Framing;
+
+impl std::fmt::Display for Framing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("framing")
+    }
+}
+
+impl std::error::Error for Framing {}
+
+impl Error for Framing {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::Other
+    }
+}
+
 pub struct Chip {
     pub registers: [u32; 128],
     address: u8,
-    outgoing: VecDeque<u8>,
+    outgoing: VecDeque<Result<u8, Framing>>,
     readers: Vec<Waker>,
     /// Bytes that have passed the wire in either direction, and the number of the byte to corrupt.
     pub passed: usize,
     pub spoiled: Option<usize>,
+    /// Whether the computer's end notices that as an error.
+    pub framing: bool,
+    /// Whether each look at the line is an error, or says that it has ended.
+    pub broken: bool,
+    pub ended: bool,
+    /// The number of writes before one in which the chip is reset.
+    pub reset_in: Option<usize>,
+    /// The number of writes before the chip is absent.
+    pub silent_in: Option<usize>,
     /// Whether the chip is absent, and whether it ignores writes.
     pub silent: bool,
     pub deaf: bool,
@@ -64,18 +92,18 @@ pub struct Chip {
 
 impl Chip {
     pub fn new(address: u8) -> Chip {
-        let mut registers = [0; 128];
-        registers[GSTAT] = 1;
-        registers[IOIN] = 0x21 << 24;
-        registers[IHOLD_IRUN] = 31 << 8;
-        registers[CHOPCONF] = 0x1000_0053;
         Chip {
-            registers,
+            registers: Chip::at_power_up(),
             address,
             outgoing: VecDeque::new(),
             readers: Vec::new(),
             passed: 0,
             spoiled: None,
+            framing: false,
+            broken: false,
+            ended: false,
+            reset_in: None,
+            silent_in: None,
             silent: false,
             deaf: false,
             false_stall: None,
@@ -84,10 +112,47 @@ impl Chip {
         }
     }
 
+    pub fn at_power_up() -> [u32; 128] {
+        let mut registers = [0; 128];
+        registers[GSTAT] = 1;
+        registers[IOIN] = 0x21 << 24;
+        registers[IHOLD_IRUN] = 31 << 8;
+        registers[CHOPCONF] = 0x1000_0053;
+        registers
+    }
+
+    /// Puts a byte on the wire. Returns what the chip hears.
     fn on_wire(&mut self, byte: u8) -> u8 {
         let spoiled = self.spoiled == Some(self.passed);
         self.passed += 1;
-        if spoiled { byte ^ 0x10 } else { byte }
+        let heard = if spoiled { byte ^ 0x10 } else { byte };
+        // One wire: the sender hears itself.
+        self.outgoing.push_back(if spoiled && self.framing { Err(Framing) } else { Ok(heard) });
+        heard
+    }
+
+    /// Sends the value of a register.
+    pub fn answer(&mut self, register: usize) {
+        let mut answer = vec![0x05, 0xFF, register as u8];
+        answer.extend(self.registers[register].to_be_bytes());
+        answer.push(crc(&answer));
+        for byte in answer {
+            self.on_wire(byte);
+        }
+    }
+
+    /// The current in mA (rms) of a motor that moves, at 0.11 Ω.
+    pub fn milliamps(&self) -> u32 {
+        let full = if self.registers[CHOPCONF] >> 17 & 1 != 0 { 180.0 } else { 325.0 };
+        let steps = f64::from((self.registers[IHOLD_IRUN] >> 8 & 31) + 1);
+        (steps / 32.0 * full / 0.13 / 2f64.sqrt()) as u32
+    }
+
+    /// Counts down to an event at a write.
+    fn due(count: &mut Option<usize>) -> bool {
+        let now = *count == Some(0);
+        *count = count.and_then(|count| count.checked_sub(1));
+        now
     }
 
     /// Receives a datagram, after a pause.
@@ -101,15 +166,9 @@ impl Chip {
         }
         let register = usize::from(rest[2] & 0x7F);
         match (rest[2] >> 7, bytes.len()) {
-            (0, 4) => {
-                let mut answer = vec![0x05, 0xFF, register as u8];
-                answer.extend(self.registers[register].to_be_bytes());
-                answer.push(crc(&answer));
-                for byte in answer {
-                    let byte = self.on_wire(byte);
-                    self.outgoing.push_back(byte);
-                }
-            }
+            (0, 4) => self.answer(register),
+            (1, 8) if Chip::due(&mut self.reset_in) => self.registers = Chip::at_power_up(),
+            (1, 8) if Chip::due(&mut self.silent_in) => self.silent = true,
             (1, 8) if !self.deaf => {
                 let value = u32::from_be_bytes([rest[3], rest[4], rest[5], rest[6]]);
                 match register {
@@ -132,19 +191,35 @@ impl Chip {
 pub struct Wire(pub Rc<RefCell<Chip>>, pub Rc<Around>);
 
 impl ErrorType for Wire {
-    type Error = Infallible;
+    type Error = Framing;
 }
 
 impl Read for Wire {
-    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Framing> {
         poll_fn(|context| {
             let mut chip = self.0.borrow_mut();
-            let count = buffer.len().min(chip.outgoing.len());
-            if count == 0 {
+            if chip.broken {
+                return Poll::Ready(Err(Framing));
+            }
+            if chip.ended {
+                return Poll::Ready(Ok(0));
+            }
+            let Some(first) = chip.outgoing.front().copied() else {
                 chip.readers.push(context.waker().clone());
                 return Poll::Pending;
+            };
+            if let Err(error) = first {
+                chip.outgoing.pop_front();
+                return Poll::Ready(Err(error));
             }
-            buffer.iter_mut().zip(chip.outgoing.drain(..count)).for_each(|(to, from)| *to = from);
+            let mut count = 0;
+            while count < buffer.len()
+                && let Some(&Ok(byte)) = chip.outgoing.front()
+            {
+                buffer[count] = byte;
+                chip.outgoing.pop_front();
+                count += 1;
+            }
             Poll::Ready(Ok(count))
         })
         .await
@@ -152,17 +227,15 @@ impl Read for Wire {
 }
 
 impl Write for Wire {
-    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Framing> {
         let mut chip = self.0.borrow_mut();
         chip.now = self.1.time.now();
         let bytes: Vec<u8> = bytes.iter().map(|byte| chip.on_wire(*byte)).collect();
-        // One wire: the sender hears itself.
-        chip.outgoing.extend(&bytes);
         chip.receive(&bytes);
         chip.readers.drain(..).for_each(Waker::wake);
         Ok(bytes.len())
     }
-    async fn flush(&mut self) -> Result<(), Infallible> {
+    async fn flush(&mut self) -> Result<(), Framing> {
         Ok(())
     }
 }

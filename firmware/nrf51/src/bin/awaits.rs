@@ -55,13 +55,20 @@ fn moves(motors: &Motors<'_, impl Control, 3>) -> Result<(), MoveError> {
         if run.as_mut().poll(&mut Context::from_waker(Waker::noop())).is_pending() {
             let mut other = motors.axis(Axis::Y);
             other.set_top_speed(Speed::of::<200>())?;
+            wait(plan.as_mut(), pin!(motors.motion(Axis::Y)));
             let _ = wait(plan.as_mut(), pin!(other.stop()));
         }
         let _ = wait(plan.as_mut(), run)?;
     }
     motors.fault(Axis::Z);
+    motors.kill(Axis::Z);
+    motors.stop();
+    if motors.axis(Axis::Z).retarget(5).is_ok() || motors.with(|all| all.any_moving()) == Some(true)
+    {
+        return Err(MoveError::PositionUnknown);
+    }
     y.set_position(-2)?;
-    wait(plan.as_mut(), pin!(y.move_by(2)))?;
+    let _ = wait(plan.as_mut(), pin!(y.move_by(2)))?;
     drop(y.move_to(0)); // never polled
     wait(plan.as_mut(), pin!(y.rest()));
     Ok(())

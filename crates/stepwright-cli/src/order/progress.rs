@@ -93,6 +93,44 @@ fn fitting(wordings: &[&str], width: usize) -> String {
     }
 }
 
+/// Measures a speed by the times of steps.
+struct Pace {
+    last: i64,
+    /// When the position was first seen at its last values.
+    steps: VecDeque<(Duration, i64)>,
+}
+
+impl Pace {
+    /// A motor that rests at `from`.
+    fn new(from: i64) -> Pace {
+        Pace { last: from, steps: VecDeque::new() }
+    }
+
+    /// The speed over the last moment in steps/s, positive forward; `None` before the second step.
+    fn see(&mut self, time: Duration, position: i64) -> Option<f64> {
+        if position != self.last {
+            self.last = position;
+            self.steps.push_back((time, position));
+        }
+        let (begun, end) = *self.steps.back()?;
+        // Drops the oldest steps while the others suffice for a measurement.
+        while let Some((then, there)) = self.steps.get(1) {
+            let past = begun.saturating_sub(*then);
+            let enough = past >= WINDOW && end.abs_diff(*there) >= STEPS;
+            if !enough && past < LONGEST {
+                break;
+            }
+            self.steps.pop_front();
+        }
+        let (then, there) = *self.steps.front()?;
+        let past = begun.saturating_sub(then).as_secs_f64();
+        let measured = (past > 0.0).then(|| end.saturating_sub(there) as f64 / past)?;
+        // No faster than a step since the last one.
+        let most = 1.0 / time.saturating_sub(begun).as_secs_f64();
+        Some(measured.clamp(-most, most))
+    }
+}
+
 /// The progress of a motion.
 pub struct Progress {
     line: Line,
@@ -100,7 +138,7 @@ pub struct Progress {
     course: Option<Course>,
     aim: Aim,
     from: i64,
-    sights: VecDeque<(Duration, i64)>,
+    pace: Pace,
     braking: bool,
 }
 
@@ -116,7 +154,7 @@ impl Progress {
             course: motion.course(),
             aim: Aim::of(&motion.order, from),
             from,
-            sights: VecDeque::new(),
+            pace: Pace::new(from),
             braking: false,
         }
     }
@@ -137,53 +175,38 @@ impl Progress {
             self.aim.change(line);
         }
         let Some(position) = sight.position else { return };
-        let measured = self.speed(sight.time, position);
-        let speed = self.lawful(position).filter(|_| !self.braking).unwrap_or(measured);
+        let measured = self.pace.see(sight.time, position);
+        let speed = self.lawful(position).filter(|_| !self.braking).or(measured);
         self.tell(position, speed);
     }
 
-    fn tell(&mut self, position: i64, speed: f64) {
+    fn tell(&mut self, position: i64, speed: Option<f64>) {
         let done = position.abs_diff(self.from);
-        let left = match self.left(position, speed) {
+        let left = match self.left(position, speed.unwrap_or(0.0)) {
             _ if self.braking => "  braking".to_owned(),
             Some(left) if left < 100.0 => format!("  {left:.1} s left"),
             Some(left) => format!("  {} left", seconds(left)),
             None => String::new(),
         };
-        let size = speed.abs();
-        let speed = if size < 10.0 && size > 0.0 {
-            format!("{size:.3}").trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            format!("{size:.0}")
-        };
-        let plain = format!("position {position}  {speed} steps/s{left}");
+        let speed = speed.map(|speed| match speed.abs() {
+            size if size < 10.0 && size > 0.0 => {
+                format!("{size:.3}").trim_end_matches('0').trim_end_matches('.').to_owned()
+            }
+            size => format!("{size:.0}"),
+        });
+        let said = speed.as_ref().map_or(String::new(), |speed| format!("  {speed} steps/s"));
+        let plain = format!("position {position}{said}{left}");
         let whole = self.aim.whole().filter(|whole| *whole > 0.0 && !self.braking);
         let long = match whole {
             Some(whole) => format!("{}  {plain}", bar(done as f64 / whole)),
             None => plain.clone(),
         };
         let left = left.trim_end_matches(" left");
-        let short = format!("{position}  {speed}/s{left}");
+        let said = speed.map_or(String::new(), |speed| format!("  {speed}/s"));
+        let short = format!("{position}{said}{left}");
         let shorter = format!("{position}{left}");
         let wordings: [&str; 5] = [&long, &plain, &short, &shorter, &position.to_string()];
         self.line.show(&wordings, &plain, false);
-    }
-
-    /// The measured speed over the last moment in steps/s, positive forward.
-    fn speed(&mut self, time: Duration, position: i64) -> f64 {
-        self.sights.push_back((time, position));
-        // Drops the oldest sights while the others suffice for a measurement.
-        while let Some((then, there)) = self.sights.get(1) {
-            let past = time.saturating_sub(*then);
-            let enough = past >= WINDOW && position.abs_diff(*there) >= STEPS;
-            if !enough && past < LONGEST {
-                break;
-            }
-            self.sights.pop_front();
-        }
-        let (then, there) = self.sights.front().copied().unwrap_or((time, position));
-        let time = time.saturating_sub(then).as_secs_f64();
-        if time > 0.0 { position.saturating_sub(there) as f64 / time } else { 0.0 }
     }
 
     /// The speed by the motion's law in steps/s, until the motion is changed.
@@ -225,7 +248,38 @@ fn bar(part: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{bar, fitting};
+    use super::{Pace, bar, fitting};
+    use std::time::Duration;
+
+    /// Looked at every 20 ms, also slower than a step/s, and as it slows down.
+    #[test]
+    fn a_speed_is_measured_from_step_to_step() {
+        for (speed, seconds) in [(0.1, 60), (0.3, 20), (1.7, 10), (47.0, 5), (3_000.0, 2)] {
+            for way in [1.0, -1.0] {
+                let (mut pace, mut seen) = (Pace::new(70), 0);
+                for n in 0..seconds * 50 {
+                    // The first pulse is at the beginning.
+                    let (time, since) = (f64::from(n) / 50.0, f64::from(n) / 50.0 - 0.013);
+                    let gone = if since < 0.0 { 0.0 } else { (since * speed).floor() + 1.0 };
+                    let position = 70 + (way * gone) as i64;
+                    let told = pace.see(Duration::from_secs_f64(time), position);
+                    assert!(told.is_none() || gone > 1.0, "{speed} at {time}: {told:?}");
+                    if let Some(told) = told.filter(|_| since > 0.3) {
+                        let off = (told * way / speed - 1.0).abs();
+                        assert!(off < 0.1, "{speed} at {time}: {told}");
+                        seen += 1;
+                    }
+                }
+                assert!(seen > 50, "{speed}: {seen}");
+            }
+        }
+        let mut pace = Pace::new(0);
+        for step in 0..4 {
+            pace.see(Duration::from_millis(20 * step), step as i64);
+        }
+        let halted = pace.see(Duration::from_millis(2060), 3).unwrap();
+        assert!((0.0..=0.5).contains(&halted), "{halted}");
+    }
 
     #[test]
     fn what_is_shown_fits() {

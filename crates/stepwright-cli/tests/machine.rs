@@ -38,6 +38,18 @@ fn what_is_not_typed_is_the_machines() {
     on(&mill, &["move", "1turns", "--axis", "3", "--fast"]).assert(0, "position 200 ready");
 }
 
+/// Austin's laws have no start speed, no ramp in steps and no jerk.
+#[test]
+fn a_law_takes_from_the_file_what_it_has() {
+    let text = "[axis.1]\nstart-speed = 20\nramp = 90\njerk = 5000\ntop-speed = 400\n";
+    let mill = file("law.toml", text);
+    let ended = on(&mill, &["move", "100", "--law", "austin", "--fast"]);
+    ended.assert(0, "position 100 ready");
+    assert!(ended.stdout.contains("  top speed   400 steps/s"), "{ended:#?}");
+    let ended = on(&mill, &["move", "100", "--law", "s-curve", "--fast"]);
+    assert!(ended.stdout.contains(" S2 T40 R90 j5000 G+100 "), "{ended:#?}");
+}
+
 #[test]
 fn what_is_typed_wins() {
     let mill = file("typed.toml", MILL);

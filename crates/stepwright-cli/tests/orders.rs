@@ -55,14 +55,40 @@ fn lines_that_can_not_be_are_refused_and_shares_that_are_rounded_said() {
     stepwright(&["line", "1", "2", "3", "--fast"]).assert(0, "position 1 2 3 ready");
     stepwright(&["line", "0", "--fast"]).assert(0, "position 0 ready");
     stepwright(&["line", "9", "9", "--top-speed", "5", "--fast"]).assert(0, "position 9 9 ready");
-    let rounded = stepwright(&["line", "2000", "5", "--fast"]);
-    rounded.assert(0, "position 2000 5 ready");
-    assert!(rounded.stderr.contains("the axes end within"), "{rounded:?}");
-    let slow = stepwright(&["line", "100000", "10", "--top-speed", "900", "--fast"]);
-    assert_eq!(slow.code(), Some(1));
-    assert!(slow.stderr.contains("axis 2: its share of the"), "{slow:?}");
+    // Ramps that differ from the line's are made up for by the top speed.
+    for line in [["2000", "5"], ["10000", "51"], ["20000", "200"]] {
+        let ended = stepwright(&[&["line", "--fast", "--accel", "100"], &line[..]].concat());
+        ended.assert(0, &format!("position {} {} ready", line[0], line[1]));
+        let within = ended.stderr.split("the axes end within ").nth(1);
+        assert!(within.is_none_or(|time| time.starts_with("0.00")), "{ended:?}");
+    }
+    // What can't be is refused with a value that can.
+    let long = ["line", "100000", "4000", "--top-speed", "5000", "--fast"];
+    let gentle = stepwright(&[&long[..], &["--accel", "10"]].concat());
+    assert_eq!(gentle.code(), Some(1));
+    gentle.assert_error("axis 2: its share of the acceleration");
+    let hint = gentle.stderr.rsplit_once("--accel ").expect("a value").1;
+    let accel = hint.split_whitespace().next().unwrap();
+    let ended = stepwright(&[&long[..], &["--accel", accel]].concat());
+    ended.assert(0, "position 100000 4000 ready");
     assert_eq!(stepwright(&["line", "1", "2", "3", "4", "--fast"]).code(), Some(1));
     assert_eq!(stepwright(&["line", "--fast"]).code(), Some(2));
+}
+
+/// Two or three axes at once can't have as steep ramps as one; with a limit of jerk still less.
+#[test]
+fn the_default_ramp_of_a_line_is_taken() {
+    for (line, ready) in [
+        ("20000 20000 20000 --top-speed 20000", "20000 20000 20000"),
+        ("4000 4000 4000 --jerk 10000", "4000 4000 4000"),
+        ("9000 -9000 --jerk 50000 --top-speed 4000", "9000 -9000"),
+    ] {
+        let words: Vec<_> = format!("line {line} --fast").split(' ').map(str::to_owned).collect();
+        stepwright(&words).assert(0, &format!("position {ready} ready"));
+    }
+    // One axis has the ramp of a move.
+    let ended = stepwright(&["line", "20000", "0", "0", "--top-speed", "20000", "--fast"]);
+    assert!(ended.stdout.contains("ramp up     50000 steps/s²"), "{ended:?}");
 }
 
 #[test]

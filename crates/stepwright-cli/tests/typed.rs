@@ -252,3 +252,45 @@ fn what_no_board_could_do_is_a_mistake_of_the_line() {
     let choices = "1, 2, 4, 8, 16, 32, 64, 128, 256";
     assert!(clkpr.code() == Some(2) && clkpr.stderr.contains(choices), "{clkpr:?}");
 }
+
+/// The serial line carries whole steps/s² and steps/s³. What is rounded is shown; less than 1 would be more than twice
+/// as much.
+#[test]
+fn accelerations_and_jerks_below_1_are_refused_and_others_shown_as_sent() {
+    let hint = "whole numbers";
+    for text in ["0.4", "0.5", "0.999"] {
+        let order = "--start-speed 0 --top-speed 5 --fast";
+        let error = |name: &str, unit: &str| format!("{name} {text} is less than 1 {unit}");
+        refused(&format!("move 20 --accel {text} {order}"), &error("--accel", "step/s²"), hint);
+        refused(&format!("run 9 --for 1s --decel {text} --fast"), "--decel", hint);
+        refused(&format!("home --accel {text} --fast"), &error("--accel", "step/s²"), hint);
+        refused(&format!("move 20 --jerk {text} {order}"), &error("--jerk", "step/s³"), hint);
+        let retarget = format!("retarget --accel {text} --port /nonexistent");
+        refused(&retarget, &error("--accel", "step/s²"), hint);
+    }
+    refused("move 9 --jerk 5e9 --fast", "--jerk 5e9 is more than 4000000000 steps/s³", "");
+    let ended = typed("move 20 --accel 1.5 --jerk 1.7 --top-speed 5 --fast --start-speed 0");
+    for shown in ["ramp up     1.5 steps/s², sent as 2\n", "jerk        1.7 steps/s³, sent as 2\n"]
+    {
+        assert!(ended.stdout.contains(shown), "{shown}: {ended:#?}");
+    }
+}
+
+/// Austin's laws begin at rest, and accelerate by steps/s².
+#[test]
+fn options_without_effect_on_a_law_are_refused() {
+    for order in ["move 100", "run 100 --for 1s"] {
+        for law in ["austin", "austin-fixed", "linear-factor", "power", "piecewise"] {
+            let refused = |option: &str, laws: &str| {
+                let error = format!("{option} is for --law {laws}");
+                refused(&format!("{order} --law {law} --fast {option} 20"), &error, option);
+            };
+            refused("--start-speed", "trapezoid, s-curve");
+            refused("--ramp", "trapezoid, s-curve");
+            refused("--jerk", "s-curve");
+        }
+        typed(&format!("{order} --law trapezoid --start-speed 20 --ramp 9 --fast"));
+    }
+    let plan = "plan compare trapezoid austin --steps 9 --accel 9 --top-speed 9 --jerk 9";
+    refused(plan, "--jerk is for s-curve", "leave --jerk out");
+}

@@ -33,9 +33,13 @@ impl ChangedSettings {
 /// The steepest ramps that an Uno or a Mega can plan, to explain [`Refusal::TooSteep`]. Measured (`steepest` in
 /// docs/benchmarks.md, and the stories of docs/reliability.md).
 pub const STEEPEST: &str = "one axis takes ramps of up to some 500,000 steps/s², two at once \
-                            120,000, three 41,000, and less beside a fast one; with a limit of \
-                            jerk a thirtieth of that, and a jerk of some 150,000 steps/s³ for \
+                            120,000, three 40,000, and less beside a fast one; with a limit of \
+                            jerk 16,000, 3,900 and 1,200, and a jerk of some 100,000 steps/s³ for \
                             two, 20,000 for three";
+
+/// The steepest ramps of two and of three axes, in steps/s², as [`STEEPEST`] says them: without and with a limit
+/// of jerk.
+pub const STEEPEST_TOGETHER: [[u32; 2]; 2] = [[120_000, 40_000], [3_900, 1_200]];
 
 /// The settings that may cause a refusal.
 pub const fn behind(why: Refusal) -> &'static [Setting] {

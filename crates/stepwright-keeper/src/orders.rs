@@ -1,6 +1,6 @@
 //! Carries out requests.
 
-use stepwright_host::line::{NoLine, apart, furthest, shares};
+use stepwright_host::line::{NOTABLE, NoLine, apart, furthest, shares};
 use stepwright_host::motion::{NotBegun, Start};
 use stepwright_host::settings::NoCurves;
 use stepwright_host::{Conversation, LinkError};
@@ -40,7 +40,9 @@ impl From<NoLine> for Undone {
         let declined = Declined::refused(why.to_string());
         Undone::Declined(match why {
             NoLine::Whole(_) => declined,
-            NoLine::Share(..) => declined.remedy("go faster: the line carries whole steps/s²"),
+            NoLine::Share { why, least, .. } => {
+                declined.remedy(format!("give {least} or more for the {}", why.what))
+            }
         })
     }
 }
@@ -166,7 +168,7 @@ impl<D: KeeperDesk> Keeper<D> {
         for (axis, _, target) in goes {
             self.axis(axis)?.target = Some(target);
         }
-        if apart > 0.000_5 {
+        if apart > NOTABLE {
             self.desk.note(format!("the axes of the line end within {apart:.3} s of each other"));
         }
         Ok(begun)

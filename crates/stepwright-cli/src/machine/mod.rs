@@ -20,6 +20,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
 
 use crate::failure::Failure;
+use crate::order::law::LawArg;
 use crate::quantity::{DistanceArg, GeometryArgs, MachineUnit, is_of_motor};
 use crate::say;
 use file::{About, Key, Values};
@@ -296,11 +297,15 @@ fn defaults(
     let virtual_board = own.into_iter().any(is_typed);
     // If `ramp` or `accel` is typed, no part of the ramp is taken from the file.
     let ramp_typed = ["ramp", "accel"].into_iter().any(is_typed);
+    // Austin's laws begin at rest, by an acceleration.
+    let law = typed.try_get_one::<LawArg>("law").ok().flatten();
+    let is_austin = law.is_some_and(|law| law.is_austin());
     let wanted = |name: &str, about: About| match about {
         // A detached motor has no lease, because nobody would renew it.
         About::Board if name == "lease" && is_typed("detach") => false,
         About::Board => !virtual_board,
         About::Units => true,
+        About::Motion if is_austin && ["start-speed", "ramp", "jerk"].contains(&name) => false,
         About::Motion if ramp_typed && ["ramp", "accel", "decel"].contains(&name) => false,
         About::Motion => ["move", "line", "run", "home", "jog"].contains(&order),
         About::Homing => order == "home",

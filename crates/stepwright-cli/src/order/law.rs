@@ -6,6 +6,7 @@ use stepwright::{Accel, Geometry, Rate, Speed};
 use stepwright_austin::{Austin, C0, Divisor, LawName, LinearFactor, Piecewise, PowerTerm, Recipe};
 use stepwright_plan::{Divide, First, RampChange};
 
+use super::motion::RampArgs;
 use crate::failure::Failure;
 use crate::plan::change::{ChangeArg, changes};
 use crate::plan::linear_factor::thousandths;
@@ -30,6 +31,13 @@ pub enum LawArg {
     Power,
     /// His piecewise ramp
     Piecewise,
+}
+
+impl LawArg {
+    /// Whether a program for Austin's laws carries it out, not a controller.
+    pub fn is_austin(self) -> bool {
+        !matches!(self, LawArg::Trapezoid | LawArg::SCurve)
+    }
 }
 
 /// The options.
@@ -71,9 +79,9 @@ impl LawArgs {
     ///
     /// # Errors
     /// An option belongs to another law.
-    pub fn austin(&self, has_jerk: bool) -> Result<Option<LawName>, Failure> {
+    pub fn austin(&self, ramps: &RampArgs) -> Result<Option<LawName>, Failure> {
         use LawArg as L;
-        let law = self.law;
+        let (law, has_jerk) = (self.law, ramps.has_jerk());
         let is = |laws: &[L]| law.is_some_and(|law| laws.contains(&law));
         let owned = [
             ("--c0", self.c0.is_some(), &[L::Austin, L::LinearFactor, L::Power, L::Piecewise][..]),
@@ -83,6 +91,9 @@ impl LawArgs {
             ("--power", self.power.is_some(), &[L::Power]),
             ("--breaks", self.breaks.is_some(), &[L::Piecewise]),
             ("--jerk", has_jerk && law.is_some(), &[L::SCurve]),
+            // Austin's laws begin at rest.
+            ("--start-speed", ramps.has_start() && law.is_some(), &[L::Trapezoid, L::SCurve]),
+            ("--ramp", ramps.has_length() && law.is_some(), &[L::Trapezoid, L::SCurve]),
         ];
         for (option, given, laws) in owned {
             if given && !is(laws) {

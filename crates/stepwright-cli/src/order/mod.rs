@@ -28,7 +28,7 @@ pub mod home;
 pub mod homing;
 pub mod jog;
 mod keys;
-mod law;
+pub mod law;
 pub mod lease;
 mod left;
 pub mod line;

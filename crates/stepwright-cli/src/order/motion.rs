@@ -3,8 +3,8 @@
 use std::fmt::Display;
 
 use serde_json::{Value, json};
-use stepwright::{Accel, Geometry, Speed};
-use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Travel};
+use stepwright::{Accel, Geometry, Jerk, Speed};
+use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Travel, WholeJerk};
 
 use crate::board::recording::Heading;
 use crate::failure::Failure;
@@ -12,6 +12,7 @@ use crate::quantity::{
     AccelArg, GeometryArgs, JerkArg, MachineUnit, Rounded, SpeedArg, bounds, in_unit,
 };
 use stepwright_host::course::Course;
+use stepwright_host::settings::STEEPEST_TOGETHER;
 use stepwright_machine::RAMP;
 use stepwright_plot::GAP;
 
@@ -22,13 +23,16 @@ pub const MOTION: &str =
 /// The default top speed of a travel, in steps/s.
 pub const TOP: u32 = 1000;
 
+/// The default start speed, in steps/s.
+const START: u32 = 50;
+
 /// The options that say how to start and stop.
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = MOTION)]
 pub struct RampArgs {
-    /// Speed that the motor jumps to from rest, and stops from
-    #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "50")]
-    start_speed: SpeedArg,
+    /// Speed that the motor jumps to from rest, and stops from [default: 50]
+    #[arg(long, value_name = "SPEED", allow_negative_numbers = true)]
+    start_speed: Option<SpeedArg>,
     /// Length of both ramps in steps [default: a fifth of the top speed, 200 at 1000 steps/s]
     #[arg(long, value_name = "STEPS", conflicts_with = "accel")]
     #[arg(value_parser = clap::value_parser!(u32).range(bounds(RAMP)))]
@@ -44,6 +48,9 @@ pub struct RampArgs {
     jerk: Option<JerkArg>,
     #[command(flatten)]
     geometry: GeometryArgs,
+    /// How many axes move at once.
+    #[arg(skip = 1usize)]
+    moving: usize,
 }
 
 /// An order, as typed and as sent.
@@ -63,9 +70,9 @@ pub struct Motion {
 }
 
 impl RampArgs {
-    /// The same options for another motor.
-    pub fn on(&self, geometry: GeometryArgs) -> RampArgs {
-        RampArgs { geometry, ..self.clone() }
+    /// The same options for the motor that leads a line of `moving` axes.
+    pub fn on(&self, geometry: GeometryArgs, moving: usize) -> RampArgs {
+        RampArgs { geometry, moving, ..self.clone() }
     }
 
     /// The properties of the motor.
@@ -81,6 +88,16 @@ impl RampArgs {
     /// The unit of the machine, if known.
     pub fn unit(&self) -> Option<MachineUnit> {
         self.geometry.unit()
+    }
+
+    /// Whether a start speed was given.
+    pub fn has_start(&self) -> bool {
+        self.start_speed.is_some()
+    }
+
+    /// Whether the length of the ramps was given.
+    pub fn has_length(&self) -> bool {
+        self.ramp.is_some()
     }
 
     /// Whether a jerk was given.
@@ -100,10 +117,6 @@ impl RampArgs {
         geometry: &Geometry,
         top: &Rounded<Speed>,
     ) -> Result<(Rounded<Accel>, Rounded<Accel>), Failure> {
-        if self.ramp.is_some() {
-            return Err(Failure::usage("--ramp is for the ramps that a controller plans")
-                .hint("give --accel"));
-        }
         let accel = match &self.accel {
             Some(accel) => accel.resolve(geometry, "--accel")?,
             None => {
@@ -126,43 +139,80 @@ impl RampArgs {
         travel: Travel,
     ) -> Result<Motion, Failure> {
         let geometry = self.geometry.geometry()?;
-        let start = self.start_speed.resolve(&geometry, "--start-speed")?;
+        let start = self.start_speed.clone().unwrap_or_else(|| SpeedArg::of_steps(START));
+        let start = start.resolve(&geometry, "--start-speed")?;
         let top = top.moving(&geometry, top_name)?;
         let accel = self.accel.as_ref().map(|a| a.resolve(&geometry, "--accel")).transpose()?;
         let decel = self.decel.as_ref().map(|d| d.resolve(&geometry, "--decel")).transpose()?;
+        let jerk = self.jerk().map(|j| j.resolve(&geometry, "--jerk")).transpose()?;
+        for (name, held) in [("--accel", &accel), ("--decel", &decel)] {
+            held.as_ref().map_or(Ok(()), |held| sendable_accel(name, held))?;
+        }
+        jerk.as_ref().map_or(Ok(()), sendable_jerk)?;
         let up = match (&accel, self.ramp) {
             (Some(accel), _) => Ramp::Accel(accel.value),
             (None, Some(steps)) => Ramp::Steps(RampSteps::clamped(steps)),
-            (None, None) => suited(start.value, top.value),
+            (None, None) => suited(start.value, top.value, steepest(self.moving, jerk.is_some())),
         };
         let down = decel.as_ref().map_or(up, |d| Ramp::Accel(d.value));
-        let jerk = self.jerk().map(|j| j.resolve(&geometry, "--jerk")).transpose()?;
         let bend = jerk.as_ref().map(|j| j.value);
         let order = Order { start: start.value, top: top.value, up, down, jerk: bend, travel };
-        // Values that the line can't carry: no speed at all, in particular.
-        let order = order.sendable().map_err(|error| {
-            Failure::usage(format!("{error}"))
-                .hint("the line carries accelerations of 1 step/s² or more, speeds of 0.001")
-        })?;
+        let order = order.sendable()?;
         let shown = |held: &Rounded<_>| held.to_string();
         let (accel, decel) = (accel.as_ref().map(shown), decel.as_ref().map(shown));
-        let jerk = jerk.as_ref().map(Rounded::to_string);
+        let jerk = jerk.as_ref().zip(order.jerk);
+        let jerk = jerk.map(|(held, sent)| sent_as(held, held.value != sent, sent));
         let unit = self.unit();
         Ok(Motion { axis, order, start, top, accel, decel, jerk, unit })
     }
 }
 
-/// The default ramp of an order: as many steps as the motor makes in a fifth of a second at its top
-/// speed. From rest the ramp takes 0.4 s at any top speed.
-fn suited(start: Speed, top: Speed) -> Ramp {
-    let steps = (top.millisteps() / 5).div_ceil(1000).max(1);
-    if RAMP.contains(&steps) {
-        return Ramp::Steps(RampSteps::clamped(steps));
+/// Checks that a board takes this acceleration: whole steps/s².
+pub fn sendable_accel(name: &str, accel: &Rounded<Accel>) -> Result<(), Failure> {
+    if accel.value.millisteps() >= 1000 {
+        return Ok(());
     }
-    // More steps than the line can carry: the acceleration that has this length.
+    Err(Failure::usage(format!("{name} {} is less than 1 step/s²", accel.given))
+        .hint("a board takes accelerations as whole numbers of steps/s²: 1 or more"))
+}
+
+/// Checks that a board takes this jerk: whole steps/s³.
+fn sendable_jerk(jerk: &Rounded<Jerk>) -> Result<(), Failure> {
+    let most = WholeJerk::LARGEST.get();
+    let range = match jerk.value.millisteps() {
+        0..1000 => "less than 1 step/s³".to_owned(),
+        value if value > u64::from(most) * 1000 => format!("more than {most} steps/s³"),
+        _ => return Ok(()),
+    };
+    Err(Failure::usage(format!("--jerk {} is {range}", jerk.given))
+        .hint(format!("a board takes jerks as whole numbers of steps/s³: 1 to {most}")))
+}
+
+/// The steepest default ramp of this many axes at once.
+fn steepest(moving: usize, has_jerk: bool) -> Accel {
+    let [two, three] = STEEPEST_TOGETHER[usize::from(has_jerk)];
+    match moving {
+        0 | 1 => Accel::MAX,
+        2 => Accel::clamped(two),
+        _ => Accel::clamped(three),
+    }
+}
+
+/// The default ramp of an order: as many steps as the motor makes in a fifth of a second at its top
+/// speed, so that from rest the ramp takes 0.4 s at any top speed; but not steeper than `most`.
+fn suited(start: Speed, top: Speed, most: Accel) -> Ramp {
+    let steps = (top.millisteps() / 5).div_ceil(1000).max(1);
+    // The acceleration of a ramp of this length.
     let square = |v: Speed| u128::from(v.millisteps()).pow(2);
     let rise = square(top).saturating_sub(square(start));
     let accel = rise / (2 * u128::from(steps) * 1000);
+    if accel > u128::from(most.millisteps()) {
+        return Ramp::Accel(most);
+    }
+    if RAMP.contains(&steps) {
+        return Ramp::Steps(RampSteps::clamped(steps));
+    }
+    // More steps than the line can carry.
     let whole = accel.div_ceil(1000).saturating_mul(1000);
     let accel = u64::try_from(whole).ok().and_then(|a| Accel::from_millisteps(a).ok());
     accel.map_or(Ramp::Steps(RampSteps::clamped(*RAMP.end())), Ramp::Accel)

@@ -5,7 +5,7 @@ use stepwright::Speed;
 use stepwright_protocol::{AxisId, Command, Refusal, Reply, Selection, WholeAccel};
 
 use super::look::{self, State};
-use super::motion::MOTION;
+use super::motion::{MOTION, sendable_accel};
 use super::refused;
 use super::target::{self, AxisArgs, Format, PortArgs};
 use super::travel::Way;
@@ -72,8 +72,10 @@ impl Args {
         let mut lines = Vec::new();
         let slope = |arg: &Option<AccelArg>, name| -> Result<Option<WholeAccel>, Failure> {
             let Some(arg) = arg else { return Ok(None) };
-            let thousandths = arg.resolve(&geometry, name)?.value.millisteps();
-            whole(thousandths).and_then(WholeAccel::new).map(Some).ok_or_else(too_small)
+            let held = arg.resolve(&geometry, name)?;
+            sendable_accel(name, &held)?;
+            let whole = held.value.millisteps().saturating_add(500) / 1000;
+            Ok(Some(WholeAccel::clamped(whole as u32)))
         };
         lines.extend(slope(&self.accel, "--accel")?.map(Command::Accel));
         lines.extend(slope(&self.decel, "--decel")?.map(Command::Decel));
@@ -87,15 +89,6 @@ impl Args {
         }
         Ok(lines)
     }
-}
-
-/// Thousandths rounded to whole numbers, as the line carries them.
-fn whole(thousandths: u64) -> Option<u32> {
-    u32::try_from(thousandths.saturating_add(500) / 1000).ok()
-}
-
-fn too_small() -> Failure {
-    Failure::new("less than 1 step/s²").hint("the line carries whole steps/s²: 1 or more")
 }
 
 /// Changes the travel, and prints the axis' position.

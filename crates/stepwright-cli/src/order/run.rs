@@ -77,7 +77,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         return Err(Failure::usage("with --fast a run has no end that anyone could wait for")
             .hint("give --for TIME, or leave --fast out"));
     }
-    if let Some(law) = args.law.austin(args.order.ramps.has_jerk())? {
+    if let Some(law) = args.law.austin(&args.order.ramps)? {
         if args.detach || args.lease.is_asked() {
             return Err(by_law::watched());
         }

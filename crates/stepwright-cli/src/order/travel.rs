@@ -171,7 +171,7 @@ impl Args {
 /// Moves the axis, and prints its position.
 pub fn run(args: Args) -> Result<(), Failure> {
     let way = Way::of(args.distance.as_ref(), args.to.as_ref(), &args.order.ramps.geometry()?)?;
-    if let Some(law) = args.law.austin(args.order.ramps.has_jerk())? {
+    if let Some(law) = args.law.austin(&args.order.ramps)? {
         return args.by_law(law, &way);
     }
     if args.detach {

@@ -92,6 +92,10 @@ impl Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (rate, geometry) = (args.machine.timer_hz, args.machine.geometry.geometry()?);
     let limits = args.limits.held(rate, &geometry)?;
+    if args.jerk.is_some() && !args.laws.iter().any(|law| law == "s-curve") {
+        return Err(Failure::usage("--jerk is for s-curve, which is not compared")
+            .hint("leave --jerk out, or name s-curve among the laws"));
+    }
     let laws = args.laws.iter().map(|name| args.law(name, &geometry));
     let laws = laws.collect::<Result<Vec<_>, _>>()?;
     let work = Work::default();

@@ -38,7 +38,7 @@ Examples:
   stepwright flash pico --drive /media/me/RPI-RP2
   stepwright flash pico --program selftest")]
 pub struct Args {
-    /// Which board it is
+    /// The board
     board: Board,
     /// Serial port of the board
     #[arg(long, value_name = "PATH", conflicts_with = "drive", required_if_eq_any([("board", "uno"), ("board", "nano"), ("board", "mega")]))]
@@ -53,7 +53,7 @@ pub struct Args {
     /// room. A program that is larger is refused, with how to replace the boot loader
     #[arg(long)]
     old_boot_loader: bool,
-    /// Write by this command's own code, even where avrdude is installed
+    /// Write without avrdude, even if it is installed
     #[arg(long)]
     own: bool,
     /// Print what would be done; the board is not touched

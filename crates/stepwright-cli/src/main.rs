@@ -57,7 +57,7 @@ Begin without any hardware:
   stepwright board --pty            a virtual board behind a serial port of its own
 
 Then with a board:
-  stepwright ports                  where it is
+  stepwright ports                  list the ports
   stepwright move 4000 --port PATH
 
 Exit status:

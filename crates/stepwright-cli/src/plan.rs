@@ -37,7 +37,7 @@ use crate::quantity::{DistanceArg, GeometryArgs};
 use stepwright_units::measure::hertz;
 use work::Work;
 
-/// Plan a travel: its duration, every delay, a plot
+/// Plan a travel: print its duration or every delay, plot it
 ///
 /// Nothing moves. A travel of M steps is M pulses, the first at time 0; times
 /// are counted in ticks of the step timer.
@@ -152,7 +152,7 @@ struct Machine {
 /// How a plan is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// What was understood, and what comes of it
+    /// The values as understood, and the results
     Summary,
     /// Every step in columns
     Table,

@@ -18,21 +18,21 @@ const MOST: usize = 65_536;
 /// The longest wait for a board's line; the test takes some seconds.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Judge the line that a board's self-test says
+/// Check the result of a board's self-test
 ///
-/// The self-test is a firmware of its own: it plays seeded orders, captures its own STEP, and says one
-/// line, again and again. This command plans the same orders, and compares: what was planned, how
-/// many steps came, how far the worst one was from its time, whether one was late, the chip's clock.
+/// The self-test is a separate firmware: it plays seeded orders, captures its own STEP, and prints one
+/// result line again and again. This command plans the same orders and compares the plans, the number of
+/// steps, the largest error of a step's time, the late steps and the chip's clock.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  stepwright selftest --port /dev/ttyACM0       of a board that is here
-  stepwright selftest 'stepwright-selftest …'   of one that somebody has sent
+  stepwright selftest --port /dev/ttyACM0       from a connected board
+  stepwright selftest 'stepwright-selftest …'   from a line that somebody has sent
   stepwright selftest < line.txt
 
 Exit status: 0 if the test was passed, 1 if it was not or the line can't be read.")]
 pub struct Args {
-    /// The line, quoted or not; without it, the first one on standard input
+    /// The result line, quoted or not; without it, the first one on standard input
     #[arg(value_name = "LINE", conflicts_with = "port")]
     line: Vec<String>,
     /// Serial port of a board with the self-test, at 115200 bits/s

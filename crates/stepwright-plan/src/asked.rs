@@ -73,12 +73,12 @@ impl PlanLimits {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum First {
-    /// By Eq 7, as it is: all delays are too long, the acceleration is 0.457 of the one given
+    /// Eq 7 unchanged: all delays are too long, the acceleration is 0.457 of the one given
     Exact,
-    /// 0.676 of it (Eq 15), as the article recommends
+    /// 0.676 times Eq 7 (Eq 15), as the article recommends
     #[cfg_attr(feature = "clap", value(name = "0.676"))]
     Reduced,
-    /// By Eq 7, and the second delay 0.4056 of it
+    /// Eq 7, and the second delay is 0.4056 of the first
     C1,
 }
 

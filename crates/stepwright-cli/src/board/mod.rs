@@ -31,20 +31,20 @@ The board is an Arduino Uno with three axes: the real engine and the real serial
 protocol, with simulated pins and time. Every line ends with CR and is answered.
 
 --stdio   A script on standard input is carried out; at its end the board runs to
-          rest, says `position N ready` on standard error (and `axis 2 position N
+          rest, prints `position N ready` on standard error (and `axis 2 position N
           ready` for others that moved), and ends. A motor that would run without
-          end is braked then, and the status is 1, as it is if the script ends within
-          a line: end each with CR. A line feed is no byte of the
-          protocol but takes its time on the line: 11520 of them are a second.
+          end is then braked, and the status is 1; also if the last line has no CR.
+          A line feed means nothing, but takes its time on the line: 11520 line
+          feeds wait a second.
           At a terminal, Enter ends a line and Ctrl-D the conversation.
 --pty     The first line on standard output is `pty PATH`; any program that talks
           to a serial port can open that path, again and again. Ctrl-C ends it.
 --program stream
-          The board plays what a host streams (`stepwright gcode FILE --port`), and hears
-          of the protocol F, V, I, Z, K and ? alone.
---fast    Time passes as fast as the machine can. On a script it is measured by
-          the script alone, each byte taking its time at 115200 baud, so that the
-          same script always does the same.
+          The board plays what a host streams (`stepwright gcode FILE --port`), and of
+          the protocol's lines knows only F, V, I, Z, K and ?.
+--fast    Time passes as fast as this computer can simulate. With a script, time is
+          counted by the script's bytes at 115200 baud, so that the same script always
+          has the same result.
 
 Examples:
   printf 'PO\\rS5\\rT100\\rR200\\rG+4000\\rE\\r' | stepwright board --stdio --fast
@@ -54,14 +54,14 @@ Examples:
 pub struct Args {
     #[command(flatten)]
     way: Way,
-    /// Let time pass as fast as the machine can, instead of in real time
+    /// Simulate as fast as this computer can, instead of in real time
     #[arg(long)]
     fast: bool,
-    /// The program in it: slave is the controller
+    /// Program of the board; slave is the controller
     #[arg(long, value_name = "NAME", default_value = "slave", help_heading = "The board")]
     #[arg(value_parser = ["slave", "stream"])]
     program: String,
-    /// Rate of its step timer in ticks/s; a step costs the Uno's 8.3 µs at any
+    /// Rate of its step timer in ticks/s. A step takes 8.3 µs at any rate, as on an Uno
     #[arg(long, value_name = "HZ", default_value = "16MHz", help_heading = "The board")]
     #[arg(value_parser = hertz)]
     timer_hz: u32,
@@ -73,21 +73,21 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 3, help_heading = "The board")]
     #[arg(value_parser = clap::value_parser!(u8).range(1..=3))]
     axes: u8,
-    /// A limit switch that an axis closes at this place and beyond, in steps; the
-    /// setting `switches` has the board look at it
+    /// Limit switch that the axis closes at this position and beyond, in steps; the board uses
+    /// it if its setting `switches` has the axis
     #[arg(long, value_name = "AXIS:PLACE", help_heading = "The board")]
     switch: Vec<Switch>,
-    /// What a motor is on instead of STEP and DIR: unipolar, bridge, each also with -wave or
+    /// Drive of an axis in place of STEP and DIR: unipolar, bridge, each also with -wave or
     /// -half, shield
     #[arg(long, value_name = "AXIS:DRIVE", help_heading = "The board")]
     drive: Vec<AxisDrive>,
     /// Record every edge of its pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE", help_heading = "Recordings")]
     vcd: Option<PathBuf>,
-    /// Record them as MCAP, for Foxglove or PlotJuggler
+    /// Record the edges as MCAP, for Foxglove or PlotJuggler
     #[arg(long, value_name = "FILE", help_heading = "Recordings")]
     mcap: Option<PathBuf>,
-    /// Draw the speed of its motors over time: .svg, .png or .html
+    /// Plot the speed of its motors over time: .svg, .png or .html
     #[arg(long, value_name = "FILE", help_heading = "Recordings")]
     plot: Option<PlotFile>,
 }
@@ -96,10 +96,10 @@ pub struct Args {
 #[derive(clap::Args)]
 #[group(required = true, multiple = false)]
 struct Way {
-    /// To standard input and output
+    /// On standard input and output
     #[arg(long)]
     stdio: bool,
-    /// To a pseudo-terminal, which any serial program can open
+    /// On a pseudo-terminal, which any serial program can open
     #[arg(long)]
     pty: bool,
 }

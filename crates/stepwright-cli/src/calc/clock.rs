@@ -20,7 +20,7 @@ pub struct ClockArgs {
     /// Clock of the chip: 16MHz, 8MHz, 128kHz …
     #[arg(long, value_name = "HZ", default_value = "16MHz", value_parser = hertz)]
     oscillator: u32,
-    /// What CLKPR divides it by
+    /// Divisor of the clock in CLKPR
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = dividers())]
     clkpr: u16,
     /// Which timer

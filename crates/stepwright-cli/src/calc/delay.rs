@@ -8,7 +8,7 @@ use stepwright_units::measure::{micros, microsteps, millimetres};
 use super::Output;
 use crate::failure::Failure;
 
-/// Which delays fit the period of a timer, and how far one can count
+/// Which delays fit the period of a timer, and the range of positions
 ///
 /// For a driver with one interrupt for all motors: a step takes three periods of the
 /// timer, and its delay must be a whole number of them. Without --delays, those of
@@ -20,14 +20,14 @@ Examples:
   stepwright calc delay --period 20us --microsteps 16 --delays 80us
   stepwright calc delay --period 20us --distance 7500nm  how far positions reach")]
 pub struct Args {
-    /// From interrupt to interrupt: 200us, 20 …
+    /// Time between two interrupts: 200us, 20 …
     #[arg(long, value_name = "TIME", value_parser = micros)]
     period: f64,
     /// Microsteps of a step, one or several: 1,2,4 or 1/16
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = microsteps)]
     #[arg(default_value = "1,2,4,8,16,32")]
     microsteps: Vec<u32>,
-    /// Delays that are wanted, one for all or one for each of --microsteps
+    /// Wanted delays, one for all or one for each of --microsteps
     #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = micros)]
     delays: Vec<f64>,
     /// Distance of a step: 7500nm, 12.5um

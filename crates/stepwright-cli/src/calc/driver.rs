@@ -9,9 +9,9 @@ use crate::failure::Failure;
 
 /// The reference voltage of a driver for a motor's current
 ///
-/// With sense resistors of 0.1 Ω a DRV8825's is half the current. Set it 0.05 to
-/// 0.1 V lower: a motor must not whine or grow hot. Never unplug a motor from a driver
-/// that is on.
+/// With sense resistors of 0.1 Ω the reference voltage of a DRV8825 in V is half the current in
+/// A. Set it 0.05 to 0.1 V lower: a motor must not whine or grow hot. Never unplug a motor from
+/// a driver that is on.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -47,7 +47,7 @@ Examples:
   stepwright calc microstep 16
   stepwright calc microstep --driver a4988 --steps-per-rev 400")]
 pub struct MicrostepArgs {
-    /// Only this: 16 or 1/16
+    /// Show only these microsteps: 16 or 1/16
     #[arg(value_name = "N", value_parser = stepwright_units::measure::microsteps)]
     only: Option<u32>,
     /// Which driver

@@ -20,7 +20,7 @@ pub struct BeltArgs {
     /// Teeth of the pulley
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     teeth: u32,
-    /// From tooth to tooth: 2mm (GT2), 3mm, 0.2in …
+    /// Distance between two teeth: 2mm (GT2), 3mm, 0.2in …
     #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = millimetres)]
     pitch: f64,
     #[command(flatten)]
@@ -35,10 +35,10 @@ Examples:
   stepwright calc screw --pitch 5mm --microsteps 8 --delays 180us
   stepwright calc screw --pitch 1.5mm --speed 300rpm")]
 pub struct ScrewArgs {
-    /// From thread to thread: 2mm, 0.1in …
+    /// Distance between two threads: 2mm, 0.1in …
     #[arg(long, value_name = "LENGTH", value_parser = millimetres)]
     pitch: f64,
-    /// Threads side by side: with 4 of 2 mm a turn is 8 mm
+    /// Number of threads: with 4 threads of 2 mm a turn is 8 mm
     #[arg(long, value_name = "N", default_value_t = 1)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=100))]
     starts: u32,

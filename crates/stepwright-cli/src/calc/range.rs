@@ -10,8 +10,8 @@ use crate::quantity::GeometryArgs;
 
 /// The lowest and the highest rate of a timer
 ///
-/// One step each time that the counter comes round is the lowest; the highest is
-/// what the step interrupt allows, 640 clocks on an AVR.
+/// At the lowest rate the counter makes one round per step; the highest is limited by the
+/// step interrupt, to a step every 640 clocks on an AVR.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

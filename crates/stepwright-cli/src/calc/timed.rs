@@ -12,11 +12,11 @@ use crate::failure::Failure;
 use crate::plot;
 use crate::quantity::{GeometryArgs, SpeedArg};
 
-/// A speed that changes with the clock: the modification, and a table of it
+/// A speed that changes at fixed intervals: the modification, and a table of it
 ///
-/// At every update the virtual top grows or shrinks by the modification; with
-/// --doubling that one doubles (slower) or halves (faster) each time, which makes
-/// the change of speed more even.
+/// At every update the virtual top grows or shrinks by the modification. With
+/// --doubling the modification itself doubles (slower) or halves (faster) each time, which
+/// makes the change of speed more even.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -44,7 +44,7 @@ pub struct Args {
     /// The modification doubles (slower) or halves (faster): VARIABLE_PWR
     #[arg(long, visible_alias = "halving")]
     doubling: bool,
-    /// Take this modification; the speed at the end follows
+    /// Use this modification; it determines the speed at the end
     #[arg(long, value_name = "CLOCKS", value_parser = whole)]
     modification: Option<u32>,
     /// Time from update to update: 1s, 250ms (a bare number is ms)

@@ -12,8 +12,8 @@ use crate::quantity::{GeometryArgs, SpeedArg};
 /// A speed on a timer: virtual top, prescaler, the actual speed
 ///
 /// The virtual top is the clock over the steps/s, in 32 bits; the smallest
-/// prescaler with which it fits the timer's own bits is taken. As the Arduino driver has
-/// it, a speed is rounded down to whole steps/s first, unless --exact is given.
+/// prescaler with which it fits the timer's own bits is taken. As in the Arduino driver,
+/// a speed is first rounded down to whole steps/s, unless --exact is given.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -30,7 +30,7 @@ pub struct Args {
     /// A virtual top instead: 926533, 0xE2345
     #[arg(long, value_name = "N", value_parser = whole)]
     top: Option<u32>,
-    /// Leave the speed as it is, not in whole steps/s
+    /// Do not round the speed to whole steps/s
     #[arg(long, conflicts_with = "top")]
     exact: bool,
     #[command(flatten)]

@@ -38,10 +38,10 @@ use voice::Aloud;
 
 /// Play motor cycles from a file, on a virtual board or a real one
 ///
-/// The file says what motors there are, what each does in each cycle, and what
-/// to do when one comes to an end. Positions are printed each second while
-/// motors move, and every ten while none does. With --port a board that runs the
-/// program `cycles` plays it; Ctrl-C ends the cycle.
+/// The file defines the motors, what each does in each cycle, and what happens at its
+/// end. Positions are printed every second while motors move, and every ten seconds
+/// while none does. With --port a board that runs the program `cycles` plays it;
+/// Ctrl-C ends the cycle.
 #[derive(clap::Args)]
 #[command(after_help = "\
 A file:
@@ -55,7 +55,7 @@ A file:
 
 In place of `steps`: whirl = \"forward\"; delays-us = [..] with each and
 direction; series = [{ steps = 4, delay-us = 900 }, { wait = 2, delay-us = 500 }].
-Cycles are simulated as fast as the machine can. docs/cycles.md has all of it.
+Cycles are simulated as fast as this computer can. Details: docs/cycles.md.
 
 Exit status: 0 all went as it should; 1 a cycle was refused or cancelled; 2 the
 command line is invalid.
@@ -79,17 +79,17 @@ pub struct Args {
     /// Record every edge of the pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     vcd: Option<PathBuf>,
-    /// Record them as MCAP, for Foxglove or PlotJuggler
+    /// Record the edges as MCAP, for Foxglove or PlotJuggler
     #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     mcap: Option<PathBuf>,
-    /// Draw the way of two motors (.svg, .png or .html)
+    /// Draw the path of two motors (.svg, .png or .html)
     #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     xy: Option<PlotFile>,
     /// Which two motors --xy draws; the first two if it is not given
     #[arg(long, value_name = "X,Y", requires = "xy", value_delimiter = ',')]
     #[arg(help_heading = "Output")]
     xy_motors: Vec<String>,
-    /// Seconds, on the virtual board simulated ones, after which a cycle is finished that has not ended
+    /// End a cycle that still runs after this many seconds, simulated ones on the virtual board
     #[arg(long, value_name = "S", default_value_t = 3600)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     limit: u32,
@@ -109,7 +109,7 @@ enum Format {
     List,
     /// Every event: time_us,motor,event,value,position; of a board positions at each look
     Csv,
-    /// What became of each motor and cycle
+    /// The result of each motor and cycle
     Json,
 }
 

@@ -44,19 +44,20 @@ use crate::{plot, say};
 use axes::{AxesArgs, NAMES};
 use play::{Played, Wanted};
 
-/// Run a G-code job on a board or a virtual one, or plan it: its exact time before it starts
+/// Run a G-code job on a board or a virtual one, or plan it and print its exact duration
 ///
-/// Lines and arcs follow one another at speed, each axis within what it can do. The dialect is
-/// that of grbl 1.1, and G64 P: with --tolerance 0.01, or "G64 P0.01" as the first line of a job, its path
-/// may be 0.01 mm off its lines, and short lines whose places have few digits are passed faster. A job that
-/// a controller would refuse is refused here before anything moves, with grbl's error number, the line and
-/// the column.
+/// Lines and arcs follow one another without stops, each axis within its limits. The dialect is
+/// that of grbl 1.1, with G64 P: with --tolerance 0.01, or "G64 P0.01" as the first line of a job, the path
+/// may deviate by 0.01 mm from its lines, and short lines whose coordinates have few digits are passed faster.
+/// A job that a controller would refuse is refused before anything moves, with grbl's error number, the line
+/// and the column.
 #[derive(clap::Args)]
 #[command(after_help = "\
-Positions are the machine's, from its zero and without offsets. Each option of the axes takes
-one value for all of them, or three: X,Y,Z. What is not typed is the machine file's; without
-one, a belt of 40 mm a turn with 16 microsteps. The spindle (but for --laser) and the coolant change
-at rest; M0 and a probe are not waited for. docs/gcode.md has all of it.
+Printed positions are the machine's, from its zero and without offsets. Each option of the axes
+takes one value for all axes, or three: X,Y,Z. An option that is not given has the value of the
+machine file; without a file, that of a belt of 40 mm a turn with 16 microsteps. The spindle (but
+for --laser) and the coolant change at rest; the job does not wait at M0 or for a probe. Details:
+docs/gcode.md.
 
 --port streams the job to an Uno, a Nano, a Mega, a Pico or a micro:bit with the program `stream`
 (`stepwright flash uno --program stream`), or to `stepwright board --pty --program stream`. When
@@ -84,11 +85,11 @@ pub struct Args {
     /// Plan it; nothing moves
     #[arg(long, conflicts_with_all = ["fast", "vcd", "mcap", "xy", "port"])]
     plan: bool,
-    /// Let the board's time pass as fast as the machine can, instead of in real time
+    /// Simulate as fast as this computer can, instead of in real time
     #[arg(long, conflicts_with = "port")]
     fast: bool,
-    /// The path may be so far off its lines, until the job orders G61 or G64: short lines are passed faster.
-    /// 0 is exact
+    /// How far the path may deviate from the job's lines, until the job orders G61 or G64; short lines are
+    /// passed faster. 0: exactly the lines
     #[arg(long, value_name = "MM", default_value = "0", value_parser = tolerance, allow_hyphen_values = true)]
     tolerance: Length,
     #[command(flatten)]
@@ -100,13 +101,13 @@ pub struct Args {
     /// How to print it; csv is the extents of a plan, and every edge of a run
     #[arg(long, value_enum, default_value_t = SheetFormat::Table, help_heading = "Output")]
     format: SheetFormat,
-    /// Draw the way of X and Y with the speed as its colour, or the laser's power (.svg, .png or .html)
+    /// Draw the path of X and Y, coloured by the speed or the laser's power (.svg, .png or .html)
     #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "port")]
     xy: Option<PlotFile>,
     /// Record every edge of the pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "port")]
     vcd: Option<PathBuf>,
-    /// Record them as MCAP, for Foxglove or PlotJuggler
+    /// Record the edges as MCAP, for Foxglove or PlotJuggler
     #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "port")]
     mcap: Option<PathBuf>,
 }

@@ -29,17 +29,17 @@ const UNHEARD: usize = 256 * 1024;
 /// The largest size of the file of kept values, in bytes.
 const KEPT: usize = 64 * 1024;
 
-/// Run a machine that any G-code sender can drive, by grbl 1.1's protocol
+/// Run a machine for any G-code sender, with the protocol of grbl 1.1
 ///
 /// Its motors are virtual, or those of a board with the program `stream`.
-/// It plans ahead over 128 moves, and its speed at corners is that which the motors
-/// can start with. A hold, a reset and a limit brake along the path; no position is lost.
+/// It plans ahead over 128 moves, and passes corners at the speed at which the motors
+/// can start. A hold, a reset and a limit brake along the path; no position is lost.
 #[derive(clap::Args)]
 #[command(after_help = "\
 --pty     The first line on standard output is `pty PATH`: give a sender that port.
 --tcp     The first line is `tcp ADDRESS`: a sender that connects over a network.
 --stdio   Lines on standard input are answered on standard output; at the end of
-          the input the machine runs to rest, and its position is said.
+          the input the machine runs to rest, and its position is printed.
 --port    The motors of an Uno, a Nano, a Mega, a Pico or a micro:bit with the program `stream`
           (`stepwright flash uno --program stream`), or of
           `stepwright board --pty --program stream`. Without homing and probe;
@@ -47,10 +47,10 @@ const KEPT: usize = 64 * 1024;
           for a laser: a Mega or a Pico.
 Ctrl-C brakes and ends it.
 
-Settings are grbl's ($$ lists them); $140 to $142 are ours: the start speed of the
-motor of each axis, in mm/min; $150 to $152 the limit of its jerk in mm/s³. After an error, lines are refused with error:9 until
-a quarter of a second passes without one: what a sender has sent ahead would be a
-job without a part. --after-error go-on is grbl's way.
+Settings are grbl's ($$ lists them), and Stepwright's own: $140 to $142, the start speed of the
+motor of each axis in mm/min, and $150 to $152, its jerk limit in mm/s³. After an error, lines
+are refused with error:9 until none has come for a quarter of a second: the lines that a sender
+has sent ahead would be a job with a part missing. --after-error go-on is grbl's behaviour.
 
 Examples:
   stepwright grbl --pty
@@ -63,21 +63,21 @@ pub struct Args {
     way: Way,
     #[command(flatten)]
     port: PortArgs,
-    /// Let time pass as fast as the machine can while something moves
+    /// Simulate as fast as this computer can while something moves
     #[arg(long, conflicts_with = "port")]
     fast: bool,
     /// Keep settings, work offsets and start-up lines in this file
     #[arg(long, value_name = "FILE")]
     keep: Option<PathBuf>,
-    /// What follows an error in G-code
+    /// What happens after an error in G-code
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = AfterError::Stop)]
     after_error: AfterError,
-    /// A limit switch that an axis closes here and beyond, in steps from where it
-    /// is switched on: X:2000 upwards from 2000, Z:-300 downwards from -300
+    /// Limit switch that the axis closes at this position and beyond, in steps from where the
+    /// machine was switched on: X:2000 upwards from 2000, Z:-300 downwards from -300
     #[arg(long, value_name = "AXIS:PLACE", value_parser = limit, help_heading = "The machine")]
     #[arg(allow_hyphen_values = true, conflicts_with = "port")]
     limit: Vec<(usize, i64)>,
-    /// A probe that has contact where Z is here or below, in steps
+    /// Probe that has contact when Z is at this position or below, in steps
     #[arg(long, value_name = "PLACE", value_parser = probe, help_heading = "The machine")]
     #[arg(allow_hyphen_values = true, conflicts_with = "port")]
     probe: Option<i64>,

@@ -14,15 +14,15 @@ use crate::{files, say};
 
 /// Write a file with the port, units, speeds and ramps of a machine
 ///
-/// Asks for what is not given as an option; an empty answer leaves a key out. `move`, `run`,
-/// `line`, `home` and the others take the file's values where an option is not typed.
+/// Asks for each value that is not given as an option; an empty answer leaves a key out. `move`,
+/// `run`, `line`, `home` and the others use the file's values for options that are not given.
 #[derive(clap::Args)]
 #[command(after_help = "\
-A file that is there already keeps its other axes, keys and comments. The file that holds is
-that of --machine, else the one that STEPWRIGHT_MACHINE names, else stepwright.toml where the
-command is run, else ~/.config/stepwright/machine.toml (%APPDATA% on Windows).
+An existing file keeps its other axes, keys and comments. Commands use the file of --machine,
+else that of the variable STEPWRIGHT_MACHINE, else stepwright.toml in the current folder, else
+~/.config/stepwright/machine.toml (%APPDATA% on Windows).
 
-The file, with all there may be in it:
+A file with all keys:
   port = \"/dev/ttyUSB0\"       every command goes to this board
   baud = 115200
   lease = \"2s\"                the board brakes when the command is silent for this time
@@ -49,7 +49,7 @@ pub struct Args {
     /// File to write
     #[arg(long, value_name = "FILE", default_value = HERE)]
     file: PathBuf,
-    /// Which axis it is about: 1 to 8
+    /// The axis, 1 to 8
     #[arg(long, value_name = "N", default_value = "1", value_parser = target::axis)]
     axis: AxisId,
     /// Serial port of the board
@@ -64,7 +64,7 @@ pub struct Args {
     /// Speed between the ramps
     #[arg(long, value_name = "SPEED")]
     top_speed: Option<String>,
-    /// Acceleration from the start speed up
+    /// Acceleration of the ramp up
     #[arg(long, value_name = "ACCEL")]
     accel: Option<String>,
 }

@@ -26,24 +26,25 @@ const VIRTUAL_SWITCH: i64 = -1000;
 /// The greatest distance to a virtual machine's switch.
 const VIRTUAL_WITHIN: i32 = 2000;
 
-/// Find position 0 by the limit switch of an axis
+/// Find position 0 with the limit switch of an axis
 ///
-/// The axis travels towards its switch, which halts it, backs off, comes back slowly until
-/// the switch halts it again, calls that place 0, and backs off once more. The last line on
-/// standard output is `position N ready`, where N is the distance from the switch; only then
-/// the exit status is 0.
+/// The axis moves towards its switch until the switch stops it, backs off, approaches again
+/// slowly, takes the place where the switch stops it as 0, and backs off once more. The last
+/// line on standard output is `position N ready`, where N is the distance from the switch; only
+/// then the exit status is 0.
 #[derive(clap::Args)]
 #[command(after_help = "\
 The board must know the switch: `stepwright settings set switches=1` (1 X, 2 Y, 4 Z, added
-up). By default the switch ends the travel backward; `switch-forward` says otherwise.
+up). The switch is at the backward end, unless the setting `switch-forward` has the axis.
 
-Without --port a virtual machine is homed, whose switch stands 1000 steps behind.
+Without --port a virtual board is homed, with a switch 1000 steps backward of its position.
 
-A real axis needs --within, a little more than it can travel: one that finds no switch
-there ends, and does not push at its end for ever. Where soft limits or `home-first` keep
-the board from taking that as a distance, it runs, and is braked to end there, or by as much
-further as a line to the board takes. Ctrl-C brakes, and a second Ctrl-C kills. With the
-setting `safe-start` the stops by the switch are acknowledged here.
+With --port, --within is required: a little more than the axis can travel. An axis that finds
+no switch within this distance stops, and does not push against its end for ever. If soft limits
+or `home-first` make the board refuse this distance, the command runs the axis without a target
+and brakes it to end there; it may go further by what it travels while a line is sent to the
+board. Ctrl-C brakes, and a second Ctrl-C kills. With the setting `safe-start` the command
+acknowledges the stops by the switch.
 
 Examples:
   stepwright home
@@ -57,11 +58,11 @@ pub struct Args {
     /// Speed towards the switch, the second time
     #[arg(long, value_name = "SPEED", allow_negative_numbers = true, default_value = "50", help_heading = MOTION)]
     slow: SpeedArg,
-    /// How far to go from the closed switch: steps, or like 2mm
+    /// Distance to back off from the closed switch: steps, or like 2mm
     #[arg(long, value_name = "DISTANCE", default_value = "50", help_heading = MOTION)]
     back_off: DistanceArg,
-    /// Greatest distance to the switch: the axis ends there if no switch has halted it [on a
-    /// virtual machine: 2000]
+    /// Greatest distance to the switch: the axis stops there if no switch has stopped it [on a
+    /// virtual board: 2000]
     #[arg(long, value_name = "DISTANCE", help_heading = MOTION)]
     within: Option<DistanceArg>,
     #[command(flatten)]

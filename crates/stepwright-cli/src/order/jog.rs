@@ -24,29 +24,29 @@ use crate::say;
 use stepwright_host::motion::{NotBegun, RestPlace};
 use stepwright_host::{LinkError, Session};
 
-/// Run an axis by keys: as long as an arrow is held
+/// Run an axis while an arrow key is held
 ///
-/// The motor follows the ramps of any order, so it brakes for a moment after the key is let
-/// go. The last line on standard output says where it is.
+/// The motor follows its ramps, so it still brakes for a moment after the key is released. The
+/// last line on standard output is its position.
 #[derive(clap::Args)]
 #[command(mut_arg("lease", |arg| arg.help("\
-    Have the board brake when it hears nothing from here for this time: 500ms, 2s; from \
-    200ms to 60s [default: 500ms, of a board that grants a lease]")))]
+    Have the board brake if it receives nothing from this command for this time: 500ms, 2s; from \
+    200ms to 60s [default: 500ms, if the board grants leases]")))]
 #[command(after_help = "\
 Keys:
   → ↑   forward while held        . ,    one --step forward, backward
   ← ↓   backward while held       + -    faster, slower by a tenth
-  space stop                      0      call this place 0
+  space stop                      0      set this position to 0
   q     end
 
-Most terminals don't say when a key comes up, but repeat one that is held: the motor
-brakes 0.7 s after a single press, 0.25 s after the last repeat. Under kitty, foot,
-WezTerm, Ghostty and others it brakes as the key comes up.
+Most terminals don't report a released key, but repeat a held one: the motor brakes
+0.7 s after a single press, 0.25 s after the last repeat. In kitty, foot, WezTerm,
+Ghostty and others it brakes when the key is released.
 
-Ctrl-C brakes and ends, a second one kills. The board brakes by itself when it hears
-nothing from here for as long as --lease, also when this program is killed or the cable
-is pulled. A board that grants no lease does so by its setting timeout-ms; one that has
-none goes on.
+Ctrl-C brakes and ends, a second one kills. The board brakes by itself if it receives
+nothing from this command for the time of --lease, also if the command is killed or the
+cable is pulled. A board that grants no lease brakes after its setting timeout-ms; without
+that it does not brake.
 
 Examples:
   stepwright jog

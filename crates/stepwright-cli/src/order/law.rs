@@ -55,16 +55,16 @@ from rest: austin, austin-fixed, linear-factor, power, piecewise [default: trape
     /// austin, linear-factor, power, piecewise: the first delay [default: 0.676]
     #[arg(long, value_enum, requires = "law")]
     c0: Option<First>,
-    /// austin: what the change of a step is divided by [default: 4n+1]
+    /// austin: divisor of the change from one delay to the next [default: 4n+1]
     #[arg(long, value_enum, requires = "law", conflicts_with = "c0")]
     divisor: Option<Divide>,
-    /// austin: another acceleration after this many steps, like 100:500; up to four times
+    /// austin: change the acceleration after this many steps, like 100:500; up to four times
     #[arg(long = "change", value_name = "STEPS:ACCEL", requires = "law")]
     changes: Vec<ChangeArg>,
-    /// linear-factor: where it begins, as a part of the top speed: 0 to 0.9 [default: 0]
+    /// linear-factor: speed where the acceleration begins to fall, as a part of the top speed: 0 to 0.9 [default: 0]
     #[arg(long, value_name = "PART", requires = "law", value_parser = thousandths)]
     knee: Option<u16>,
-    /// power: p, 2 to 9 [default: 4]
+    /// power: the exponent p, 2 to 9 [default: 4]
     #[arg(long, value_name = "P", requires = "law")]
     #[arg(value_parser = clap::value_parser!(u8).range(2..=9))]
     power: Option<u8>,

@@ -9,8 +9,8 @@ use stepwright_host::Session;
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Board")]
 pub struct LeaseArgs {
-    /// Have the board brake when it hears nothing from here for this time: 500ms, 2s;
-    /// from 200ms to 60s [default: never]
+    /// Have the board brake if it receives nothing from this command for this time: 500ms,
+    /// 2s; from 200ms to 60s [default: never]
     #[arg(long = "lease", value_name = "TIME", value_parser = stepwright_machine::lease)]
     lease: Option<LeaseMillis>,
 }

@@ -24,10 +24,9 @@ const LINES: Duration = Duration::from_secs(1);
 
 /// Move several axes along a straight line: all begin together and end together
 ///
-/// The speeds and ramps are those of the axis that goes furthest; the others have their
-/// share of them. The last line on standard output says where the axes are: `position
-/// 2000 -500 ready` when all stand where they were ordered to, and only then the exit
-/// status is 0.
+/// Speeds and ramps are those of the axis with the longest distance; those of the other axes
+/// are scaled down. The last line on standard output is the positions: `position 2000 -500
+/// ready` if all axes have reached their targets, and only then the exit status is 0.
 #[derive(clap::Args)]
 #[command(after_help = "\
 The first number is for axis 1, the second for axis 2, and so on; 0 leaves an axis where
@@ -36,7 +35,8 @@ axis with a small share differ a little from the line, and its top speed makes u
 axes still end at different times, the command says by how much. The default ramp of two axes
 is at most 120,000 steps/s², of three 40,000, with --jerk 3,900 and 1,200.
 
-`retarget` from another terminal has an axis leave the line: it goes to its new target alone.
+After a `retarget` from another terminal an axis leaves the line, and moves to its new target
+by itself.
 
 Ctrl-C brakes every axis, each along its own ramp, close to the line; a
 second Ctrl-C stops dead, and the positions are lost.
@@ -49,14 +49,14 @@ Examples:
   stepwright line 2000 0 500 --port /dev/ttyUSB0 --format json")]
 #[command(group(clap::ArgGroup::new("way").required(true)))]
 pub struct Args {
-    /// How far each axis goes: steps, or like 90deg, 10mm; a negative distance moves backward
+    /// Distance of each axis: steps, or like 90deg, 10mm; a negative distance moves backward
     #[arg(num_args = 1..=usize::from(MAX_AXES), allow_negative_numbers = true, group = "way")]
     distance: Vec<DistanceArg>,
-    /// Where each axis goes to: positions in the same units
+    /// Target position of each axis, in the same units
     #[arg(long, value_name = "POSITION", num_args = 1..=usize::from(MAX_AXES), group = "way")]
     #[arg(allow_negative_numbers = true)]
     to: Vec<DistanceArg>,
-    /// Speed between the ramps, of the axis that goes furthest
+    /// Speed between the ramps, of the axis with the longest distance
     #[arg(long, alias = "speed", value_name = "SPEED", allow_negative_numbers = true, default_value = "1000", help_heading = MOTION)]
     top_speed: SpeedArg,
     #[command(flatten)]

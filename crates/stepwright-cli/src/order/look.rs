@@ -16,14 +16,14 @@ use crate::say;
 use stepwright_host::link::serial::Share;
 use stepwright_host::{LinkError, Session};
 
-/// Show the board, its axes and what they are doing
+/// Show the board, its axes and their states
 #[derive(clap::Args)]
 #[command(after_help = "\
 An axis that has stopped before the end of its order shows the reason until it
-moves again: `stopped by its limit switch`. `extras` are jerk (S-curves), safety (leases,
-soft limits and the other guards) and sum (checksums), of a board that has them. `faults` are
-those since the last `!` (`stepwright send '!'` forgets them). Then come the limit switches that
-the board knows of, whether each is closed now and how its pin reads, and the settings that
+moves again: `stopped by its limit switch`. `extras` lists jerk (S-curves), safety (leases,
+soft limits and the other guards) and sum (checksums), if the board has them. `faults` are
+counted since the last `!` (`stepwright send '!'` clears them). Then follow the limit switches
+of the board, whether each is closed now and the level of its pin, and the settings that
 differ from their defaults.
 
 Example:
@@ -39,9 +39,9 @@ pub struct StatusArgs {
 /// Print the position of an axis
 #[derive(clap::Args)]
 #[command(after_help = "\
-Says `position N ready`, `position N busy` on the way, or `position uncertain`
-with status 1. Where the steps of a turn are known, from the machine file or an option, the
-same stands behind it in millimetres or degrees: `position 4000 ready (10 mm)`.
+Prints `position N ready`, `position N busy` while the axis moves, or `position uncertain`
+with status 1. If the steps of a turn are known, from the machine file or an option, the
+position follows in millimetres or degrees: `position 4000 ready (10 mm)`.
 
 Example:
   stepwright position --port /dev/ttyUSB0")]

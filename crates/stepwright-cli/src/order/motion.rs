@@ -30,17 +30,17 @@ const START: u32 = 50;
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = MOTION)]
 pub struct RampArgs {
-    /// Speed that the motor jumps to from rest, and stops from [default: 50]
+    /// Speed at which the motor starts and stops without a ramp [default: 50]
     #[arg(long, value_name = "SPEED", allow_negative_numbers = true)]
     start_speed: Option<SpeedArg>,
     /// Length of both ramps in steps [default: a fifth of the top speed, 200 at 1000 steps/s]
     #[arg(long, value_name = "STEPS", conflicts_with = "accel")]
     #[arg(value_parser = clap::value_parser!(u32).range(bounds(RAMP)))]
     ramp: Option<u32>,
-    /// Acceleration from the start speed up, instead of a length
+    /// Acceleration of the ramp up, in place of its length
     #[arg(long, value_name = "ACCEL", allow_negative_numbers = true)]
     accel: Option<AccelArg>,
-    /// Deceleration back down, if it differs from the way up
+    /// Deceleration of the ramp down, if it differs
     #[arg(long, value_name = "ACCEL", allow_negative_numbers = true)]
     decel: Option<AccelArg>,
     /// Jerk limit, like 400000 or 200rad/s3: the ramps are S-curves [default: 0, none]

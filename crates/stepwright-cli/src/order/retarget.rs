@@ -18,14 +18,14 @@ use stepwright_host::{LinkError, Session};
 
 /// Change the travel that an axis is on: its target, its speed, its ramps
 ///
-/// The motor goes on from the speed it has and keeps the new limits. Where the target is too
-/// near to stop at, or behind, it brakes to rest and travels back to it.
+/// The motor goes on from its present speed and keeps the new limits. If the target is behind,
+/// or too near to stop at, the motor brakes to rest and travels back to it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 DISTANCE counts from where the travel began: after `move 4000`, `retarget 500` ends
-where `move 500` would have ended. --to counts from 0; the command that gave the
-order must still be running: after `--detach` give a DISTANCE. A run without end gets a target. The change begins after
-the steps that are planned already, some 16 to 24 ms.
+where `move 500` would have ended. --to counts from 0, and needs the command that gave the
+order to be still running: after `--detach` give a DISTANCE. A run without end gets a target.
+The change begins after the steps that are planned already, some 16 to 24 ms.
 
 If the board refuses a part of the change, the status is 1; the parts before it hold.
 
@@ -36,10 +36,10 @@ Examples:
   stepwright retarget --to 12mm --mm-per-rev 8 --port /dev/ttyUSB0")]
 #[command(group(clap::ArgGroup::new("what").required(true).multiple(true)))]
 pub struct Args {
-    /// Where it is to end: steps, or like 90deg, 10mm, from where the travel began
+    /// New target: steps, or like 90deg, 10mm, from where the travel began
     #[arg(allow_negative_numbers = true, group = "what")]
     distance: Option<DistanceArg>,
-    /// The position where it is to end, in the same units, counted from where the board has 0. Not
+    /// New target as a position in the same units, counted from the board's position 0. Not
     /// after `--detach`
     #[arg(long, value_name = "POSITION", allow_negative_numbers = true, group = "what")]
     #[arg(conflicts_with = "distance")]
@@ -50,7 +50,7 @@ pub struct Args {
     /// Speed between the ramps
     #[arg(long, alias = "speed", value_name = "SPEED", allow_negative_numbers = true, group = "what", help_heading = MOTION)]
     top_speed: Option<SpeedArg>,
-    /// Acceleration, also in place of a ramp that was counted in steps
+    /// Acceleration; it also replaces a ramp that was given in steps
     #[arg(long, value_name = "ACCEL", allow_negative_numbers = true, group = "what", help_heading = MOTION)]
     accel: Option<AccelArg>,
     /// Deceleration, likewise

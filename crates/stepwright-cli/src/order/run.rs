@@ -27,13 +27,13 @@ use stepwright_machine::time;
 /// Run an axis at a speed until it is stopped
 #[derive(clap::Args)]
 #[command(after_help = "\
-It stays while the motor runs: at Ctrl-C, at any other signal, or after the time of
---for, it brakes, says `position N ready`, and ends with status 0, before the time of
---for with 130. A second Ctrl-C stops dead: `position uncertain`, status 130. On a
-terminal keys change the speed: + faster and - slower, by a tenth; s brakes. With --lease
-the board brakes also when this program is killed or its cable is pulled.
+The command stays while the motor runs. At Ctrl-C, at any other signal or after the time of
+--for it brakes, prints `position N ready`, and ends with status 0; if it brakes before the
+time of --for is over, with 130. A second Ctrl-C stops dead: `position uncertain`, status 130.
+On a terminal, keys control the motor: + and - change its speed by a tenth, s brakes. With
+--lease the board also brakes if this program is killed or the cable is pulled.
 
-With --detach it returns as soon as the motor runs, and nobody watches it:
+With --detach the command returns as soon as the motor runs, and no longer watches it;
 `stepwright stop` brakes it.
 
 Examples:
@@ -44,7 +44,7 @@ Examples:
   stepwright run +200 --port /dev/ttyUSB0 --detach
   stepwright stop --port /dev/ttyUSB0")]
 pub struct Args {
-    /// How fast; a minus runs backward
+    /// Speed; a negative speed runs backward
     #[arg(allow_hyphen_values = true, value_name = "±SPEED", required_unless_present = "named")]
     speed: Option<SignedSpeedArg>,
     /// The same, as the other commands have it

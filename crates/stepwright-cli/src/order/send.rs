@@ -13,7 +13,7 @@ use stepwright_host::link::serial::Share;
 pub struct Args {
     #[command(flatten)]
     port: PortArgs,
-    /// Lines, without their CR
+    /// Lines to send, without CR
     #[arg(required = true, value_name = "LINE", value_parser = line)]
     lines: Vec<String>,
 }
@@ -21,8 +21,9 @@ pub struct Args {
 /// The help text: all lines of the protocol, and examples.
 fn help() -> String {
     let mut help = String::from(
-        "Each line is sent with its CR once the line before it has been answered; each answer is
-a line on standard output. The status is 1 if any was E. Quote ? ! and $.
+        "Each line is sent with a CR once the line before it has been answered; each answer is
+a line on standard output. The exit status is 1 if any answer was E. Quote ? ! and $ for the
+shell.
 
 Lines (\u{b1}: + or -):
 ",

@@ -19,12 +19,12 @@ use stepwright_host::{LinkError, Session};
 /// Brake: ramp down, and keep the position
 #[derive(clap::Args)]
 #[command(after_help = "\
-Brakes every axis, or the one of --axis, waits until it rests, and says where:
+Brakes every axis, or that of --axis, waits until it rests, and prints its position:
 `axis 1 position 4000 ready`, a line for each; `position 4000 ready` with --axis.
-Ctrl-C while it waits kills. Works also while another program talks to the board.
+Ctrl-C while it waits kills. It also works while another program uses the port.
 
-With --axis the others go on, if the board answers, or the stepwright that has the port.
-Where neither does, other axes may be braked, too.
+With --axis the other axes go on if the board answers, or the stepwright that has the port.
+If neither does, other axes may be braked too.
 
 Examples:
   stepwright stop --port /dev/ttyUSB0
@@ -35,7 +35,7 @@ pub struct StopArgs {
     format: Format,
     #[command(flatten)]
     port: PortArgs,
-    /// This axis of the board, 1 to 8; all of them otherwise
+    /// Axis to brake, 1 to 8 [default: all]
     #[arg(long, value_name = "N", value_parser = target::axis, help_heading = "Board")]
     axis: Option<AxisId>,
 }
@@ -43,9 +43,9 @@ pub struct StopArgs {
 /// Stop all axes at once; the position of one that moved becomes unknown
 #[derive(clap::Args)]
 #[command(after_help = "\
-Works also while another program talks to the board. An axis that was moving has
-lost its position: if it stands at a known place, or to go and find one, call it 0
-with `stepwright zero`.
+It also works while another program uses the port. An axis that was moving has lost its
+position. `stepwright zero` sets it to 0: where the axis stands at a known place, or to be
+able to move it to one.
 
 Example:
   stepwright kill --port /dev/ttyUSB0")]

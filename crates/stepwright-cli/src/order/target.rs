@@ -74,19 +74,19 @@ impl PortArgs {
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Virtual board (without --port)")]
 pub struct VirtualArgs {
-    /// Move a virtual board, also where the machine file names a port
+    /// Use a virtual board even if the machine file names a port
     #[arg(id = "virtual", long = "virtual", conflicts_with = "port")]
     _virtual_board: bool,
-    /// Let its time pass as fast as the machine can, instead of in real time
+    /// Simulate as fast as this computer can, instead of in real time
     #[arg(long, conflicts_with = "port")]
     pub fast: bool,
     /// Record every edge of its pins, for GTKWave or PulseView
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     vcd: Option<PathBuf>,
-    /// Record them as MCAP, for Foxglove or PlotJuggler
+    /// Record the edges as MCAP, for Foxglove or PlotJuggler
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     mcap: Option<PathBuf>,
-    /// Draw its motors over time, position, speed and acceleration: .svg, .png or .html
+    /// Plot position, speed and acceleration of its motors over time: .svg, .png or .html
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     pub plot: Option<PlotFile>,
 }

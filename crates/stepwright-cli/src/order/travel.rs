@@ -23,21 +23,20 @@ use stepwright_host::{LinkError, Session};
 
 /// Move an axis by a distance or to a position, on a virtual board or a real one
 ///
-/// The last line on standard output says where the axis is: `position 4000
-/// ready` when it stands where it was ordered to, and only then the exit status
-/// is 0. Positions count steps from where the board was switched on, or last
-/// told `zero`.
+/// The last line on standard output is the position of the axis: `position 4000
+/// ready` if it has reached its target, and only then the exit status is 0. Position 0 is
+/// where the axis was when the board was switched on, or at the last `zero`.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Without --port a virtual board moves: the real engine with simulated pins, in
 real time.
 
 Ctrl-C brakes along the ramp, and the position stays known; a second Ctrl-C
-stops dead, and the position is lost. Every other signal that would end the command,
-a closed terminal's too, brakes, and so does Ctrl-Z. On a terminal keys change a motor on its way:
-+ faster and - slower, by a tenth of its top speed, s brakes. `retarget` does so
-from elsewhere. With --lease the board brakes also when this program is killed or
-its cable is pulled; the position stays known.
+stops dead, and the position is lost. Any other signal that would end the command brakes too,
+also a closed terminal's and Ctrl-Z. On a terminal, keys control the moving motor: + and -
+change its speed by a tenth of the top speed, s brakes. From another terminal `retarget`
+changes the travel. With --lease the board also brakes if this program is killed or the cable
+is pulled; the position stays known.
 
 A default ramp takes 0.4 s at any top speed: with --top-speed 20000 alone the motor accelerates
 20 times as hard as at 1000. Give --accel to keep the acceleration.
@@ -48,9 +47,9 @@ The last line       Status
   … by its limit switch 1   stopped by something else, at rest at N: the reason
   position uncertain  130   killed by Ctrl-C
                         1   the board was lost, or killed by something else
-`retarget` from another terminal gives the order another target: that is where it goes
-all the way to. An order that the board refuses ends with status 1 and no such line; a command
-line that is invalid with 2.
+After a `retarget` from another terminal, `ready` means at rest at the new target. An order
+that the board refuses ends with status 1 and without this line, an invalid command line with
+status 2.
 
 --vcd writes a Value Change Dump. PulseView imports it with a downsampling factor of 625,
 which gives a sample for each tick at 16 MHz; on the command line:
@@ -69,13 +68,13 @@ Examples:
   stepwright move 4000 --port /dev/ttyUSB0 --format json")]
 #[command(group(clap::ArgGroup::new("way").required(true)))]
 pub struct Args {
-    /// How far: steps, or like 90deg, 1.5turns, 10mm; a negative distance moves backward
+    /// Distance: steps, or like 90deg, 1.5turns, 10mm; a negative distance moves backward
     #[arg(allow_negative_numbers = true, group = "way")]
     distance: Option<DistanceArg>,
-    /// Where to: a position in the same units, counted from where the board has 0
+    /// Target position in the same units, counted from the board's position 0
     #[arg(long, value_name = "POSITION", allow_negative_numbers = true, group = "way")]
     to: Option<DistanceArg>,
-    /// Speed between the ramps [default: 1000; with --law what a board can, if that is less]
+    /// Speed between the ramps [default: 1000; with --law less if the board can't make that]
     #[arg(long, alias = "speed", value_name = "SPEED", allow_negative_numbers = true, help_heading = MOTION)]
     top_speed: Option<SpeedArg>,
     #[command(flatten)]
@@ -84,7 +83,7 @@ pub struct Args {
     law: LawArgs,
     #[command(flatten)]
     on: AxisArgs,
-    /// Return as soon as the motor moves; `stepwright watch` shows how it goes on
+    /// Return as soon as the motor moves; `stepwright watch` follows it
     #[arg(long, conflicts_with = "lease", help_heading = "Board")]
     detach: bool,
     #[command(flatten)]

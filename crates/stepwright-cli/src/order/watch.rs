@@ -21,12 +21,12 @@ const LINES: Duration = Duration::from_secs(1);
 
 /// Follow an axis until it rests
 ///
-/// Says on standard error where it is, a line a second, and in the end on standard output:
-/// `position 4000 ready`.
+/// Prints the position on standard error once a second, and at the end `position 4000
+/// ready` on standard output.
 #[derive(clap::Args)]
 #[command(after_help = "\
-Moves nothing, and stops nothing: Ctrl-C ends the watching. Works also while another
-stepwright talks to the board: it asks through that one.
+It moves and stops nothing: Ctrl-C ends the watching alone. It also works while another
+stepwright uses the port, and then asks through that one.
 
 Examples:
   stepwright move --to 90deg --port /dev/ttyUSB0 --detach

@@ -11,9 +11,8 @@ use crate::quantity::DistanceArg;
 
 /// Austin's ramp: each delay from the one before (Eq 12 to 19)
 ///
-/// The motor starts and ends at rest. Down goes the ramp of the deceleration;
-/// steps that rounding leaves over are travelled at the speed reached. On its way
-/// up it may change its acceleration.
+/// The motor starts and ends at rest. Steps that the rounding of the ramp down leaves over
+/// are made at the speed reached. The acceleration may change during the ramp up.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -33,10 +32,10 @@ pub struct Args {
     limits: Limits,
     #[command(flatten)]
     begin: Begin,
-    /// What the change of a step is divided by; c/2n has a first delay of its own
+    /// Divisor of the change from one delay to the next; c/2n has a first delay of its own
     #[arg(long, value_enum, default_value_t = Divide::FourN, conflicts_with = "c0")]
     divisor: Divide,
-    /// Another acceleration after this many steps, like 100:500; any number of them
+    /// Change the acceleration after this many steps, like 100:500; any number of times
     #[arg(long = "change", value_name = "STEPS:ACCEL", conflicts_with = "divisor")]
     changes: Vec<ChangeArg>,
     #[command(flatten)]

@@ -19,12 +19,12 @@ use crate::failure::{Failure, unless_closed};
 use crate::plot;
 use crate::quantity::JerkArg;
 
-/// Laws over one another: how long, how fast, how smooth
+/// Compare laws: duration, peak speed, smoothness
 ///
-/// The same travel by each: duration, peak speed, the highest acceleration,
-/// deceleration (Austin, Eq 3) and jerk between neighbouring delays; how
-/// far the delays are from those of constant acceleration, largest and root mean
-/// square; and the time lost against it, as the time-optimal travel.
+/// Plans the same travel with each law, and prints its duration, its peak speed, the highest
+/// acceleration, deceleration (Austin, Eq 3) and jerk between neighbouring delays, the
+/// deviation of its delays from those of constant acceleration, largest and root mean square,
+/// and the time lost against that time-optimal travel.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -38,7 +38,7 @@ Examples:
     stepwright plan compare trapezoid linear-factor --knee 0.5 \\
       --steps 1000 --accel 2000 --top-speed 1000 --format json")]
 pub struct Args {
-    /// Which laws
+    /// The laws
     #[arg(required = true, value_name = "LAW")]
     #[arg(value_parser = PossibleValuesParser::new(LawChoice::NAMES))]
     laws: Vec<String>,
@@ -52,7 +52,7 @@ pub struct Args {
     power: Power,
     #[command(flatten)]
     breaks: Breaks,
-    /// How fast the acceleration of s-curve changes: 80000, 200rad/s3 … (steps/s³)
+    /// Jerk limit of s-curve: 80000, 200rad/s3 … (a bare number is steps/s³)
     #[arg(long, value_name = "JERK", allow_hyphen_values = true)]
     jerk: Option<JerkArg>,
     /// How to print it

@@ -42,7 +42,7 @@ impl Limits {
 /// How one of Austin's ramps begins.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct Begin {
-    /// The first delay, which Eq 12 makes too much of
+    /// The first delay; after the exact one, Eq 12 makes all delays too long
     #[arg(long, value_enum, default_value_t = First::Reduced)]
     pub c0: First,
 }

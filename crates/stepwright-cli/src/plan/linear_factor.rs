@@ -10,9 +10,9 @@ use crate::quantity::DistanceArg;
 
 /// Acceleration that falls linearly to 0 at the top speed (Eq 22 to 25)
 ///
-/// Up and down: a travel too short for the top speed goes from acceleration to
-/// deceleration without a jump. The speed reached is an estimate of the
-/// document, some tenths of a per cent below the top speed.
+/// The ramp down mirrors this: a travel too short for the top speed goes from acceleration to
+/// deceleration without a jump. The speed reached is the article's estimate, some tenths of a
+/// per cent below the top speed.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -35,7 +35,7 @@ pub struct Args {
 /// Where the linear factor begins.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct Knee {
-    /// Where the linear factor begins, as a part of the top speed: 0 to 0.9
+    /// Speed where the acceleration begins to fall, as a part of the top speed: 0 to 0.9
     #[arg(long, value_name = "PART", default_value = "0", value_parser = thousandths)]
     #[arg(allow_negative_numbers = true)]
     pub knee: u16,

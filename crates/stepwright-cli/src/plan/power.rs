@@ -10,8 +10,9 @@ use crate::quantity::DistanceArg;
 
 /// Acceleration that a power of the step number ends (Eq 20, 21)
 ///
-/// The approach to the top speed is asymptotic: half of a travel goes up and half of it
-/// down, and one of ordinary length with the power 2 falls far short.
+/// The speed approaches the top speed asymptotically: the first half of a travel accelerates,
+/// the second decelerates, and with the power 2 a travel of usual length stays far below the
+/// top speed.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -32,7 +33,7 @@ pub struct Args {
 /// How sharp the knee is.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct Power {
-    /// p of the power term, 2 to 9: the higher, the sharper the knee
+    /// Exponent p of the power term, 2 to 9: the higher, the sharper the knee
     #[arg(long, value_name = "P", default_value_t = 4, allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u8).range(2..=9))]
     pub power: u8,

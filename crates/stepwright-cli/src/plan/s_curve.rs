@@ -9,12 +9,11 @@ use super::{Common, Planned};
 use crate::failure::Failure;
 use crate::quantity::{DistanceArg, JerkArg, SpeedArg};
 
-/// Acceleration and deceleration that come and go smoothly: a limited jerk
+/// Acceleration and deceleration with limited jerk
 ///
 /// Phases: jerk-up (the acceleration grows), up, jerk-down (it goes back),
-/// cruise, and the same for braking: jerk-up, down, jerk-down. What a short
-/// travel or a small jerk leaves no time for is left out; it is the fastest
-/// travel within the limits.
+/// cruise, and the same for braking: jerk-up, down, jerk-down. A short travel or a small
+/// jerk leaves some phases out. The travel is the fastest within the limits.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -32,7 +31,7 @@ Examples:
 pub struct Args {
     #[command(flatten)]
     limits: Limits,
-    /// How fast both change: 80000, 200rad/s3, 60rpm/s2 … (a bare number is steps/s³)
+    /// Jerk limit: 80000, 200rad/s3, 60rpm/s2 … (a bare number is steps/s³)
     #[arg(long, value_name = "JERK", allow_hyphen_values = true)]
     jerk: JerkArg,
     /// Speed that the motor jumps to and stops from

@@ -50,11 +50,11 @@ const SWITCH: &str = "1:-1000";
 The first line on standard output is `page ADDRESS`: open it in a browser. Without --port
 a virtual board is served: the real engine with simulated pins.
 
-One page controls, others watch, and everybody may stop. A motor that runs without end
+One page controls, others watch, and every page may stop. A motor that runs without end
 brakes when the page that runs it is closed, or silent for a second. A board that was
 unplugged is found again when it is back; nothing moves by itself then.
 
-A program can ask for everything that the page does: `GET /api/openapi.json` describes
+A program can request everything that the page can do: `GET /api/openapi.json` describes
 the requests. Orders need a key, which `POST /api/control` gives.
 
 Only this computer reaches the page, unless --bind says otherwise. Other computers need a
@@ -69,7 +69,7 @@ Examples:
   curl http://127.0.0.1:8480/api/state
   curl --json '{}' http://127.0.0.1:8480/api/stop")]
 pub struct Args {
-    /// Address to serve at: 192.168.0.7, 0.0.0.0:80; port 0 is any that is free
+    /// Address to serve at: 192.168.0.7, 0.0.0.0:80; port 0: any free port
     /// [default: 127.0.0.1:8480]
     #[arg(long, value_name = "ADDR", default_value_t = Bind::LOOPBACK, hide_default_value = true)]
     bind: Bind,
@@ -77,7 +77,7 @@ pub struct Args {
     geometry: GeometryArgs,
     #[command(flatten)]
     port: PortArgs,
-    /// Serve a virtual board, also where the machine file names a port
+    /// Serve a virtual board even if the machine file names a port
     #[arg(id = "virtual", long = "virtual", conflicts_with = "port", help_heading = "Board")]
     _virtual_board: bool,
     /// Serial port of another board, which runs the program `cycles`: the page's cycle files are
@@ -88,11 +88,11 @@ pub struct Args {
     /// run on it, not on a virtual board
     #[arg(long, value_name = "PATH", help_heading = "Board")]
     stream: Option<PathBuf>,
-    /// A limit switch on the machine of the virtual board, which the axis closes at this place
-    /// and beyond, in steps; the setting `switches` has the board look at it [default: 1:-1000]
+    /// Limit switch of the virtual board that the axis closes at this position and beyond, in
+    /// steps; the board uses it if its setting `switches` has the axis [default: 1:-1000]
     #[arg(long, value_name = "AXIS:PLACE", conflicts_with = "port", help_heading = "Board")]
     switch: Vec<Switch>,
-    /// What a motor of the virtual board is on instead of STEP and DIR: unipolar, bridge, each
+    /// Drive of an axis of the virtual board in place of STEP and DIR: unipolar, bridge, each
     /// also with -wave or -half, shield
     #[arg(long, value_name = "AXIS:DRIVE", conflicts_with = "port", help_heading = "Board")]
     drive: Vec<AxisDrive>,

@@ -35,7 +35,7 @@ use stepwright_host::link::serial::Share;
 use stepwright_plot::PlotFile;
 use wiring::WiringArgs;
 
-/// Change a motor's speed on a clock, as the Arduino driver does
+/// Change a motor's speed at fixed intervals, as the Arduino driver does
 ///
 /// Steps come at a virtual top (clocks between two steps), which grows or shrinks at a fixed
 /// interval, until a number of steps or milliseconds have passed: on the virtual board, or with
@@ -93,7 +93,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", requires = "drive", conflicts_with = "port")]
     #[arg(help_heading = "Output")]
     vcd: Option<PathBuf>,
-    /// Record them as MCAP, for Foxglove or PlotJuggler
+    /// Record the edges as MCAP, for Foxglove or PlotJuggler
     #[arg(long, value_name = "FILE", requires = "drive", conflicts_with = "port")]
     #[arg(help_heading = "Output")]
     mcap: Option<PathBuf>,
@@ -103,7 +103,7 @@ pub struct Args {
     /// Draw it: speed, and with --drive the signals of the pins (.svg, .png or .html)
     #[arg(long, value_name = "FILE", conflicts_with = "port", help_heading = "Output")]
     plot: Vec<PlotFile>,
-    /// What stretch of time the plot shows, in ms from the call: 0..40
+    /// Time span of the plot, in ms from the call: 0..40
     #[arg(long, value_name = "FROM..TO", requires = "plot", help_heading = "Output")]
     window: Option<figure::Window>,
 }
@@ -111,7 +111,7 @@ pub struct Args {
 /// How a motion is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// What was understood, and what comes of it; with --log the dumps
+    /// The values as understood, and the results; with --log the dumps
     Summary,
     /// Every step in columns; with --log the dumps
     Table,

@@ -12,10 +12,10 @@ use crate::quantity::{GeometryArgs, SpeedArg};
 /// What is asked of the driver.
 #[derive(clap::Args)]
 pub struct OrderArgs {
-    /// Clocks between two steps at first: the virtual top; 0 stops the motor
+    /// Virtual top at the start: the clocks between two steps; 0 stops the motor
     #[arg(long, value_name = "CLOCKS", conflicts_with_all = ["speed", "case"])]
     top: Option<u32>,
-    /// Speed at first: 250, 75rpm … (a bare number is steps/s); 0 stops the motor
+    /// Speed at the start: 250, 75rpm … (a bare number is steps/s); 0 stops the motor
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, conflicts_with = "case")]
     speed: Option<SpeedArg>,
     /// A validation case of the Arduino driver, 1 to 3, in place of --speed and the other options of
@@ -43,7 +43,7 @@ pub struct OrderArgs {
     #[arg(long, value_name = "MS", default_value_t = 1000, conflicts_with = "case")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..))]
     every_ms: u16,
-    /// This many updates at most
+    /// Greatest number of updates
     #[arg(long, value_name = "N", conflicts_with = "case")]
     updates: Option<u16>,
     /// Have the main program check for updates at this interval in ms, instead of the step

@@ -20,10 +20,10 @@ use stepwright_host::link::serial::Share;
 /// two thousand.
 const MOST: usize = 100_000;
 
-/// Look at the settings of a board, and change them
+/// Show the settings of a board, and change them
 #[derive(clap::Args)]
 #[command(after_help = "\
-A setting holds at once, and an Uno, a Nano and a Mega keep it when their power
+A setting takes effect at once. An Uno, a Nano and a Mega keep it when their power
 goes off; other boards over a reset alone. None is changed while a motor moves.
 The names are those of the serial line: `$` lists them, `$pulse-us=3` sets one.
 
@@ -47,14 +47,14 @@ enum What {
     Save(SaveArgs),
 }
 
-/// Print the settings of a board, or the number of one
+/// Print the settings of a board, or the value of one
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   stepwright settings get --port /dev/ttyUSB0
   stepwright settings get --port /dev/ttyUSB0 idle-ms")]
 struct GetArgs {
-    /// Only this one: its number alone
+    /// Print the value of this setting alone
     #[arg(value_parser = words::NameParser, hide_possible_values = true)]
     name: Option<Setting>,
     /// How to write the result
@@ -83,7 +83,7 @@ struct SetArgs {
     port: PortArgs,
 }
 
-/// Give all settings their defaults again
+/// Reset all settings to their defaults
 #[derive(clap::Args)]
 #[command(after_help = "\
 Example:
@@ -93,7 +93,7 @@ struct ResetArgs {
     port: PortArgs,
 }
 
-/// Set those that a file names
+/// Set the settings that a file names
 #[derive(clap::Args)]
 #[command(after_help = "\
 The file is TOML, `name = number` a line, as `stepwright settings save` writes it;

@@ -248,6 +248,10 @@ impl Conversation {
         self.owed += usize::from(command == Command::Status);
         let answer = self.answer().await?;
         self.unheard = false;
+        if answer.is_none() {
+            // A guest may be connected again, with another selection.
+            self.selected = None;
+        }
         if let (Some(guests), Some(reply)) = (&self.guests, answer) {
             guests.after(command, reply);
         }

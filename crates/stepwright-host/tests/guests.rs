@@ -4,14 +4,17 @@ use std::cell::Cell;
 use std::io;
 use std::rc::Rc;
 use std::sync::mpsc::channel;
-use std::time::Duration;
+use std::thread::{sleep, spawn};
+use std::time::{Duration, Instant};
 
 use stepwright::{Accel, Speed};
 use stepwright_host::guests::{GuestLine, Guests};
 use stepwright_host::link::Link;
+#[cfg(unix)]
+use stepwright_host::link::{guest::GuestLink, host::Host};
 use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 use stepwright_host::motion::Action;
-use stepwright_host::{Board, MotionLimits, Outcome};
+use stepwright_host::{Board, MotionLimits, Outcome, Session};
 use stepwright_protocol::{AxisId, Command, Reply, Selection, crc};
 
 /// A line that flips one bit to the board, counted from when the test sets it.
@@ -168,4 +171,81 @@ fn the_holder_hears_of_every_change() {
         let all = if line == "K" { Selection::All } else { axis(2) };
         assert_eq!(change.axes, all, "{line}");
     }
+}
+
+/// A port, its holder, and a guest that waits 50 ms for an answer.
+#[cfg(unix)]
+fn held() -> (tempfile::NamedTempFile, Host, GuestLink) {
+    let port = tempfile::NamedTempFile::new().unwrap();
+    let host = Host::open(port.path()).unwrap();
+    let guest = GuestLink::open(port.path(), Duration::from_millis(50)).unwrap();
+    (port, host, guest)
+}
+
+/// The next line of a guest within 5 s.
+#[cfg(unix)]
+fn next_of(host: &mut Host) -> Option<GuestLine> {
+    let end = Instant::now() + Duration::from_secs(5);
+    while Instant::now() < end {
+        if let Some(line) = host.next() {
+            return Some(line);
+        }
+        sleep(Duration::from_millis(1));
+    }
+    None
+}
+
+/// The holder was suspended, say: once it goes on, what the guest has given up must not happen.
+#[cfg(unix)]
+#[test]
+fn a_line_that_its_guest_has_given_up_is_not_said() {
+    let (_port, mut host, mut guest) = held();
+    guest.write(b"@+900\r").unwrap();
+    sleep(Duration::from_millis(100));
+    assert_eq!(guest.write(b"F\r").unwrap_err().kind(), io::ErrorKind::TimedOut);
+    guest.write(b"F\r").unwrap();
+    let asked = next_of(&mut host).unwrap();
+    assert_eq!(String::from_utf8(asked.line).unwrap(), "F");
+    asked.answer.send(Some("R".to_owned())).unwrap();
+    let mut answer = [0; 8];
+    assert_eq!(guest.read(&mut answer, Duration::from_secs(5)).unwrap(), 2);
+    assert_eq!(&answer[..2], b"R\r");
+    // A guest that ends gives up too.
+    guest.write(b"Z\r").unwrap();
+    sleep(Duration::from_millis(100));
+    drop(guest);
+    assert!(host.next().is_none());
+}
+
+/// A new connection has the first axis selected, whatever was selected before.
+#[cfg(unix)]
+#[test]
+fn a_guest_that_connects_again_selects_its_axis_again() {
+    let (_port, mut host, guest) = held();
+    let holder = spawn(move || {
+        let mut unanswered = Vec::new();
+        loop {
+            let asked = next_of(&mut host).unwrap();
+            let answer = match asked.line.as_slice() {
+                b"F" => "R",
+                b"?" => "stepwright 0.1 axes=3 max=1 late=0 refused=0 last=none uncertain=0",
+                b"A2" => "Y",
+                b"$" => {
+                    unanswered.push(asked);
+                    continue;
+                }
+                _ => return asked,
+            };
+            asked.answer.send(Some(answer.to_owned())).unwrap();
+        }
+    });
+    let mut guest = Session::new(Box::new(guest));
+    guest.meet().unwrap();
+    guest.select(axis(2)).unwrap();
+    for _ in 0..2 {
+        assert_eq!(guest.once(Command::Settings).unwrap(), None);
+    }
+    let _ = guest.ask_of(axis(2), Command::Stop);
+    let asked = holder.join().unwrap();
+    assert_eq!((asked.line.as_slice(), asked.selection), (&b"Z"[..], axis(2)));
 }

@@ -35,8 +35,7 @@ pub struct GuestLink {
 impl GuestLink {
     /// Opens the link to the board on this port; `None` if no program that holds the port lets others in.
     pub fn open(port: &Path, patience: Duration) -> Option<GuestLink> {
-        let stream = UnixStream::connect(Door::find(port)?.socket()).ok()?;
-        stream.set_write_timeout(Some(patience)).ok()?;
+        let stream = connect(port, patience).ok()?;
         Some(GuestLink { stream, path: port.to_owned(), opened: Instant::now(), owed: 0, patience })
     }
 
@@ -58,12 +57,21 @@ impl GuestLink {
     }
 }
 
+fn connect(port: &Path, patience: Duration) -> io::Result<UnixStream> {
+    let door = Door::find(port).ok_or(ErrorKind::NotFound)?;
+    let stream = UnixStream::connect(door.socket())?;
+    stream.set_write_timeout(Some(patience))?;
+    Ok(stream)
+}
+
 impl Link for GuestLink {
-    /// First waits for missing answers: they belong to earlier lines.
+    /// First waits for missing answers: they belong to earlier lines. If they don't come, connects again: the
+    /// holder does not say the lines of a connection that is closed.
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         let end = Instant::now() + self.patience;
         while self.owed > 0 {
             if Instant::now() >= end {
+                (self.stream, self.owed) = (connect(&self.path, self.patience)?, 0);
                 return Err(ErrorKind::TimedOut.into());
             }
             self.take(&mut [0; 256], Duration::from_millis(100))?;

@@ -1,18 +1,21 @@
 //! Lets other Stepwright programs ask the board whose port this program holds.
 //!
 //! Each guest has a thread that reads its lines. The conversation with the board stays with the holder of the
-//! port, which says a guest's line when it has nothing to say itself. Each guest has a selection of its own: an
-//! `A` of one guest does not affect the others.
+//! port, which says a guest's line when it has nothing to say itself, and only while the guest is connected: a
+//! guest that gives its line up closes the connection. Each guest has a selection of its own: an `A` of one
+//! guest does not affect the others.
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
+use std::time::Duration;
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use stepwright_protocol::{Command, Reply, Selection, crc};
 
 use super::door::Door;
@@ -22,10 +25,13 @@ use crate::guests::{GuestLine, Guests, is_allowed, parsed};
 /// The most bytes of a line, with its checksum and CR.
 const LONGEST: u64 = 64;
 
+/// The time between two attempts to take a guest that can't be taken.
+const RETRY: Duration = Duration::from_millis(100);
+
 /// The door for guests; it closes when it is dropped.
 pub struct Host {
     socket: PathBuf,
-    asked: Receiver<GuestLine>,
+    asked: Receiver<(GuestLine, UnixStream)>,
     /// This program's lease, noted for the next holder.
     lease: LeaseNote,
     /// Whether the door is closed.
@@ -44,22 +50,15 @@ impl Host {
         let (ask, asked) = mpsc::channel();
         let closed = Arc::new(AtomicBool::new(false));
         let over = closed.clone();
-        thread::spawn(move || {
-            for guest in listener.incoming().flatten() {
-                if over.load(Ordering::SeqCst) {
-                    break;
-                }
-                let ask = ask.clone();
-                thread::spawn(move || serve(guest, &ask));
-            }
-        });
+        thread::spawn(move || admit(listener.incoming(), &over, &ask));
         Some(Host { socket, asked, lease, closed })
     }
 }
 
 impl Guests for Host {
     fn next(&mut self) -> Option<GuestLine> {
-        self.asked.try_recv().ok()
+        let connected = self.asked.try_iter().find(|(_, guest)| !has_hung_up(guest))?;
+        Some(connected.0)
     }
 
     fn before(&self, command: Command) {
@@ -80,8 +79,36 @@ impl Drop for Host {
     }
 }
 
+/// Serves guests until the door is closed.
+fn admit(
+    guests: impl Iterator<Item = io::Result<UnixStream>>,
+    closed: &AtomicBool,
+    ask: &Sender<(GuestLine, UnixStream)>,
+) {
+    for guest in guests {
+        if closed.load(Ordering::SeqCst) {
+            break;
+        }
+        let Ok(guest) = guest else {
+            // Out of descriptors, which would be said again at once.
+            thread::sleep(RETRY);
+            continue;
+        };
+        let ask = ask.clone();
+        thread::spawn(move || serve(guest, &ask));
+    }
+}
+
+/// Whether the other end of a connection is closed.
+fn has_hung_up(guest: &UnixStream) -> bool {
+    // HUP is always reported.
+    let mut polled = [PollFd::new(guest, PollFlags::empty())];
+    poll(&mut polled, Some(&Timespec::default())).is_ok()
+        && polled.iter().any(|guest| guest.revents().contains(PollFlags::HUP))
+}
+
 /// Reads the lines of a guest and writes the answers, until either side is gone.
-fn serve(mut guest: UnixStream, ask: &Sender<GuestLine>) -> Option<()> {
+fn serve(mut guest: UnixStream, ask: &Sender<(GuestLine, UnixStream)>) -> Option<()> {
     let mut lines = BufReader::new(guest.try_clone().ok()?);
     let mut selection = Selection::FIRST;
     loop {
@@ -92,7 +119,7 @@ fn serve(mut guest: UnixStream, ask: &Sender<GuestLine>) -> Option<()> {
         let (answer, answered) = mpsc::channel();
         let command = parsed(&line);
         let line = if is_allowed(&line) { line } else { refused(&line) };
-        ask.send(GuestLine { line, selection, answer }).ok()?;
+        ask.send((GuestLine { line, selection, answer }, guest.try_clone().ok()?)).ok()?;
         let answer = answered.recv().ok()?.unwrap_or_default();
         if let (Some(Command::Select(axes)), true) = (command, answer.starts_with('Y')) {
             selection = axes;
@@ -111,7 +138,19 @@ fn refused(line: &[u8]) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use super::{is_allowed, refused};
+    use std::io::ErrorKind;
+    use std::time::Instant;
+
+    use super::*;
+
+    /// A guest that can't be taken is tried again a few times a second, not without a pause.
+    #[test]
+    fn a_guest_that_cannot_be_taken_costs_no_time_of_the_processor() {
+        let begun = Instant::now();
+        let guests = (0..3).map(|_| Err(ErrorKind::OutOfMemory.into()));
+        admit(guests, &AtomicBool::new(false), &mpsc::channel().0);
+        assert!(begun.elapsed() >= 3 * RETRY);
+    }
 
     #[test]
     fn a_line_is_refused_as_it_was_said() {

@@ -53,15 +53,17 @@ impl Travels {
 
     /// Notes a line that the board accepted for these axes. Returns the change.
     pub fn change(&mut self, axes: Selection, command: Command) -> Change {
-        let mut target = None;
         for axis in AxisId::first(MAX_AXES).filter(|axis| axes.contains(*axis)) {
             if let (Some(Some(going)), Command::Retarget(by)) =
                 (self.0.get_mut(axis.index()), command)
             {
                 going.target = Some(going.from.saturating_add(by.get().into()));
-                target = going.target;
             }
         }
+        let target = match (axes, command) {
+            (Selection::One(axis), Command::Retarget(_)) => self.target(axis),
+            _ => None,
+        };
         Change { axes, command, target }
     }
 }
@@ -73,7 +75,8 @@ pub struct Change {
     pub axes: Selection,
     /// The line.
     pub command: Command,
-    /// The new target position, if it is known.
+    /// The new target position of a single axis, if it is known. Of several axes each has its own:
+    /// [`new_target`](crate::Conversation::new_target).
     pub target: Option<i64>,
 }
 

@@ -206,7 +206,9 @@ impl<D: KeeperDesk> Keeper<D> {
                 }
             }
             for axis in self.axes.iter_mut().filter(|axis| change.axes.contains(axis.id)) {
-                axis.target = change.target.or(axis.target);
+                if let Command::Retarget(_) = change.command {
+                    axis.target = talk.new_target(axis.id).or(axis.target);
+                }
                 self.desk.unplan(axis.id.number());
             }
         }

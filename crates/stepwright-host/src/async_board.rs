@@ -10,10 +10,10 @@ use stepwright::Speed;
 use stepwright_protocol::{AxisId, Direction};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpStream, ToSocketAddrs};
-use tokio::time::{Instant, sleep_until};
+use tokio::time::{Instant, sleep_until, timeout};
 
 use crate::calls::{AxisCalls, axis, axis_calls, kill_all, stop_all};
-use crate::conversation::Conversation;
+use crate::conversation::{Conversation, PATIENCE};
 use crate::link::OpenError;
 use crate::motion::{Action, Sight};
 use crate::outcome::{Error, MotionLimits, Outcome};
@@ -101,8 +101,9 @@ impl<S: AsyncRead + AsyncWrite + Unpin> AsyncBoard<S> {
             pipe.pass(opened.elapsed());
             let polled = poll_fn(|context| Poll::Ready(part.as_mut().poll(context))).await;
             let output = pipe.take_output();
+            // Without time for a byte no answer will come either; the part handles that.
             if !output.is_empty()
-                && let Err(error) = stream.write_all(&output).await
+                && let Ok(Err(error)) = timeout(PATIENCE, stream.write_all(&output)).await
             {
                 pipe.lose(error);
             }

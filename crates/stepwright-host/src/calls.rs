@@ -73,7 +73,8 @@ macro_rules! axis_calls {
             /// # Errors
             /// As for `retarget`.
             set_top_speed(top: Speed) -> ();
-            /// Brakes along the ramp, and waits until the axis rests. The position stays known.
+            /// Brakes along the ramp, and waits until the axis rests. The position stays known. The outcome is that
+            /// of `wait`: [`Outcome::Reached`] where there was nothing left to stop.
             ///
             /// # Errors
             /// [`Error::Lost`]
@@ -210,8 +211,7 @@ impl AxisCalls<'_> {
 
     pub async fn stop(&mut self) -> Result<Outcome, Error> {
         self.talk.stop(Selection::One(self.id)).await?;
-        let watched = self.talk.watch(self.id, None, |_, _| Action::GoOn).await;
-        self.conclude(watched, None).await
+        self.wait(|_| Action::GoOn).await
     }
 
     pub async fn home(

@@ -252,6 +252,10 @@ impl Conversation {
             // A guest may be connected again, with another selection.
             self.selected = None;
         }
+        if let (Command::Zero(axis), Some(Reply::Yes)) = (command, answer) {
+            // Its ends counted from another 0.
+            self.begins(axis, None);
+        }
         if let (Some(guests), Some(reply)) = (&self.guests, answer) {
             guests.after(command, reply);
         }

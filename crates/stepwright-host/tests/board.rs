@@ -68,6 +68,22 @@ fn a_travel_is_changed_and_stopped_on_its_way() {
     assert!(matches!(refused, Error::Refused { reason: Some(Refusal::NoTravel), .. }));
 }
 
+/// Nothing was cut short: the axis is where its last order took it, or where it was called 0.
+#[test]
+fn a_stop_at_rest_stops_nothing() {
+    let mut board = uno();
+    let mut x = board.axis(1).unwrap();
+    assert_eq!(x.stop().unwrap(), Outcome::Reached { at: 0 });
+    let there = x.move_to(400, &motion(1_000, 2_000)).unwrap();
+    assert_eq!((there, x.stop().unwrap()), (Outcome::Reached { at: 400 }, there));
+    x.set_zero().unwrap();
+    assert_eq!(x.stop().unwrap(), Outcome::Reached { at: 0 });
+    x.travel(5_000, &motion(1_000, 2_000)).unwrap();
+    let stopped = x.stop().unwrap();
+    assert!(matches!(stopped, Outcome::Stopped { reason: Some(Stop::Soft), .. }), "{stopped}");
+    assert_eq!(x.stop().unwrap(), stopped);
+}
+
 /// The last target counts, whatever was expected before.
 #[test]
 fn a_travel_is_expected_where_it_was_sent_last() {

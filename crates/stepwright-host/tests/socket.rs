@@ -121,3 +121,15 @@ fn a_board_that_goes_is_lost() {
         assert!(gone(&lost), "{lost}");
     });
 }
+
+/// A board whose buffer is full and stays so.
+#[test]
+fn a_board_that_takes_no_byte_is_silent() {
+    tokio(async {
+        let (stream, _board) = tokio::io::duplex(1);
+        let met = tokio::time::timeout(Duration::from_secs(20), AsyncBoard::on(stream)).await;
+        let lost = met.expect("it ends").err().unwrap();
+        let silent = matches!(lost, Error::Lost { trouble: LinkError::Silent, moving: false });
+        assert!(silent, "{lost}");
+    });
+}

@@ -208,16 +208,23 @@ impl Conversation {
                 }
             }
         }
-        // A controller that does not know `?` may answer E, or nothing.
+        // A controller that does not know `?` may answer E, or nothing. Without a checksum noise may have changed
+        // an answer: it counts only once it is repeated.
+        let mut before = None;
         for _ in 0..INFO_TRIES {
-            match self.once(Command::Info).await? {
+            let answer = self.once(Command::Info).await?;
+            let sure = self.sums || before == answer;
+            before = answer;
+            match answer {
                 Some(Reply::Info(info)) => {
                     self.info = Some(info);
+                    if sure {
+                        break;
+                    }
                     self.sums = info.can.is_some_and(|can| can.has(Ability::Sum));
                     self.master.use_sums(self.sums);
-                    break;
                 }
-                Some(_) if self.sums => {}
+                Some(_) if self.sums || !sure => {}
                 Some(_) => break,
                 None if self.program.is_some() => {
                     self.sums = true;

@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 use stepwright::{Accel, Speed};
 use stepwright_host::guests::{GuestLine, Guests};
 use stepwright_host::link::Link;
+use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 #[cfg(unix)]
 use stepwright_host::link::{guest::GuestLink, host::Host};
-use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 use stepwright_host::motion::Action;
 use stepwright_host::{Board, MotionLimits, Outcome, Session};
 use stepwright_protocol::{AxisId, Command, Reply, Selection, crc};

@@ -13,7 +13,7 @@ use stepwright_host::link::lossy::{Harm, Lossy};
 use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 use stepwright_host::motion::{Action, Ended, RestPlace, Start};
 use stepwright_protocol::{
-    AxisId, Command, Distance, Order, Ramp, RampSteps, Reply, Script, Selection, Travel,
+    AxisId, Command, Distance, Info, Order, Ramp, RampSteps, Reply, Script, Selection, Travel,
 };
 
 /// A link to a board that the test also looks at.
@@ -151,6 +151,23 @@ fn a_question_is_asked_again_when_it_arrived_damaged() {
         session.meet().unwrap();
         assert_eq!(session.ask(Command::Zero(axis)).unwrap(), Reply::Yes, "{bit}");
         assert_eq!(session.ask(Command::Position(axis)).unwrap(), Reply::Position(0), "{bit}");
+    }
+}
+
+/// The first lines have no checksum yet: what they say of the board is true all the same.
+#[test]
+fn a_board_is_known_in_spite_of_noise() {
+    let harms: [fn(usize) -> Harm; 2] = [Harm::FlipThere, Harm::FlipBack];
+    for bit in 0..8 * BYTES {
+        for harm in harms {
+            let board = VirtualLink::new(VirtualUno::new(), true);
+            let mut session = Session::new(Box::new(Lossy::new(board, harm(bit))));
+            session.meet().unwrap();
+            assert!(session.talk().has_sums(), "{:?}", harm(bit));
+            let fixed = |info: Info| (info.version, info.axes, info.max, info.can);
+            let met = session.info().copied().map(fixed);
+            assert_eq!(met, session.ask_info().unwrap().map(fixed), "{:?}", harm(bit));
+        }
     }
 }
 

@@ -11,8 +11,8 @@ pub async fn of(talk: &mut Conversation, board: &KeptBoard) -> Result<BoardSheet
     let info = talk.info().copied();
     // A board without settings refuses to list them, which is no error.
     let listed = match info {
-        Some(_) => match talk.once(Command::Settings).await? {
-            Some(Reply::Settings(listed)) => Some(listed),
+        Some(_) => match talk.ask(Command::Settings).await? {
+            Reply::Settings(listed) => Some(listed),
             _ => None,
         },
         None => None,

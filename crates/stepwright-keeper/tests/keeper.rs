@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use stepwright_host::Session;
 use stepwright_host::guests::{GuestLine, Guests};
+use stepwright_host::link::lossy::{Harm, Lossy};
 use stepwright_host::link::simulated::{VirtualLink, VirtualUno};
 use stepwright_keeper::report::{BoardSheet, Done, LiveState, PlannedCurve};
 use stepwright_keeper::{Declined, Hand, Job, Keeper, KeeperDesk, KeptBoard, asked};
@@ -15,6 +16,7 @@ use stepwright_protocol::{Command, LeaseMillis, Reply, Selection};
 struct Desk {
     time: Mutex<f64>,
     notes: Mutex<Vec<String>>,
+    sheet: Mutex<Option<BoardSheet>>,
 }
 
 impl KeeperDesk for Desk {
@@ -30,7 +32,9 @@ impl KeeperDesk for Desk {
     fn is_live(&self, _: Hand) -> bool {
         true
     }
-    fn describe(&self, _: BoardSheet) {}
+    fn describe(&self, sheet: BoardSheet) {
+        *self.sheet.lock().unwrap() = Some(sheet);
+    }
     fn publish(&self, _: LiveState) {}
     fn note(&self, text: String) {
         self.notes.lock().unwrap().push(text);
@@ -48,6 +52,11 @@ struct Kept {
 
 impl Kept {
     fn new() -> Kept {
+        // No byte is so far away.
+        Kept::harmed(Harm::SpoilBack(usize::MAX))
+    }
+
+    fn harmed(harm: Harm) -> Kept {
         let desk = Arc::new(Desk::default());
         let board = KeptBoard {
             name: "the board".to_owned(),
@@ -58,7 +67,8 @@ impl Kept {
             leases_travels: false,
         };
         let mut keeper = Keeper::new(desk.clone(), board);
-        let mut session = Session::new(Box::new(VirtualLink::new(VirtualUno::new(), true)));
+        let line = VirtualLink::new(VirtualUno::new(), true);
+        let mut session = Session::new(Box::new(Lossy::new(line, harm)));
         session.meet().unwrap();
         session.wait(async |talk| keeper.begin(talk).await).unwrap().unwrap();
         Kept { session, desk, keeper }
@@ -122,4 +132,18 @@ fn a_guest_gives_all_axes_a_target() {
     assert_eq!(answered.recv().unwrap().as_deref(), Some("Y"));
     let notes = kept.desk.notes.lock().unwrap();
     assert_eq!(*notes, ["another terminal: target +900 steps from where the travel began"]);
+}
+
+/// The board is described once, when it is met.
+#[test]
+fn a_board_has_its_settings_in_spite_of_noise() {
+    let settings = |harm| {
+        let sheet = Kept::harmed(harm).desk.sheet.lock().unwrap().take().unwrap();
+        sheet.settings.iter().map(|one| (one.name, one.value)).collect::<Vec<_>>()
+    };
+    let all = settings(Harm::SpoilBack(usize::MAX));
+    assert!(all.len() > 10);
+    for byte in (0..2_000).step_by(17) {
+        assert_eq!(settings(Harm::SpoilBack(byte)), all, "{byte}");
+    }
 }

@@ -18,6 +18,8 @@ pub enum Harm {
     SpoilBack(usize),
     /// A bit to the board is flipped; 8 bits to a byte.
     FlipThere(usize),
+    /// A bit from the board is flipped.
+    FlipBack(usize),
     /// All bytes to the board are lost from this one on.
     CutThere(usize),
     /// All bytes from the board are lost from this one on.
@@ -78,6 +80,7 @@ impl<L: Link> Link for Lossy<L> {
                 Harm::LoseBack(n) if n == at => continue,
                 Harm::CutBack(n) if n <= at => continue,
                 Harm::SpoilBack(n) if n == at => SPOILED,
+                Harm::FlipBack(n) if n / 8 == at => buffer[place] ^ 1 << (n % 8),
                 Harm::Noise(seed) if strikes(seed, 2 * at + 1) => SPOILED,
                 _ => buffer[place],
             };

@@ -210,6 +210,8 @@ impl Usb {
 
     /// Resets both directions.
     fn begin(&self) {
+        word(DATA_IN).write(0);
+        word(DATA_OUT).write(0);
         self.heard.set((0, 0));
         self.heard_1.set(false);
         self.filled.set(0);
@@ -222,25 +224,30 @@ impl Usb {
         self.control_1.set(true);
         self.rest.set(&[]);
         match usb_answers::answer(setup) {
-            Answer::Bytes(bytes) => {
-                let wanted = usize::from(setup.length);
-                self.rest.set(bytes.get(..wanted).unwrap_or(bytes));
-                // The host ends the transfer with an empty packet.
-                arm(CONTROL_OUT, DATA_1);
-                self.answer();
+            Answer::Bytes(bytes) => self.reply(setup, bytes),
+            Answer::Configuration => {
+                self.reply(setup, if self.configured.get() { &[1] } else { &[0] });
             }
             Answer::Address(address) => {
                 self.address.set(address);
                 self.acknowledge();
             }
-            Answer::Configured => {
+            Answer::Configured(configured) => {
                 self.begin();
-                self.configured.set(true);
+                self.configured.set(configured);
+                self.opened.set(false);
                 // Interrupt, bulk, bulk: each enabled; the bulk buffers report in BUFF_STATUS.
-                word(0x08).write(1 << 31 | 3 << 26 | NOTES_AT as u32);
-                word(0x10).write(1 << 31 | 1 << 29 | 2 << 26 | SENT_AT as u32);
-                word(0x14).write(1 << 31 | 1 << 29 | 2 << 26 | HEARD_AT as u32);
-                self.listen();
+                let enabled = u32::from(configured) << 31;
+                word(0x08).write(enabled | 3 << 26 | NOTES_AT as u32);
+                word(0x10).write(enabled | 1 << 29 | 2 << 26 | SENT_AT as u32);
+                word(0x14).write(enabled | 1 << 29 | 2 << 26 | HEARD_AT as u32);
+                if configured {
+                    self.listen();
+                }
+                self.acknowledge();
+            }
+            Answer::Unhalted(endpoint) => {
+                self.unhalt(endpoint);
                 self.acknowledge();
             }
             Answer::Opened(opened) => {
@@ -258,6 +265,35 @@ impl Usb {
                 word(CONTROL_OUT).write(STALL);
             }
         }
+    }
+
+    /// Begins an endpoint again with DATA0; a packet that waits there stays.
+    fn unhalt(&self, endpoint: u8) {
+        match endpoint {
+            0x82 => {
+                self.sent_1.set(self.sends.get());
+                if self.sends.get() {
+                    arm(DATA_IN, FULL | word(DATA_IN).read() & LENGTH);
+                }
+            }
+            0x02 if self.configured.get() => {
+                self.heard_1.set(false);
+                let (count, taken) = self.heard.get();
+                if taken >= count {
+                    self.listen();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Begins an answer on the control pipe.
+    fn reply(&self, setup: &Setup, bytes: &'static [u8]) {
+        let wanted = usize::from(setup.length);
+        self.rest.set(bytes.get(..wanted).unwrap_or(bytes));
+        // The host ends the transfer with an empty packet.
+        arm(CONTROL_OUT, DATA_1);
+        self.answer();
     }
 
     /// Sends the next packet of an answer on the control pipe.

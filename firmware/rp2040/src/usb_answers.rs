@@ -7,6 +7,8 @@ pub struct Setup {
     pub request: (u8, u8),
     /// The request's value.
     pub value: u16,
+    /// The interface or endpoint that it means.
+    pub index: u16,
     /// The most bytes of the answer.
     pub length: u16,
 }
@@ -15,10 +17,11 @@ impl Setup {
     /// The request in these two words.
     pub const fn of([low, high]: [u32; 2]) -> Setup {
         let [kind, request, value, above] = low.to_le_bytes();
-        let [_, _, length, longer] = high.to_le_bytes();
+        let [index, further, length, longer] = high.to_le_bytes();
         Setup {
             request: (kind, request),
             value: u16::from_le_bytes([value, above]),
+            index: u16::from_le_bytes([index, further]),
             length: u16::from_le_bytes([length, longer]),
         }
     }
@@ -31,8 +34,12 @@ pub enum Answer {
     Bytes(&'static [u8]),
     /// Take this address after the acknowledgement.
     Address(u8),
-    /// Start the pipes.
-    Configured,
+    /// Start the pipes, or stop them.
+    Configured(bool),
+    /// Say whether the pipes are started.
+    Configuration,
+    /// Begin an endpoint again, with DATA0.
+    Unhalted(u8),
     /// A program has opened the port, or closed it.
     Opened(bool),
     /// Receive some bytes more from the host, then acknowledge.
@@ -82,6 +89,10 @@ const fn string<const N: usize>(text: &[u8]) -> [u8; N] {
 /// 115200 bits/s, 8 bits, whatever the host has requested: there is no physical line.
 const CODING: [u8; 7] = [0x00, 0xC2, 0x01, 0x00, 0, 0, 8];
 
+/// The endpoints of data, sent and received.
+const SENT: u16 = 0x82;
+const HEARD: u16 = 0x02;
+
 /// The reaction to a host's request.
 pub const fn answer(setup: &Setup) -> Answer {
     let [index, kind] = setup.value.to_le_bytes();
@@ -96,10 +107,15 @@ pub const fn answer(setup: &Setup) -> Answer {
             _ => Answer::Refused,
         },
         (0x80..=0x82, 0) => Answer::Bytes(&[0, 0]),
-        (0x80, 8) => Answer::Bytes(&[1]),
+        (0x80, 8) => Answer::Configuration,
         (0x81, 10) => Answer::Bytes(&[0]),
         (0x00, 5) => Answer::Address(index & 0x7F),
-        (0x00, 9) => Answer::Configured,
+        (0x00, 9) if setup.value <= 1 => Answer::Configured(setup.value == 1),
+        // ENDPOINT_HALT: hosts clear it when they open a port. It is never set.
+        (0x02, 1) => match (setup.value, setup.index) {
+            (0, 0x00 | 0x80 | 0x81 | SENT | HEARD) => Answer::Unhalted(setup.index as u8),
+            _ => Answer::Refused,
+        },
         (0x00, 1 | 3) | (0x01, 11) => Answer::Done,
         // (Some hosts address the device, not its interface.)
         (0x20 | 0x21, 0x20) => Answer::Takes,
@@ -133,10 +149,17 @@ mod tests {
     fn a_request_is_read_from_its_words() {
         // GET_DESCRIPTOR of the configuration, 9 bytes.
         let setup = Setup::of([0x0200_0680, 0x0009_0000]);
-        assert_eq!(setup, Setup { request: (0x80, 6), value: 0x0200, length: 9 });
+        assert_eq!(setup, Setup { request: (0x80, 6), value: 0x0200, index: 0, length: 9 });
         assert_eq!(answer(&setup), Answer::Bytes(&CONFIGURATION));
         assert_eq!(answer(&Setup::of([0x0007_0500, 0])), Answer::Address(7));
         assert_eq!(answer(&Setup::of([0x0003_2221, 0])), Answer::Opened(true));
         assert_eq!(answer(&Setup::of([0x0600_0680, 0x0009_0000])), Answer::Refused);
+        assert_eq!(answer(&Setup::of([0x0000_0900, 0])), Answer::Configured(false));
+        assert_eq!(answer(&Setup::of([0x0001_0900, 0])), Answer::Configured(true));
+        assert_eq!(answer(&Setup::of([0x0002_0900, 0])), Answer::Refused);
+        assert_eq!(answer(&Setup::of([0x0000_0102, 0x82])), Answer::Unhalted(0x82));
+        // No such feature, no such endpoint.
+        assert_eq!(answer(&Setup::of([0x0001_0102, 0x82])), Answer::Refused);
+        assert_eq!(answer(&Setup::of([0x0000_0102, 0x83])), Answer::Refused);
     }
 }

@@ -245,6 +245,66 @@ try {
   failed++;
   console.log(`FAILED the line is that of the port while it is open: ${error.message}`);
 }
+try {
+  // Requests of a host according to USB 2.0, 9.4. Words in the memory shared with the controller: the buffers
+  // of the control pipe and of data, sent and received.
+  const [CONTROL_IN, DATA_IN, DATA_OUT] = [0x80, 0x90, 0x94];
+  const [AVAILABLE, STALL, DATA_1] = [1 << 10, 1 << 11, 1 << 13];
+  const board = new Controller(process.argv[2], true);
+  const { host, chip: { usbCtrl, usbDPRAMView } } = board;
+  const word = (offset) => usbDPRAMView.getUint32(offset, true);
+  const onWrite = usbCtrl.onEndpointWrite;
+  let answer;
+  usbCtrl.onEndpointWrite = (endpoint, bytes) => { if (endpoint === 0) answer = [...bytes]; onWrite(endpoint, bytes); };
+  const ask = (...setup) => {
+    answer = undefined;
+    usbCtrl.sendSetupPacket(Uint8Array.from(setup));
+    board.run(100_000);
+    return word(CONTROL_IN) & STALL ? 'stall' : answer;
+  };
+  // Whether the packets are DATA1 for which the device makes its buffers available.
+  const toggles = { [DATA_IN]: [], [DATA_OUT]: [] };
+  const updated = usbCtrl.DPRAMUpdated.bind(usbCtrl);
+  usbCtrl.DPRAMUpdated = (offset, value) => {
+    if (value & AVAILABLE) toggles[offset]?.push(Boolean(value & DATA_1));
+    updated(offset, value);
+  };
+  const CLEAR_HALT = [0x02, 1, 0, 0];
+  assert.deepEqual(ask(0x80, 8, 0, 0, 0, 0, 1, 0), [1], 'it is configured');
+  for (const asked of [1, 2, 1]) {
+    for (let n = 0; n < asked; n++) board.say('F');
+    toggles[DATA_IN] = [];
+    toggles[DATA_OUT] = [];
+    for (const end of [0x02, 0x82]) assert.deepEqual(ask(...CLEAR_HALT, end, 0, 0, 0), [], `CLEAR_FEATURE of ${end}`);
+    assert.deepEqual(toggles[DATA_OUT], [false], 'the next packet of the host is DATA0');
+    assert.equal(board.say('F'), 'R');
+    board.run(100_000);
+    for (const of of [DATA_IN, DATA_OUT]) {
+      assert(toggles[of].length > 0 && toggles[of].every((data1, n) => data1 === (n % 2 === 1)), `${of}: ${toggles[of]}`);
+    }
+  }
+  assert.equal(ask(...CLEAR_HALT, 0x05, 0, 0, 0), 'stall', 'no such endpoint');
+  assert.equal(ask(0x00, 9, 2, 0, 0, 0, 0, 0), 'stall', 'no such configuration');
+  // Without a configuration there is no port: the UART has the line.
+  assert.deepEqual(ask(0x00, 9, 0, 0, 0, 0, 0, 0), []);
+  assert.deepEqual(ask(0x80, 8, 0, 0, 0, 0, 1, 0), [0]);
+  assert.deepEqual([word(DATA_IN), word(DATA_OUT)], [0, 0], 'no packet waits');
+  board.host = undefined;
+  board.waits = false;
+  assert.match(board.say('?'), /^stepwright /);
+  board.host = host;
+  assert.deepEqual(ask(0x00, 9, 1, 0, 0, 0, 0, 0), []);
+  board.host = undefined;
+  assert.match(board.say('?'), /^stepwright /, 'the port is not open yet');
+  host.cdcSetControlLineState(1);
+  board.run(100_000);
+  board.host = host;
+  assert.equal(board.say('F'), 'R');
+  console.log('ok requests of a host');
+} catch (error) {
+  failed++;
+  console.log(`FAILED requests of a host: ${error.message}`);
+}
 // docs/safety.md, "After a reset".
 for (const [name, reset, moved, known] of [
   ['power-up', POWER, true, true],

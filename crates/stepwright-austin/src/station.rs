@@ -276,6 +276,10 @@ impl<E: Control, const LEN: usize> BoardProgram for Station<'_, E, LEN> {
         self.uncertain = false;
     }
 
+    fn mark_unknown(&mut self) {
+        self.uncertain = true;
+    }
+
     fn stop(&mut self) {
         if let Some(law) = &mut self.law {
             law.stop();

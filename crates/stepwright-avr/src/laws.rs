@@ -20,6 +20,7 @@ use stepwright_device::main_loop;
 use stepwright_protocol::{Text, flash_text};
 
 use crate::board::{self, AXES};
+use crate::reset::RamMark;
 use crate::serial::Serial;
 use crate::slot::Slot;
 use crate::step::{self, AvrEngine, RUNS};
@@ -30,7 +31,7 @@ static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);
 /// The motor with its line; `start` makes it.
 static STATION: Slot<MaybeUninit<Motor>> = Slot::new(MaybeUninit::uninit());
 
-type Motor = ProgramDevice<Station<'static, AvrEngine, RUNS>, LONGEST>;
+type Motor = ProgramDevice<Station<'static, AvrEngine, RUNS>, RamMark, LONGEST>;
 
 fn about() -> About {
     let name: Text = if cfg!(feature = "mega") { flash_text!("mega") } else { flash_text!("uno") };
@@ -68,7 +69,7 @@ impl Desk {
         };
         // SAFETY: taken only here.
         let station = unsafe { STATION.get() };
-        let motor = station.write(ProgramDevice::new(Station::new(engine, feed, about())));
+        let motor = station.write(ProgramDevice::new(Station::new(engine, feed, about()), RamMark));
         Desk { motor, serial: Serial::start(chip.USART0) }
     }
 

@@ -2,7 +2,7 @@
 
 use stepwright::Ticks;
 use stepwright::drive::Axes;
-use stepwright_device::{BoardIo, Mark, Memory, Reset};
+use stepwright_device::{BoardIo, Mark, Marks, Memory, Reset};
 
 use crate::board::{CLOCK, Levels, set_reverse};
 use crate::clock::Clock;
@@ -38,6 +38,20 @@ impl Memory for AvrIo {
     }
 }
 
+impl Marks for AvrIo {
+    fn reset(&mut self) -> Reset {
+        reset::reason()
+    }
+
+    fn mark(&self) -> Mark {
+        reset::mark()
+    }
+
+    fn set_mark(&mut self, mark: Mark) {
+        reset::set_mark(mark);
+    }
+}
+
 impl BoardIo for AvrIo {
     #[inline(always)]
     fn tick(&mut self) {
@@ -69,18 +83,6 @@ impl BoardIo for AvrIo {
 
     fn set_enable(&mut self, high: bool) {
         self.levels.set_enable(high);
-    }
-
-    fn reset(&mut self) -> Reset {
-        reset::reason()
-    }
-
-    fn mark(&self) -> Mark {
-        reset::mark()
-    }
-
-    fn set_mark(&mut self, mark: Mark) {
-        reset::set_mark(mark);
     }
 
     fn set_reverse(&mut self, axes: Axes) {

@@ -4,7 +4,7 @@
 
 use core::mem::MaybeUninit;
 
-use stepwright_device::{Mark, Reset};
+use stepwright_device::{Mark, Marks, Reset};
 
 use crate::chip::CPU;
 use crate::slot::Slot;
@@ -40,4 +40,21 @@ pub fn mark() -> Mark {
 pub fn set_mark(mark: Mark) {
     // SAFETY: as above; the static's memory may be written.
     unsafe { MARK.address().cast::<u16>().cast_mut().write_volatile(mark.0) };
+}
+
+/// The chip's mark and reset reason, for a program that is not the controller.
+pub struct RamMark;
+
+impl Marks for RamMark {
+    fn reset(&mut self) -> Reset {
+        reason()
+    }
+
+    fn mark(&self) -> Mark {
+        mark()
+    }
+
+    fn set_mark(&mut self, mark: Mark) {
+        set_mark(mark);
+    }
 }

@@ -18,6 +18,7 @@ use stepwright_stream::player::StreamPlayer;
 
 use crate::board::{self, AXES, CLOCK, Levels};
 use crate::clock::Clock;
+use crate::reset::RamMark;
 use crate::serial::Serial;
 use crate::slot::{Slot, token};
 use crate::step::{self, AvrEngine, RUNS};
@@ -29,7 +30,7 @@ pub const FIFO: usize = if cfg!(feature = "mega") { 4_096 } else { 896 };
 /// The shortest wait, in ticks: a step is 70 cycles of interrupt.
 const LEAST: Ticks = 72;
 
-type Board = StreamDevice<'static, AvrEngine, AvrStreamIo, RUNS, FIFO>;
+type Board = StreamDevice<'static, AvrEngine, AvrStreamIo, RamMark, RUNS, FIFO>;
 
 /// The base positions of the present travels.
 static BASE: Slot<[i64; AXES]> = Slot::new([0; AXES]);
@@ -48,6 +49,7 @@ static BOARD: Slot<Board> = Slot::new(StreamDevice::new(
     ),
     // SAFETY: not used before `start`.
     unsafe { AvrStreamIo { clock: Clock::blank(), levels: token() } },
+    RamMark,
     if cfg!(feature = "mega") { flash_text!("mega") } else { flash_text!("uno") },
     CLOCK,
 ));
@@ -171,6 +173,7 @@ impl StreamDesk {
         let mut timing = board::description().timing;
         timing.min_interval = timing.min_interval.min(LEAST);
         player.engine().set_timing(timing);
+        board.begin();
         StreamDesk { board, serial: Serial::start(chip.USART0) }
     }
 

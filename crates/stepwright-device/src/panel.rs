@@ -3,7 +3,7 @@
 use stepwright::Ticks;
 use stepwright::drive::Axes;
 
-use crate::reset::{Mark, Reset};
+use crate::reset::Marks;
 
 /// Bytes that outlast a loss of power: an EEPROM.
 ///
@@ -25,7 +25,7 @@ pub trait Memory {
 ///
 /// In a set of axes, bit 0 is the first axis. All methods are called from the foreground, and none
 /// may wait.
-pub trait BoardIo: Memory {
+pub trait BoardIo: Memory + Marks {
     /// Called at the beginning of each round of the main loop: the place to read a clock and to
     /// feed a watchdog.
     fn tick(&mut self) {}
@@ -54,17 +54,6 @@ pub trait BoardIo: Memory {
 
     /// Sets the level of the pin that enables the drivers.
     fn set_enable(&mut self, high: bool);
-
-    /// The reason of the last reset. Called once.
-    fn reset(&mut self) -> Reset;
-
-    /// The last mark that was set, even before a reset. Anything if RAM has lost it, as it does
-    /// without power.
-    fn mark(&self) -> Mark;
-
-    /// Sets the mark. After a reset during the call, `mark` MUST return the old mark or this one,
-    /// or an invalid one.
-    fn set_mark(&mut self, mark: Mark);
 
     /// Sets the axes that turn the other way round: their forward is a low DIR. It MUST also set
     /// the DIR pins. Called only while all axes rest, perhaps since this moment: before it changes

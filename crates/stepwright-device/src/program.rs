@@ -4,22 +4,28 @@
 use stepwright_protocol::{BoardProgram, Incoming, ProgramSlave};
 
 use crate::main_loop::Foreground;
+use crate::reset::{Marker, Marks};
 
 /// A program with its line and its slave, as [`round`](crate::main_loop::round) runs it. A line has
 /// at most `LONGEST` bytes.
-pub struct ProgramDevice<P: BoardProgram, const LONGEST: usize> {
+pub struct ProgramDevice<P: BoardProgram, M, const LONGEST: usize> {
     program: P,
+    marks: M,
+    marker: Marker,
     line: Incoming<LONGEST>,
     slave: ProgramSlave<P::Reason>,
     /// A complete line waits until the answer before it is sent.
     waits: bool,
 }
 
-impl<P: BoardProgram, const LONGEST: usize> ProgramDevice<P, LONGEST> {
-    /// The state at power-up.
-    pub const fn new(program: P) -> ProgramDevice<P, LONGEST> {
+impl<P: BoardProgram, M: Marks, const LONGEST: usize> ProgramDevice<P, M, LONGEST> {
+    /// The state after a reset: the positions are 0, or unknown as the marks say.
+    pub fn new(mut program: P, mut marks: M) -> ProgramDevice<P, M, LONGEST> {
+        if marks.begin() {
+            program.mark_unknown();
+        }
         let (line, slave) = (Incoming::new(), ProgramSlave::new());
-        ProgramDevice { program, line, slave, waits: false }
+        ProgramDevice { program, marks, marker: Marker::REST, line, slave, waits: false }
     }
 
     /// The program.
@@ -28,7 +34,7 @@ impl<P: BoardProgram, const LONGEST: usize> ProgramDevice<P, LONGEST> {
     }
 }
 
-impl<P: BoardProgram, const LONGEST: usize> Foreground for ProgramDevice<P, LONGEST> {
+impl<P: BoardProgram, M: Marks, const LONGEST: usize> Foreground for ProgramDevice<P, M, LONGEST> {
     const LISTENS_MEANWHILE: bool = true;
 
     #[inline(always)]
@@ -56,6 +62,8 @@ impl<P: BoardProgram, const LONGEST: usize> Foreground for ProgramDevice<P, LONG
         if self.waits && !self.slave.is_answering() {
             self.waits = false;
             self.slave.obey(&mut self.line, &mut self.program);
+            // Before the first step: a motion begins with the next poll, or some time after a start.
+            self.marker.note(self.program.is_busy(), &mut self.marks);
         }
     }
 
@@ -66,5 +74,6 @@ impl<P: BoardProgram, const LONGEST: usize> Foreground for ProgramDevice<P, LONG
     #[inline(always)]
     fn poll_io(&mut self) {
         self.program.poll();
+        self.marker.note(self.program.is_busy(), &mut self.marks);
     }
 }

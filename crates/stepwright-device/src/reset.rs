@@ -43,6 +43,60 @@ impl Mark {
     pub const MOVING: Mark = Mark(0x1E96);
 }
 
+/// A board's reason of its last reset, and RAM that outlasts every reset except a loss of power.
+///
+/// `()` has neither: each of its starts is a power-up.
+pub trait Marks {
+    /// The reason of the last reset. Called once.
+    fn reset(&mut self) -> Reset;
+
+    /// The last mark that was set, even before a reset. Anything if RAM has lost it, as it does
+    /// without power.
+    fn mark(&self) -> Mark;
+
+    /// Sets the mark. After a reset during the call, `mark` MUST return the old mark or this one,
+    /// or an invalid one.
+    fn set_mark(&mut self, mark: Mark);
+
+    /// Sets the mark of a board that has started. True if its position is unknown.
+    fn begin(&mut self) -> bool {
+        let doubts = self.reset().doubts(self.mark());
+        self.set_mark(if doubts { Mark::MOVED } else { Mark::NONE });
+        doubts
+    }
+}
+
+impl Marks for () {
+    fn reset(&mut self) -> Reset {
+        Reset::Power
+    }
+
+    fn mark(&self) -> Mark {
+        Mark::NONE
+    }
+
+    fn set_mark(&mut self, _: Mark) {}
+}
+
+/// Sets the mark when a motion begins and ends.
+pub struct Marker {
+    moves: bool,
+}
+
+impl Marker {
+    /// For a board at rest.
+    pub const REST: Marker = Marker { moves: false };
+
+    /// Notes whether the board moves, or is about to.
+    #[inline(always)]
+    pub fn note(&mut self, moves: bool, marks: &mut impl Marks) {
+        if moves != self.moves {
+            self.moves = moves;
+            marks.set_mark(if moves { Mark::MOVING } else { Mark::MOVED });
+        }
+    }
+}
+
 impl Reset {
     /// Whether the position is unknown after this reset, with the mark that RAM has kept.
     ///

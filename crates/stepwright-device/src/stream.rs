@@ -16,6 +16,7 @@ use stepwright_stream::player::StreamPlayer;
 use stepwright_stream::record::AXES;
 
 use crate::main_loop::Foreground;
+use crate::reset::{Marker, Marks};
 
 /// The longest text line, in bytes.
 const LONGEST: usize = 16;
@@ -112,6 +113,10 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> BoardProgram
         self.player.set_zero(axis);
     }
 
+    fn mark_unknown(&mut self) {
+        self.player.mark_unknown();
+    }
+
     fn stop(&mut self) {
         self.player.stop();
     }
@@ -124,10 +129,12 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> BoardProgram
 }
 
 /// The whole foreground of a streaming board, as [`round`](crate::main_loop::round) runs it.
-pub struct StreamDevice<'q, E, I, const Q: usize, const LEN: usize> {
+pub struct StreamDevice<'q, E, I, M, const Q: usize, const LEN: usize> {
     program: StreamProgram<'q, E, Q, LEN>,
     /// The board.
     pub io: I,
+    marks: M,
+    marker: Marker,
     line: Incoming<LONGEST>,
     slave: ProgramSlave<Streamless>,
     /// A complete line waits until the answer before it is sent.
@@ -141,12 +148,23 @@ pub struct StreamDevice<'q, E, I, const Q: usize, const LEN: usize> {
     power: u8,
 }
 
-impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice<'q, E, I, Q, LEN> {
-    /// The state at power-up: a board of this name whose timer counts `hz` ticks a second.
-    pub const fn new(player: StreamPlayer<'q, E, Q, LEN>, io: I, name: Text, hz: u32) -> Self {
+impl<'q, E: Control, I: StreamIo, M: Marks, const Q: usize, const LEN: usize>
+    StreamDevice<'q, E, I, M, Q, LEN>
+{
+    /// The state at power-up: a board of this name whose timer counts `hz` ticks a second. To be
+    /// [begun](StreamDevice::begin).
+    pub const fn new(
+        player: StreamPlayer<'q, E, Q, LEN>,
+        io: I,
+        marks: M,
+        name: Text,
+        hz: u32,
+    ) -> Self {
         StreamDevice {
             program: StreamProgram { player, name, hz, laser: I::LASER },
             io,
+            marks,
+            marker: Marker::REST,
             line: Incoming::new(),
             slave: ProgramSlave::new(),
             waits: false,
@@ -154,6 +172,14 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice
             credit: [0; CREDIT],
             sent: CREDIT as u8,
             power: 0,
+        }
+    }
+
+    /// Sets the state after a reset: the positions are 0, or unknown as the marks say. Call it
+    /// before the main loop.
+    pub fn begin(&mut self) {
+        if self.marks.begin() {
+            self.program.player.mark_unknown();
         }
     }
 
@@ -178,13 +204,16 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> StreamDevice
                     let _ = self.line.take();
                 }
             }
-            _ => {}
+            // A frame: the mark is set at a setup, long before the first step.
+            Came::Nothing | Came::Frame(..) => {
+                self.marker.note(self.program.player.may_move(), &mut self.marks);
+            }
         }
     }
 }
 
-impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> Foreground
-    for StreamDevice<'q, E, I, Q, LEN>
+impl<'q, E: Control, I: StreamIo, M: Marks, const Q: usize, const LEN: usize> Foreground
+    for StreamDevice<'q, E, I, M, Q, LEN>
 {
     const LISTENS_MEANWHILE: bool = true;
 
@@ -196,6 +225,7 @@ impl<'q, E: Control, I: StreamIo, const Q: usize, const LEN: usize> Foreground
             if self.program.player.is_set_up() {
                 self.io.enable();
             }
+            self.marker.note(self.program.player.may_move(), &mut self.marks);
         }
     }
 

@@ -64,9 +64,7 @@ impl Supervisor {
     pub(crate) fn begin(&mut self, panel: &mut impl BoardIo) -> bool {
         self.store.find(panel, &mut self.settings);
         self.receive(panel);
-        let doubts = panel.reset().doubts(panel.mark());
-        panel.set_mark(if doubts { Mark::MOVED } else { Mark::NONE });
-        doubts
+        panel.begin()
     }
 
     /// A setting that is a set of axes.

@@ -1,13 +1,15 @@
 //! The text lines of a board that plays streams, with bytes that come before they are obeyed.
 
+use std::cell::Cell;
 use std::collections::VecDeque;
+use std::rc::Rc;
 
 use stepwright::drive::Axes;
 use stepwright::engine::WIRING;
 use stepwright::queue::Queue;
 use stepwright::{Control, Playing, Report, Timing};
 use stepwright_device::main_loop::{Received, SerialPort, round};
-use stepwright_device::{StreamDevice, StreamIo};
+use stepwright_device::{Mark, Marks, Reset, StreamDevice, StreamIo};
 use stepwright_protocol::flash_text;
 use stepwright_stream::credit::{Answered, CreditReader};
 use stepwright_stream::frame::{FILL, FrameBytes, Kind};
@@ -75,7 +77,7 @@ fn heard(bytes: &[u8], at_once: bool) -> (bool, String) {
     let mut queues = [const { Queue::<8>::new() }; 3];
     let feeds = queues.each_mut().map(|queue| queue.split().0);
     let player = StreamPlayer::<_, 8, 896>::new(Killed(false), feeds, [WIRING; 3], 72);
-    let mut device = StreamDevice::new(player, Still, flash_text!("test"), 16_000_000);
+    let mut device = StreamDevice::new(player, Still, (), flash_text!("test"), 16_000_000);
     let mut wire = Wire::default();
     for byte in bytes {
         wire.to.push_back(*byte);
@@ -128,6 +130,69 @@ fn no_end_of_a_lost_line_is_obeyed() {
     assert!((1..29).contains(&waited), "{waited}");
 }
 
+/// A board on which a millisecond passes in each round.
+struct Ticking(bool);
+
+impl StreamIo for Ticking {
+    fn now(&mut self) -> u16 {
+        0
+    }
+    fn ticked(&mut self) -> bool {
+        self.0 = !self.0;
+        self.0
+    }
+    fn inputs(&mut self) -> u8 {
+        0
+    }
+    fn enable(&mut self) {}
+}
+
+/// A place for marks that is seen from outside.
+#[derive(Clone)]
+struct Kept(Rc<Cell<Mark>>);
+
+impl Marks for Kept {
+    fn reset(&mut self) -> Reset {
+        Reset::Other
+    }
+    fn mark(&self) -> Mark {
+        self.0.get()
+    }
+    fn set_mark(&mut self, mark: Mark) {
+        self.0.set(mark);
+    }
+}
+
+/// It is marked as moving before a start can come, and until all is over.
+#[test]
+fn a_stream_is_marked_from_its_setup_on() {
+    let kept = Kept(Rc::new(Cell::new(Mark::NONE)));
+    let mut queues = [const { Queue::<8>::new() }; 3];
+    let feeds = queues.each_mut().map(|queue| queue.split().0);
+    let player = StreamPlayer::<_, 8, 896>::new(Killed(false), feeds, [WIRING; 3], 72);
+    let mut device =
+        StreamDevice::new(player, Ticking(false), kept.clone(), flash_text!("test"), 16_000_000);
+    device.begin();
+    assert_eq!(device.player().position(1), Some(0));
+    let mut wire = Wire::default();
+    let frames = [
+        (Kind::Ping, &[][..], Mark::NONE),
+        (Kind::Setup, &[0; 18], Mark::MOVING),
+        (Kind::Start, &[7, 0, 0, 0], Mark::MOVING),
+    ];
+    for (number, (kind, payload, mark)) in (255u8..=255).chain(0..).zip(frames) {
+        wire.to.extend(FrameBytes::new(kind, number, payload).as_bytes());
+        (0..40).for_each(|_| round(&mut device, &mut wire));
+        assert_eq!(kept.mark(), mark, "{kind:?}");
+    }
+    // Its engine is at rest at once.
+    wire.to.extend(b"K\r");
+    (0..40).for_each(|_| round(&mut device, &mut wire));
+    assert_eq!(kept.mark(), Mark::MOVED);
+    device.begin();
+    assert!((0..3).all(|axis| device.player().position(axis).is_none()));
+}
+
 /// The end of a frame that would have four 0xFF is not data of a cut without data.
 #[test]
 fn a_bare_cut_may_end_as_a_frame_of_data() {
@@ -135,7 +200,7 @@ fn a_bare_cut_may_end_as_a_frame_of_data() {
         let mut queues = [const { Queue::<8>::new() }; 3];
         let feeds = queues.each_mut().map(|queue| queue.split().0);
         let player = StreamPlayer::<_, 8, 896>::new(Killed(false), feeds, [WIRING; 3], 72);
-        let mut device = StreamDevice::new(player, Still, flash_text!("test"), 16_000_000);
+        let mut device = StreamDevice::new(player, Still, (), flash_text!("test"), 16_000_000);
         let mut wire = Wire::default();
         let free = device.player().credit().free;
         // The gate of the data is far ahead.

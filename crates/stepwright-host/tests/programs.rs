@@ -139,3 +139,29 @@ fn a_controller_is_another_program_and_a_program_is_not_another() {
     let about = session.meet_program().unwrap();
     assert!(LawSession::of(session, about).is_err());
 }
+
+/// Its steps leave the motor at its minimum, wherever it was.
+#[test]
+fn a_calibration_ends_a_doubt() {
+    let mut board = cycles();
+    let whirl = LineProgram::Whirl { forward: true, delay: 1_000 };
+    let mut number = 0;
+    let mut begin = |board: &mut CycleSession, calibration, program| {
+        number += 1;
+        let prepare = CycleLine::Prepare(0, calibration, program);
+        for row in [CycleLine::New, prepare, CycleLine::Start(number)] {
+            board.say(&row).unwrap();
+        }
+    };
+    begin(&mut board, Calibration::None, whirl);
+    assert_eq!(board.session().say(b"K").unwrap().as_deref(), Some("Y"));
+    let steps = LineProgram::Steps { count: -9, delay: 1_000 };
+    for calibration in [Calibration::None, Calibration::BoundsMax, Calibration::StartMin] {
+        begin(&mut board, calibration, steps);
+        let known = calibration == Calibration::StartMin;
+        board.pause(Duration::from_secs(1)).unwrap();
+        assert_eq!(board.look().unwrap().motors[0].uncertain, !known, "{calibration:?}");
+        let place = board.session().rest_position(AxisId::FIRST).unwrap();
+        assert_eq!(place, known.then_some(0), "{calibration:?}");
+    }
+}

@@ -34,8 +34,7 @@ pub const ROW: u8 = b':';
 /// - Only [`carry_out`](BoardProgram::carry_out) starts a motion.
 /// - [`read`](BoardProgram::read) changes nothing: a line is obeyed only after all of its numbers
 ///   were read and none is left over.
-/// - A position is `None` from the moment it may be wrong until it is set. A reset is the exception:
-///   a program keeps no mark, and begins at 0.
+/// - A position is `None` from the moment it may be wrong until it is set.
 pub trait BoardProgram {
     /// A parsed row of the program.
     type Row;
@@ -74,6 +73,9 @@ pub trait BoardProgram {
 
     /// Sets the present position of an axis to 0. Called only while nothing moves.
     fn set_zero(&mut self, axis: u8);
+
+    /// Makes all positions unknown, as after a reset in motion. Called only while nothing moves.
+    fn mark_unknown(&mut self);
 
     /// Brakes all axes to rest, as the program can; the positions stay known.
     fn stop(&mut self);

@@ -5,7 +5,7 @@ use core::cell::Cell;
 
 use stepwright::drive::Axes;
 use stepwright::{Rate, Ticks};
-use stepwright_device::{BoardIo, Mark, Memory, Reset, Store};
+use stepwright_device::{BoardIo, Mark, Marks, Memory, Reset, Store};
 
 use crate::clock::{LentNow, Present};
 use crate::few::{EnableChanges, MOST_CHANGES};
@@ -92,6 +92,20 @@ impl Memory for SimPanel<'_> {
     }
 }
 
+impl Marks for SimPanel<'_> {
+    fn reset(&mut self) -> Reset {
+        self.reset
+    }
+
+    fn mark(&self) -> Mark {
+        self.remains.mark
+    }
+
+    fn set_mark(&mut self, mark: Mark) {
+        self.remains.mark = mark;
+    }
+}
+
 impl BoardIo for SimPanel<'_> {
     fn millis(&self) -> u32 {
         // The rate is never 0, but its type does not say so.
@@ -120,18 +134,6 @@ impl BoardIo for SimPanel<'_> {
             self.enable_changes.push((self.now.get(), high));
         }
         self.enable = high;
-    }
-
-    fn reset(&mut self) -> Reset {
-        self.reset
-    }
-
-    fn mark(&self) -> Mark {
-        self.remains.mark
-    }
-
-    fn set_mark(&mut self, mark: Mark) {
-        self.remains.mark = mark;
     }
 
     fn set_reverse(&mut self, axes: Axes) {

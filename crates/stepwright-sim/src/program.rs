@@ -17,7 +17,7 @@ pub trait SimProgram: BoardProgram {
 
 /// A virtual board that runs a program, with lines of up to `LONGEST` bytes.
 pub struct ProgramBoard<P: BoardProgram, const LONGEST: usize> {
-    device: ProgramDevice<P, LONGEST>,
+    device: ProgramDevice<P, (), LONGEST>,
     now: u64,
     answers: Vec<u8>,
     /// Ticks between two visits of the main loop.
@@ -28,7 +28,7 @@ pub struct ProgramBoard<P: BoardProgram, const LONGEST: usize> {
 impl<P: SimProgram, const LONGEST: usize> ProgramBoard<P, LONGEST> {
     /// A board with this program, whose main loop runs every `visit` ticks.
     pub fn of(program: P, visit: u64) -> Self {
-        let (device, answers) = (ProgramDevice::new(program), Vec::new());
+        let (device, answers) = (ProgramDevice::new(program, ()), Vec::new());
         ProgramBoard { device, now: 0, answers, visit, next_visit: 0 }
     }
 

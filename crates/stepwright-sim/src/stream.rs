@@ -70,7 +70,7 @@ impl StreamIo for SimIo<'_> {
 /// assert_eq!(board.take_answers(), b"0\r");
 /// ```
 pub struct StreamBoard<'q, R: Recorder, C: Count = u16> {
-    device: StreamDevice<'q, SimEngine<'q, R, C>, SimIo<'q>, RUNS, FIFO>,
+    device: StreamDevice<'q, SimEngine<'q, R, C>, SimIo<'q>, (), RUNS, FIFO>,
     now: LentNow<'q>,
     answers: Vec<u8>,
     /// Ticks between two visits of the main loop.
@@ -94,7 +94,7 @@ impl<'q, R: Recorder, C: Count> StreamBoard<'q, R, C> {
         let player = StreamPlayer::new(engine, [x.0, y.0, z.0], wirings, LEAST);
         let millis = u64::from(board.rate.hz() / 1_000);
         let io = SimIo { now, millis, told: 0, inputs: 0, changed: None };
-        let device = StreamDevice::new(player, io, flash_text!("virtual"), board.rate.hz());
+        let device = StreamDevice::new(player, io, (), flash_text!("virtual"), board.rate.hz());
         let visit = u64::from(board.rate.micros(50));
         StreamBoard { device, now, answers: Vec::new(), visit, next_visit: 0 }
     }

@@ -92,7 +92,7 @@ pub struct StreamPlayer<'q, E, const Q: usize, const LEN: usize> {
     epoch: u16,
     gate: u16,
     seen: u16,
-    /// Axes of unknown position: they were stopped at once while they moved.
+    /// Axes of unknown position: they were stopped at once while they moved, or by a reset.
     unknown: Axes,
 }
 
@@ -159,6 +159,11 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
             self.engine.set_position(axis, 0);
             self.unknown &= !(1 << axis);
         }
+    }
+
+    /// Makes all positions unknown, as after a reset in motion.
+    pub fn mark_unknown(&mut self) {
+        self.unknown = (1 << AXES) - 1;
     }
 
     /// The present power of a laser: 0, off, to 255. It is off whenever the axes rest before and after a run, and
@@ -314,6 +319,12 @@ impl<'q, E: Control, const Q: usize, const LEN: usize> StreamPlayer<'q, E, Q, LE
     /// Whether a setup has come: the drivers are to be on from then on.
     pub const fn is_set_up(&self) -> bool {
         self.set_up
+    }
+
+    /// Whether an axis may move: from a setup until all that came after it has been played.
+    pub fn may_move(&self) -> bool {
+        let over = self.closed && self.flags & (Credit::STARTED | Credit::OFF) != 0;
+        self.set_up && (!over || self.is_busy())
     }
 
     /// Notes that a millisecond has passed, and the inputs that are closed. A [watched](Kind::Start) input

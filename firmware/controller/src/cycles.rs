@@ -13,6 +13,7 @@ use stepwright_device::ProgramDevice;
 use stepwright_device::main_loop::{self, SerialPort};
 use stepwright_protocol::{Text, flash_text};
 
+use crate::kept::KeptMark;
 use crate::{AXES, Panel};
 
 /// The legs of all series.
@@ -104,12 +105,13 @@ impl<T: StepTimer, D: Drive, H: HoldOff, P: Panel> ControllerCycle<T, D, H, P> {
     /// Called once, while the step interrupt is held off.
     pub unsafe fn run(
         &'static self,
-        (timer, drive, panel): (T, D, P),
+        (timer, drive, mut panel): (T, D, P),
         board: Board<AXES>,
         pins: [CyclePins; AXES],
         about: Text,
         line: &mut impl SerialPort,
     ) -> ! {
+        let marks = KeptMark(panel.reset());
         let io = CycleIo { panel, ends: Switches::NONE };
         let motors = [Motor::new(1, 1); AXES];
         let cycle = Cycle::new(timer, drive, io, motors, Clock::Deadlines, board);
@@ -118,7 +120,8 @@ impl<T: StepTimer, D: Drive, H: HoldOff, P: Panel> ControllerCycle<T, D, H, P> {
         // SAFETY: cells, and this is the only reference to them.
         let legs = unsafe { &*self.legs.get() };
         let hold = Held { shared: self, pins, about };
-        let mut device: ProgramDevice<_, LONGEST> = ProgramDevice::new(Remote::new(hold, legs));
+        let remote = Remote::new(hold, legs);
+        let mut device: ProgramDevice<_, _, LONGEST> = ProgramDevice::new(remote, marks);
         loop {
             device.program().hold().with(|cycle| cycle.surroundings().panel.feed());
             main_loop::round(&mut device, line);

@@ -2,7 +2,7 @@
 
 use stepwright::drive::Axes;
 use stepwright::{Rate, Ticks};
-use stepwright_device::{BoardIo, Mark, Memory, Reset};
+use stepwright_device::{BoardIo, Mark, Marks, Memory, Reset};
 
 use crate::kept;
 
@@ -80,6 +80,20 @@ impl<P: Panel> Memory for PortIo<P> {
     }
 }
 
+impl<P: Panel> Marks for PortIo<P> {
+    fn reset(&mut self) -> Reset {
+        self.panel.reset()
+    }
+
+    fn mark(&self) -> Mark {
+        kept::mark()
+    }
+
+    fn set_mark(&mut self, mark: Mark) {
+        kept::set_mark(mark);
+    }
+}
+
 impl<P: Panel> BoardIo for PortIo<P> {
     #[inline(always)]
     fn tick(&mut self) {
@@ -115,18 +129,6 @@ impl<P: Panel> BoardIo for PortIo<P> {
 
     fn set_enable(&mut self, high: bool) {
         self.panel.set_enable(high);
-    }
-
-    fn reset(&mut self) -> Reset {
-        self.panel.reset()
-    }
-
-    fn mark(&self) -> Mark {
-        kept::mark()
-    }
-
-    fn set_mark(&mut self, mark: Mark) {
-        kept::set_mark(mark);
     }
 
     fn set_reverse(&mut self, axes: Axes) {

@@ -2,7 +2,7 @@
 
 use core::cell::UnsafeCell;
 
-use stepwright_device::{Mark, Store};
+use stepwright_device::{Mark, Marks, Reset, Store};
 
 /// The kept bytes: the mark and the settings.
 struct Kept(UnsafeCell<(u16, [u8; Store::SIZE as usize])>);
@@ -44,5 +44,22 @@ pub(crate) fn set_byte(address: u16, byte: u8) {
         unsafe {
             (&raw mut (*KEPT.0.get()).1).cast::<u8>().add(address.into()).write_volatile(byte);
         }
+    }
+}
+
+/// The kept mark, and the reason of the last reset, for a program that is not the controller.
+pub(crate) struct KeptMark(pub(crate) Reset);
+
+impl Marks for KeptMark {
+    fn reset(&mut self) -> Reset {
+        self.0
+    }
+
+    fn mark(&self) -> Mark {
+        mark()
+    }
+
+    fn set_mark(&mut self, mark: Mark) {
+        set_mark(mark);
     }
 }

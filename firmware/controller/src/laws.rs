@@ -10,6 +10,7 @@ use stepwright_device::ProgramDevice;
 use stepwright_device::main_loop::{self, SerialPort};
 use stepwright_protocol::Text;
 
+use crate::kept::KeptMark;
 use crate::{AXES, Panel, RUNS};
 
 /// The static that a chip's step interrupt and [`run_laws`] share.
@@ -30,7 +31,8 @@ pub fn run_laws<T: StepTimer, D: Drive, H: HoldOff>(
     if let Some((engine, [feed, ..])) = engine.fill(timer, drive, board) {
         let mhz = board.rate.hz() / 1_000_000;
         let station = Station::new(engine, feed, About { name, mhz, costs: Costs::AVR });
-        let mut motor: ProgramDevice<_, LONGEST> = ProgramDevice::new(station);
+        let mut motor: ProgramDevice<_, _, LONGEST> =
+            ProgramDevice::new(station, KeptMark(panel.reset()));
         panel.set_enable(false); // on while it is low
         loop {
             panel.feed();

@@ -14,6 +14,7 @@ use stepwright_device::{StreamDevice, StreamIo};
 use stepwright_protocol::Text;
 use stepwright_stream::player::StreamPlayer;
 
+use crate::kept::KeptMark;
 use crate::{AXES, Panel, RUNS};
 
 /// The bytes of frames that can wait, as on a Mega: more than a second of three busy axes.
@@ -111,10 +112,11 @@ pub fn play_stream<E: Control>(
     mut round: impl FnMut(&mut E),
 ) -> ! {
     let StreamBoard { name, rate, least } = stream;
-    let begun = panel.count();
+    let (begun, marks) = (panel.count(), KeptMark(panel.reset()));
     let io = PanelIo { panel, milli: rate.micros(1_000), begun };
     let player = StreamPlayer::<_, RUNS, STREAM_FIFO>::new(engine, feeds, [WIRING; AXES], least);
-    let mut device = StreamDevice::new(player, io, name, rate.hz());
+    let mut device = StreamDevice::new(player, io, marks, name, rate.hz());
+    device.begin();
     loop {
         main_loop::round(&mut device, line);
         round(device.player().engine());

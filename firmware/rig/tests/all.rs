@@ -18,6 +18,7 @@ mod cycle;
 mod cycle_line;
 mod cycles;
 mod demo;
+mod doubt;
 mod drives;
 mod dump;
 mod first_move;

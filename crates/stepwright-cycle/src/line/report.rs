@@ -46,7 +46,7 @@ pub struct MotorReport {
     pub fault_at: Option<u64>,
     /// Its position.
     pub position: i64,
-    /// Whether its position is unknown after a kill.
+    /// Whether its position is unknown after a kill or a reset.
     pub uncertain: bool,
     /// Its greatest position, if it has one; reported when no cycle runs.
     pub max: Option<i64>,

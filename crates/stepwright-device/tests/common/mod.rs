@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use stepwright::queue::{Consumer, Next, Producer, Queue, Source};
 use stepwright::{Board, Control, OrderedMotors, Playing, Rate, Report, Ticks, Timing};
-use stepwright_device::{BoardIo, Device, Mark, Memory, Reset, Store};
+use stepwright_device::{BoardIo, Device, Mark, Marks, Memory, Reset, Store};
 
 /// The pin of a step in an entry.
 const STEP: u8 = 1;
@@ -123,6 +123,18 @@ impl Memory for Panel {
     }
 }
 
+impl Marks for Panel {
+    fn reset(&mut self) -> Reset {
+        self.reset
+    }
+    fn mark(&self) -> Mark {
+        self.mark
+    }
+    fn set_mark(&mut self, mark: Mark) {
+        self.mark = mark;
+    }
+}
+
 impl BoardIo for Panel {
     fn millis(&self) -> u32 {
         self.millis
@@ -141,15 +153,6 @@ impl BoardIo for Panel {
     }
     fn set_enable(&mut self, high: bool) {
         self.enable = Some(high);
-    }
-    fn reset(&mut self) -> Reset {
-        self.reset
-    }
-    fn mark(&self) -> Mark {
-        self.mark
-    }
-    fn set_mark(&mut self, mark: Mark) {
-        self.mark = mark;
     }
     fn set_reverse(&mut self, axes: u8) {
         self.reverse = axes;

@@ -114,6 +114,15 @@ impl<'p> CyclesOnBoard<'p> {
             self.told.voice.result(&"time_us,motor,event,value,position");
         }
         let report = self.look()?;
+        for (motor, name) in self.motors(&report).iter().zip(&self.plan.names) {
+            if motor.uncertain {
+                self.told.voice.note(&format_args!(
+                    "the position of {name} is unknown since a kill or a reset, and counted from \
+                     {}: give the motor a position, or home it",
+                    motor.position
+                ));
+            }
+        }
         self.print(&report);
         let mut result = Ok(());
         for (n, stage) in stages.iter_mut().enumerate() {

@@ -193,8 +193,9 @@ impl StreamedBoard {
         };
         let at = spelt(places);
         if places.contains(&None) {
-            return PlayError::new(format!("{name} has stopped, off the path, at {at}"))
-                .hint("a place that is ? is lost: a kill (K) has lost it, now or before the job");
+            return PlayError::new(format!("{name} has stopped, off the path, at {at}")).hint(
+                "a place that is ? is lost: by a kill (K), now or before the job, or by a reset",
+            );
         }
         PlayError::new(format!("{name} has braked, off the path: {why}, at {at}"))
             .hint("the positions are known; a slower job, or a computer with less to do")

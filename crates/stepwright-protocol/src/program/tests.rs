@@ -83,6 +83,9 @@ impl BoardProgram for Toy {
     fn set_zero(&mut self, _: u8) {
         (self.at, self.killed) = (0, false);
     }
+    fn mark_unknown(&mut self) {
+        self.killed = true;
+    }
     fn stop(&mut self) {
         self.busy = false;
     }

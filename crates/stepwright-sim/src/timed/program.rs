@@ -126,6 +126,8 @@ impl BoardProgram for TimedMotor {
 
     fn set_zero(&mut self, _: u8) {}
 
+    fn mark_unknown(&mut self) {}
+
     fn stop(&mut self) {
         let now = self.millis();
         self.station.stop(now);

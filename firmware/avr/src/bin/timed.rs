@@ -153,6 +153,8 @@ impl BoardProgram for Motors {
 
     fn set_zero(&mut self, _: u8) {}
 
+    fn mark_unknown(&mut self) {}
+
     #[inline(never)]
     fn stop(&mut self) {
         let now = self.clock.get();
@@ -190,13 +192,13 @@ fn main() -> ! {
             fifth: TimedStation::new(fifth::take(), hardware),
         }
     };
-    let (mut board, mut line) = (ProgramDevice::new(motors), PolledLine::start(chip.USART0));
+    let (mut board, mut line) = (ProgramDevice::new(motors, ()), PolledLine::start(chip.USART0));
     serve(&mut board, &mut line)
 }
 
 /// Handles lines for ever.
 #[inline(never)]
-fn serve(board: &mut ProgramDevice<Motors, LONGEST>, line: &mut PolledLine) -> ! {
+fn serve(board: &mut ProgramDevice<Motors, (), LONGEST>, line: &mut PolledLine) -> ! {
     // SAFETY: everything that an interrupt uses is set up.
     unsafe { avr_device::interrupt::enable() };
     main_loop::run(board, line)

@@ -39,6 +39,8 @@ impl<P: Port> Output for Coils<P> {
 
 /// Clocks of the timer per tick of the law, 1 µs.
 const TICK: u32 = 16;
+/// A longer delay lasts as long as this: 268 s.
+const LONGEST: u32 = u32::MAX / TICK;
 /// Clocks from the order to the first step: set-up time of DIR, and time for the current to rise.
 const LEAD: u32 = 16_000;
 /// Cycles for which STEP is high, in addition to the calls: 2 µs.
@@ -102,7 +104,7 @@ impl<L: Iterator<Item = u32>, O: Output> Motor<L, O> {
             first => Some(first),
         };
         match delay {
-            Some(delay) => self.last = delay.wrapping_mul(TICK),
+            Some(delay) => self.last = delay.min(LONGEST).wrapping_mul(TICK),
             // The rotor gets the same time to settle.
             None => self.resting = true,
         }
@@ -137,7 +139,8 @@ impl<L: Iterator<Item = u32>, O: Output, T: Timer> AvrEngine<L, O, T> {
         });
     }
 
-    /// Moves the motor by the delays of a law; without delays it does not move.
+    /// Moves the motor by the delays of a law, in µs; without delays it does not move. A delay of more than
+    /// 268 s (2²⁸ µs) lasts for 268 s.
     pub fn play(&mut self, mut law: L, forward: bool) {
         let Some(first) = law.next() else { return };
         self.0.with(|motor, timer| motor.begin(timer, law, first, forward));

@@ -254,10 +254,10 @@ impl<const AXES: usize> Slave<AXES> {
         self.answer.next(last, |n, digits| {
             let number = match n {
                 value::POSITION => {
-                    // The position was known when V was obeyed.
                     let Task::Line(asked) = self.task else { return NOTHING };
                     let axis = AxisId::at(asked);
-                    let Some(steps) = machine.position(axis) else { return NOTHING };
+                    // It was known when V was obeyed.
+                    let Some(steps) = machine.position(axis) else { return b'E' };
                     let mut bytes = steps.to_le_bytes();
                     let backward = steps < 0;
                     if backward {

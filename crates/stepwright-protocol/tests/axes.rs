@@ -1,7 +1,7 @@
 //! Several axes, as tables: which axis a line addresses, and which start together. See `talk` in
 //! `common/mod.rs`.
 
-use crate::common::{Bench, say, talk};
+use crate::common::{Bench, say, talk, text};
 use stepwright_protocol::Slave;
 
 #[test]
@@ -241,4 +241,17 @@ fn a_slave_may_have_room_for_more_axes_than_the_machine_has() {
     assert_eq!(bench.asked[0].len(), 2);
     let info = say(&mut slave, &mut bench, b"?");
     assert!(info.contains(" axes=2 ") && info.contains(" stop=-- "), "{info}");
+}
+
+/// A position that becomes unknown between its request and its answer.
+#[test]
+fn a_position_that_is_lost_while_it_is_asked_for_is_not_told() {
+    let (mut slave, mut bench) = (Slave::<2>::new(), Bench::new(2));
+    for byte in b"V2\r" {
+        slave.receive(*byte, &mut bench);
+    }
+    while slave.work(&mut bench) {}
+    bench.axes[1].uncertain = true;
+    assert_eq!(text(&mut slave, &mut bench), "E");
+    assert_eq!(say(&mut slave, &mut bench, b"V2"), "E");
 }

@@ -104,7 +104,9 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     /// [`AxisLimits::DEFAULT`](stepwright::AxisLimits::DEFAULT).
     ///
     /// `engine` and `feeds` come from one [`fill`](stepwright::SharedEngine::fill), `board` is the
-    /// one given to it, and the interrupt of that engine tells `news`.
+    /// one given to it, and the interrupt of that engine tells `news`. An engine whose interrupt does
+    /// not come when an axis comes to rest, as that of a player of `stepwright-sink`, needs a
+    /// [`tell`](News::tell) from a timer as well.
     pub const fn new(
         engine: E,
         feeds: [Producer<'q, Q>; N],

@@ -308,3 +308,29 @@ fn all_are_stopped() {
         assert_eq!(motors.axis(Axis::X).position(), Some(at[0]), "at rest a kill loses nothing");
     });
 }
+
+/// Time at rest counts if the program says so: the next move of a slow axis begins at once.
+#[test]
+fn a_slow_axis_waits_before_a_move_unless_its_rest_is_counted() {
+    for counted in [false, true] {
+        with(|bench, motors| {
+            let limits = AxisLimits::new(Speed::of::<20>(), Accel::of::<10>());
+            motors.axis(Axis::X).set_limits(limits);
+            let moves = async {
+                let mut x = motors.axis(Axis::X);
+                assert!(x.move_to(20).await.is_ok());
+                motors.with(|steppers| steppers.count_rest(0)); // it is seen at rest
+                bench.after(2_000).await;
+                if counted {
+                    motors.with(|steppers| steppers.count_rest(2_000_000));
+                }
+                let ordered = bench.time.now();
+                assert!(x.move_to(0).await.is_ok());
+                let first = bench.shafts.borrow().steps[0][20] - ordered;
+                // √(2/a) is 447 ms.
+                assert!(if counted { first < 1_000 } else { first > 400_000 }, "{first} µs");
+            };
+            bench.run(motors, [Box::pin(moves) as _]);
+        });
+    }
+}

@@ -63,12 +63,10 @@ impl GeometryArgs {
         MachineUnit::of(self.steps_per_rev, self.mm_per_rev.map(MmArg::nm))
     }
 
-    /// The unit in which the page shows positions, and the steps of one unit: millimetres if the
-    /// load moves along a line.
+    /// The unit in which the page shows positions, and the steps of one unit.
     pub fn page_unit(&self) -> Result<(&'static str, f64), Failure> {
         self.geometry()?;
-        let millimetres = self.unit().filter(|_| self.mm_per_rev.is_some());
-        Ok(millimetres.map_or(("steps", 1.0), |unit| (unit.name, unit.steps)))
+        Ok(self.unit().map_or(("steps", 1.0), |unit| (unit.name, unit.steps)))
     }
 }
 

@@ -156,7 +156,7 @@ fn settings_have_the_names_they_have_everywhere() {
     assert!(why.contains("refused $pulse-us=3"), "{why}");
 }
 
-/// The page counts in the millimetres of each axis.
+/// The page counts in the millimetres or degrees of each axis.
 #[test]
 fn each_axis_has_its_unit() {
     let text = "[axis.1]\nsteps-per-rev = 3200\nmm-per-rev = 8\n[axis.2]\nmm-per-rev = 8\n";
@@ -170,7 +170,7 @@ fn each_axis_has_its_unit() {
     };
     assert_eq!(units(&[]), [json!(["mm", 400.0]), json!(["mm", 25.0]), json!(["steps", 1.0])]);
     let typed = units(&["--steps-per-rev", "1600"]);
-    assert_eq!(typed, [json!(["mm", 200.0]), json!(["mm", 200.0]), json!(["steps", 1.0])]);
+    assert_eq!(typed, [json!(["mm", 200.0]), json!(["mm", 200.0]), json!(["deg", 1600.0 / 360.0])]);
 }
 
 /// The machine file is told as it stands there.

@@ -59,6 +59,9 @@ export class Axis {
     if (!jerk) this.field("jerk").value = "";
     this.slide("speed", "top_speed", max_speed ?? SLIDES.speed[1], set["max-speed"]);
     this.slide("accel", "accel", SLIDES.accel[1], set["max-accel"]);
+    // What no travel may have, in the field's own unit.
+    const ends = { speed: [0.001, set["max-speed"] ?? 1e6], accel: [1, set["max-accel"] ?? 1e8], jerk: [0, 4e9] };
+    for (const [name, [min, max]] of Object.entries(ends)) Object.assign(this.field(name), { min: this.shown(min), max: this.shown(max) });
   }
 
   find(selector) {

@@ -21,7 +21,7 @@ export function once(load) {
 /** Formats numbers to `most` digits. */
 export const formatter = (most) => new Intl.NumberFormat("en", { maximumSignificantDigits: most, useGrouping: false });
 
-export const digits = (value, most) => formatter(most).format(value).replace("-", "−");
+export const digits = (value, most) => formatter(most).format(value || 0).replace("-", "−");
 
 /** Calls `look()` when a view opens, and at once if it is open. */
 export function looked(view, look) {

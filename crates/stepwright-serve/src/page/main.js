@@ -6,7 +6,7 @@ import { PathsView } from "./paths.js";
 import { PlanView } from "./plan.js";
 import { Plots } from "./plots.js";
 import { lineForm } from "./line.js";
-import { follow, get, hand, post, release, take } from "./server.js";
+import { GONE, follow, get, hand, post, release, take } from "./server.js";
 import { Scope } from "./scope.js";
 import { Settings } from "./settings.js";
 import * as talk from "./talk.js";
@@ -42,11 +42,15 @@ function noticed(text, word, act) {
   return notice;
 }
 
+/** The notice with this text. */
+const noticeOf = (text) => [...by("notices").children].find((notice) => notice.firstChild.textContent === text);
+
 /** Shows an error until it is dismissed; the same one once. */
 function tell(error) {
-  const text = error.message ?? String(error);
+  // A file of the page that did not come.
+  const text = (!reached && error instanceof TypeError ? GONE : error).message ?? error;
   const notices = by("notices");
-  if ([...notices.children].some((notice) => notice.firstChild.textContent === text)) return;
+  if (noticeOf(text)) return;
   notices.append(noticed(text, "Dismiss", (notice) => notice.remove()));
   // Errors to acknowledge stay.
   while (notices.children.length > 4) notices.querySelector("p:not(#errors)").remove();
@@ -119,6 +123,10 @@ function reach(on) {
   document.body.classList.toggle("unreached", !on);
   by("stop-words").textContent = on ? STOPS : "No answer: switch off the motor's power";
   by("frozen").hidden = on;
+  if (!on) return;
+  noticeOf(GONE.message)?.remove();
+  // The open view asks again for what did not come.
+  dispatchEvent(new Event("hashchange"));
 }
 
 function showControl(control, connected) {
@@ -256,6 +264,13 @@ addEventListener("keyup", (event) => {
 // A key released elsewhere is not heard here.
 for (const end of ["blur", "pagehide"]) addEventListener(end, () => axes.forEach((axis) => axis.letGo()));
 document.addEventListener("visibilitychange", () => document.hidden && axes.forEach((axis) => axis.letGo()));
+
+// A comma is a decimal point, which a number's field would drop: 1,5 would be 15.
+addEventListener("beforeinput", (event) => {
+  if (event.target.type !== "number" || !event.data?.includes(",")) return;
+  event.preventDefault();
+  document.execCommand("insertText", false, event.data.replaceAll(",", "."));
+});
 
 // Views: control, plots and line are side by side if there is room; `full` views
 // always have the page to themselves.

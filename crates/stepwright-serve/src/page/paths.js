@@ -13,7 +13,7 @@ const KINDS = { line: "Line", arc: "Arc", path: "Path", home: "Homing", moves: "
 
 /** The states of a run. */
 const RUNS = {
-  running: "is run", held: "is held", braking: "brakes", done: "was run to its end", stopped: "was stopped", killed: "was killed",
+  running: "is running", held: "is held", braking: "brakes", done: "was run to its end", stopped: "was stopped", killed: "was killed",
   failed: "broke off",
 };
 
@@ -169,6 +169,7 @@ export class PathsView {
     by("paths-wrong").replaceChildren(...(declined ? [element("li", declined.message)] : []));
     by("paths").classList.toggle("wrong", Boolean(declined));
     this.allow(this.ours);
+    by("paths-text").style.setProperty("--marked", -9);
     if (!declined) return;
     const [, line, column] = /, line (\d+)(?:, column (\d+))?:/.exec(declined.message) ?? [];
     if (line) this.mark(Number(line), Number(column ?? 1));
@@ -189,6 +190,7 @@ export class PathsView {
     const begin = lines.slice(0, line - before - 1).join("\n").length + (line - before > 1);
     const end = begin + (lines[line - before - 1] ?? "").length;
     if (document.activeElement !== area) area.setSelectionRange(Math.min(begin + column - 1, end), end);
+    area.style.setProperty("--marked", line - before - 1);
     area.scrollTop = (line - before - 4) * parseFloat(getComputedStyle(area).lineHeight);
   }
 
@@ -292,7 +294,8 @@ export class PathsView {
     by("paths-time").disabled = this.running && this.isThis(this.report);
     const state = this.report?.state;
     const hold = by("paths-hold");
-    hold.hidden = !(this.isThis(this.report) && this.sheet.kind === "gcode" && ["running", "held"].includes(state));
+    // Also of a job that another page has opened.
+    hold.hidden = !(["running", "held"].includes(state) && this.isJob(this.report.name));
     hold.textContent = state === "held" ? "Resume" : "Hold";
     hold.disabled = !ours;
   }
@@ -352,7 +355,7 @@ export class PathsView {
     });
     by("paths-legs").tBodies[0].replaceChildren(...rows);
     const count = sheet.rows.length === 1 ? "1 part" : `${sheet.rows.length} parts`;
-    by("paths-sum").textContent = `${count}, ${digits(sheet.seconds, 5)} s, at most ${digits(sheet.peak, 4)} ${sheet.unit}/s`;
+    by("paths-sum").textContent = sheet.seconds === 0 ? "Nothing moves in this file." : `${count}, ${digits(sheet.seconds, 5)} s, at most ${digits(sheet.peak, 4)} ${sheet.unit}/s`;
   }
 
   /** Highlights a row of the table, and sets the playhead to its beginning. */

@@ -107,7 +107,7 @@ export class PlanView {
       },
     };
     slide.oninput = () => this.set(name, rounded(part[1](slide.value / PLACES)), slide);
-    exact.oninput = () => Number.isFinite(exact.valueAsNumber) && this.set(name, exact.valueAsNumber, exact);
+    exact.oninput = () => this.set(name, exact.valueAsNumber, exact);
     return row;
   }
 
@@ -174,7 +174,7 @@ export class PlanView {
     const others = [...this.shown].filter((law) => law !== this.law);
     this.waiting = others.sort((a, b) => (this.plans[a]?.turn ?? 0) - (this.plans[b]?.turn ?? 0));
     this.draw();
-    this.later ??= setTimeout(() => this.planOthers());
+    if (this.waiting.length) this.later ??= setTimeout(() => this.planOthers());
   }
 
   planOne(law) {
@@ -186,11 +186,7 @@ export class PlanView {
   planOthers() {
     this.later = null;
     const end = performance.now() + 5;
-    do {
-      const law = this.waiting.shift();
-      if (law === undefined) return;
-      if (this.shown.has(law)) this.planOne(law);
-    } while (performance.now() < end);
+    while (this.waiting.length && performance.now() < end) this.planOne(this.waiting.shift());
     this.draw();
     if (this.waiting.length) this.later = setTimeout(() => this.planOthers());
   }

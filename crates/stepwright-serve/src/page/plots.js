@@ -2,7 +2,6 @@
 
 import { chartAxis, colour, dark, dragged, faint } from "./colours.js";
 import { Track, planned } from "./curves.js";
-import { formatter } from "./dom.js";
 
 /** Kept this long, in s. */
 const KEPT = 130;
@@ -12,7 +11,7 @@ const DRAW = 33;
 
 const charts = document.getElementById("charts");
 
-const number = formatter(6);
+const number = new Intl.NumberFormat("en", { maximumFractionDigits: 3, useGrouping: false, signDisplay: "negative" });
 
 export class Plots {
   constructor() {
@@ -94,18 +93,24 @@ export class Plots {
     if (!this.axes.length) return;
     // Each unit has a scale of its own.
     const units = [...new Set(this.axes.map((axis) => axis.unit))];
-    const named = (per) => units.map((unit) => unit + per).join(", right in ");
+    const whose = (unit) => (units.length > 1 ? ` (axis ${this.axes.filter((axis) => axis.unit === unit).map((axis) => axis.number).join(", ")})` : "");
+    const named = (per) => units.map((unit) => unit + per + whose(unit)).join(", right in ");
     const titles = [`Position in ${named("")}`, `Speed in ${named("/s")}`, `Acceleration in ${named("/s²")}`];
-    const scales = units.map((unit) => {
-      const least = 5 / Math.max(...this.axes.map((axis) => (axis.unit === unit ? axis.scale : 0)));
-      return [unit, { range: comfortable(least) }];
+    // Of positions in whole steps the acceleration is the least exact.
+    const scales = (at) => units.map((unit) => {
+      const least = (at === 2 ? 400 : 5) / Math.max(...this.axes.map((axis) => (axis.unit === unit ? axis.scale : 0)));
+      return [unit, { range: comfortable(least, at && units.length > 1) }];
     });
     const time = chartAxis(" s");
-    const show = (_, value) => (value == null ? "–" : number.format(value));
+    // The values of the three lines at the pointer.
+    const show = (unit) => (_, __, line, at) => (at == null ? [] : this.plots).flatMap(({ data }, n) => {
+      const value = along(data[0], data[line], at);
+      return value == null ? [] : `${number.format(value)} ${unit}${["", "/s", "/s²"][n]}`;
+    }).join(", ") || "–";
     const series = this.axes.flatMap(({ number: axis, unit: scale }) => {
       const own = colour(`--axis-${((axis - 1) % 3) + 1}`);
       const pale = faint(own, 0.38);
-      const line = { points: { show: false }, value: show, scale };
+      const line = { points: { show: false }, value: show(scale), scale };
       return [
         { ...line, label: `${axis} planned`, stroke: pale, width: 6 },
         { ...line, label: `axis ${axis}`, stroke: own, width: 2 },
@@ -118,13 +123,13 @@ export class Plots {
         width: this.width(),
         height,
         class: "chart",
-        scales: { x: { time: false, range: () => this.window() }, ...Object.fromEntries(scales) },
+        scales: { x: { time: false, range: () => this.window() }, ...Object.fromEntries(scales(at)) },
         axes: [
           { ...time, size: 30, values: (...all) => time.values(...all).map((text) => (text[0] === "-" ? "" : text)) },
           ...units.map((scale, n) => ({ ...chartAxis(), scale, side: n ? 1 : 3, ...(n && { grid: { show: false } }) })),
         ],
         series: [{ label: "time", value: (_, v) => (v === null ? "–" : `${v.toFixed(2)} s`) }, ...series],
-        cursor: { sync: { key: "time" }, drag: { setScale: false } },
+        cursor: { sync: { key: "time", setSeries: true }, drag: { setScale: false }, dataIdx: (_, __, at) => at },
         legend: { show: at === 2 },
         hooks: { setSelect: [(plot) => this.select(plot)] },
       };
@@ -156,7 +161,7 @@ export class Plots {
   }
 
   height() {
-    return Math.round(Math.min(190, Math.max(120, innerHeight / 5.2)));
+    return Math.round(Math.min(190, Math.max(120, innerHeight / 6)));
   }
 
   resize() {
@@ -194,9 +199,21 @@ export class Plots {
   }
 }
 
-/** A range with some margin, and no narrower than is readable. */
-const comfortable = (least) => (_, low, high) => {
+/** The value of a line at a time, between the points that the line has itself. */
+function along(times, values, at) {
+  let [from, to] = [at, at];
+  while (values[from] === undefined && from > 0) from--;
+  while (values[to] === undefined && to < times.length - 1) to++;
+  const [begin, end] = [values[from], values[to]];
+  if (begin == null || end == null || from === to) return from === to ? begin : null;
+  return begin + ((end - begin) * (times[at] - times[from])) / (times[to] - times[from]);
+}
+
+/** A range with some margin, and no narrower than is readable; with 0 in the middle if `even`, so that
+ *  the zeros of two scales are one line. */
+const comfortable = (least, even) => (_, low, high) => {
   if (low == null) return [-1, 1];
   const air = Math.max((high - low) * 0.08, Math.abs(high) * 1e-6, least);
-  return [low - air, high + air];
+  const far = Math.max(-low, high) + air;
+  return even ? [-far, far] : [low - air, high + air];
 };

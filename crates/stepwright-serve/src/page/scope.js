@@ -58,6 +58,8 @@ export class Scope {
       note.classList.toggle("planned", record.source === "plan");
       this.draw();
     } catch (error) {
+      // Without a server it waits for one.
+      if (!error.status) return;
       this.hold();
       this.tell(error);
     } finally {

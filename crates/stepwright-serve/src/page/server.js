@@ -4,6 +4,9 @@
 
 import { Declined } from "./declined.js";
 
+/** Without a server. */
+export const GONE = new Declined({ what: "the server does not answer", do: "is `stepwright serve` still running?" }, 0);
+
 /** The token of a server beyond loopback: after the # of the address, which stays here. */
 const token = (() => {
   const said = new URLSearchParams(location.hash.slice(1)).get("token");
@@ -33,12 +36,9 @@ async function ask(path, options = {}) {
   const headers = { ...options.headers };
   if (token) headers.Authorization = `Bearer ${token}`;
   if (key) headers["Stepwright-Control"] = key;
-  let answer;
-  try {
-    answer = await fetch(path, { ...options, headers });
-  } catch {
-    throw new Declined({ what: "the server does not answer", do: "is `stepwright serve` still running?" }, 0);
-  }
+  const answer = await fetch(path, { ...options, headers }).catch(() => {
+    throw GONE;
+  });
   if (answer.ok && options.raw) return answer.arrayBuffer();
   const body = await answer.json();
   if (!answer.ok) throw new Declined(body, answer.status);

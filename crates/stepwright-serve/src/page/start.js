@@ -2,15 +2,20 @@
 
 import { get } from "./server.js";
 
-// A server that refuses has understood.
-const served = await get("/api/board").then(() => true, (error) => error.status > 0);
-
 try {
+  // A server that refuses has understood.
+  const served = await get("/api/board").then(() => true, (error) => {
+    if (error.status === 401) throw error;
+    return error.status > 0;
+  });
   if (!served) {
     const { begin } = await import("./alone/begin.js");
     await begin();
   }
   await import("./main.js");
 } catch (error) {
-  document.getElementById("notices").textContent = `The page could not be loaded (${error.message}): load it again.`;
+  document.body.classList.add("unreached");
+  document.getElementById("notices").textContent = error.status === 401
+    ? "This server asks for a token: open the whole address that `stepwright serve` has printed, with #token=…"
+    : `The page could not be loaded (${error.message}): load it again.`;
 }

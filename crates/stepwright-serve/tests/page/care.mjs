@@ -5,6 +5,8 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 
+import { browser } from "./common.mjs";
+
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
 /** Checks that axe finds nothing in any view, light or dark. */
@@ -85,9 +87,19 @@ export function tests({ start, serve, end, open, controls, until, rests, moves, 
       const frozen = await window();
       await new Promise((later) => setTimeout(later, 500));
       assert.deepEqual(await window(), frozen);
+      await page.locator("#stop").click();
+      // A view that is opened now is there when the server is.
+      for (const view of ["scope", "plan"]) await page.click(`nav a[href="#${view}"]`);
+      await page.locator("#notices").getByText("the server does not answer").waitFor();
+      assert.equal(await page.locator("#notices p").count(), 1);
       // A restarted server counts its time from 0.
       const again = await start("page ", "serve", "--machine", "none", "--virtual", "--bind", new URL(url).host);
       await until("Stop is back", async () => !(await struck()));
+      await page.locator("#laws td:nth-child(2)").first().getByText(" s").waitFor();
+      assert.deepEqual(await page.locator("#notices p").allInnerTexts(), []);
+      await page.click('nav a[href="#scope"]');
+      await page.locator("#scope-source").getByText("the edges of the virtual board's pins").waitFor();
+      await page.click('nav a[href="#control"]');
       await controls(page);
       await fill(card, "target", 300);
       await click(card, "to");
@@ -98,6 +110,23 @@ export function tests({ start, serve, end, open, controls, until, rests, moves, 
       }));
       await context.close();
       await end(again.child);
+    },
+
+    async "without its token the page says where the token is"() {
+      const { child, said: url } = await start("page ", "serve", "--machine", "none", "--virtual", "--bind", "0.0.0.0:0");
+      const [bare, token] = url.split("#");
+      const context = await browser.newContext();
+      for (const address of [bare, `${bare}#${token.slice(0, -1)}-`]) {
+        const page = await context.newPage();
+        await page.goto(address);
+        await page.getByText("This server asks for a token: open the whole address").waitFor();
+        await page.close();
+      }
+      const { page, context: second } = await open(url);
+      await controls(page);
+      await context.close();
+      await second.close();
+      await end(child);
     },
 
     async "what could not be asked is asked again"(url) {
@@ -137,6 +166,8 @@ export function tests({ start, serve, end, open, controls, until, rests, moves, 
       await page.locator("#errors").waitFor();
       await rests(url);
       await click(card, "zero");
+      // The field would refuse them itself.
+      await card.locator("[name=speed]").evaluate((one) => (one.max = ""));
       for (const speed of [5e6, 6e6, 7e6, 8e6, 9e6]) {
         await fill(card, "speed", speed);
         await click(card, "run-ahead");

@@ -190,15 +190,22 @@ const tests = (url) => ({
     assert.ok(await page.locator("#paths-go").isDisabled());
     const area = page.locator("#paths-text");
     assert.equal(await area.evaluate((one) => one.value.slice(one.selectionStart, one.selectionEnd)), "F-1");
+    // The selection of a field without the focus is not seen: its line has another colour.
+    const tinted = () => area.evaluate((one) => {
+      const [at, top, high] = ["backgroundPositionY", "paddingTop", "lineHeight"].map((name) => parseFloat(getComputedStyle(one)[name]));
+      return Math.round((at - top) / high);
+    });
+    assert.equal(await tinted(), 2);
     // The corrected file is drawn; then the next mistake is the first.
     await area.fill(text.replace("F-1", "F1"));
     await wrong(page).getByText("wrong.NC, line 4, column 1: error 20").waitFor();
     await area.fill(text.replace("F-1", "F100").replace("G5\n", ""));
     await page.locator("#paths-sum").getByText(/^2 parts/).waitFor();
     assert.equal(await wrong(page).count(), 0);
+    assert.ok((await tinted()) < 0);
     // A job in which nothing moves has no speed.
     await drop(page, "none.nc", "G21\n");
-    await page.locator("#paths-sum").getByText("1 part, 0 s, at most 0 mm/s").waitFor();
+    await page.locator("#paths-sum").getByText("Nothing moves in this file").waitFor();
     assert.equal(await page.locator("#paths-most").textContent(), "0 mm/s");
     // A cycle file is drawn as one again, with its own player.
     await page.locator("#paths-file").selectOption({ label: "triangle.toml" });
@@ -252,6 +259,26 @@ const tests = (url) => ({
     await page.evaluate(() => document.getElementById("paths").view.read(new File([new Uint8Array(5e6)], "huge.nc")));
     await page.getByText("huge.nc is too long: at most 4 MB are drawn here").waitFor();
     assert.deepEqual(faults.filter((one) => !one.includes("422")), []);
+    await context.close();
+  },
+
+  async "a held run is resumed after its page was loaded again"() {
+    const { page, faults, context } = await open(url);
+    await drop(page, "slow.nc", "G1 F300 X20\n");
+    const hold = page.locator("#paths-hold");
+    await until("it can be run", () => page.locator("#paths-go").isEnabled());
+    await page.locator("#paths-go").click();
+    await until("it runs", async () => (await report(url)).state === "running");
+    await hold.click();
+    await page.locator("#paths-state.held").waitFor();
+    await page.reload();
+    await page.locator("#paths-state.held").getByText("slow.nc is held").waitFor();
+    await hold.getByText("Resume").click();
+    await page.locator("#paths-state.running").getByText("slow.nc is running").waitFor();
+    await page.locator("#stop").click();
+    await ends(page, "stopped");
+    assert.ok(await hold.isHidden());
+    assert.deepEqual(faults, []);
     await context.close();
   },
 

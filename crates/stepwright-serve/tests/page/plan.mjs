@@ -135,6 +135,28 @@ const tests = {
     await context.close();
   },
 
+  async "the shown laws are drawn of one travel, however short"(url) {
+    const { page, faults, context } = await open(url);
+    const shown = [0, 1, 4];
+    const row = (law) => page.locator("#laws tbody tr").nth(law).innerText();
+    for (const steps of [2000, 2, 40]) {
+      await fill(page, { steps });
+      await until("no law waits", () => page.evaluate(() => !document.getElementById("plan").view.waiting.length));
+      for (const law of shown) {
+        const { pulses, brakingSteps, brakingSeconds } = await figures(page, law);
+        assert.equal(pulses, steps);
+        const told = `${brakingSteps} in ${Number(brakingSeconds.toPrecision(3))} s`;
+        await until(`law ${law} has ${told}`, async () => (await row(law)).includes(told));
+      }
+    }
+    // An empty field is no travel, and not the one before.
+    await fill(page, { steps: "" });
+    await page.getByText("There is no such travel").waitFor();
+    assert.ok(await page.locator("#send").isDisabled());
+    assert.deepEqual(faults, []);
+    await context.close();
+  },
+
   async "what the board refuses is said before, and the rest is sent"(url) {
     const { page, context } = await open(url);
     await page.locator("#release").waitFor();

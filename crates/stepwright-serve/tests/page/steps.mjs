@@ -57,6 +57,10 @@ export async function travels({ page, card, at, speed = () => shownSpeed(card) }
   }
   assert.equal(await page.locator("#notices p").count(), told);
   assert.match(lines, /G-200[\s\S]*travel by this many steps[\s\S]*accepted/);
+  // A comma is a decimal point.
+  await fill(card, "step", "");
+  await card.locator("[name=step]").pressSequentially("1,5");
+  assert.equal(await card.locator("[name=step]").inputValue(), "1.5");
   await fill(card, "target", 1_000_000);
   await click(card, "to");
   await moves(card);

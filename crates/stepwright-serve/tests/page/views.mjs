@@ -173,9 +173,10 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
         assert.equal(await card.locator(`[name=${name}]`).inputValue(), most);
       }
       // A jerk from before is not sent.
+      const { position } = await axis(url);
       await fill(card, "target", 20);
       await click(card, "by");
-      await until("it moves", async () => (await axis(url)).position !== 0 || (await axis(url)).moving);
+      await until("it moves", async () => (await axis(url)).position !== position);
       await rests(url);
       assert.deepEqual(await page.locator("#notices p:not(#errors)").allInnerTexts(), []);
       await view(page, "settings");
@@ -197,8 +198,9 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       const { child, said: url } = await start("page ", "serve", "--machine", file, "--virtual", "--bind", "127.0.0.1:0");
       const { page, card, faults, context } = await open(url);
       await controls(page);
-      assert.match(await page.locator(".u-title").first().innerText(), /^Position in mm, right in steps$/);
-      assert.match(await page.locator(".u-title").last().innerText(), /^Acceleration in mm\/s², right in steps\/s²$/);
+      const titles = await page.locator(".u-title").allInnerTexts();
+      assert.equal(titles[0], "Position in mm (axis 1), right in deg (axis 2), right in steps (axis 3)");
+      assert.equal(titles[2], "Acceleration in mm/s² (axis 1), right in deg/s² (axis 2), right in steps/s² (axis 3)");
       await fill(card, "target", 0.2);
       await click(card, "to");
       const second = page.locator(".axis").nth(1);
@@ -206,9 +208,21 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       await click(second, "to");
       await rests(url, 2);
       await until("both fill their scales", () => page.evaluate(() => {
-        const { mm, steps } = document.getElementById("charts").plots.plots[0].scales;
-        return mm.max > 0.2 && mm.max < 0.3 && mm.min > -0.1 && steps.max > 1000 && steps.max < 1200;
+        const { mm, deg } = document.getElementById("charts").plots.plots[0].scales;
+        return mm.max > 0.2 && mm.max < 0.3 && mm.min > -0.1 && deg.max > 1000 && deg.max < 1200;
       }));
+      // Speeds of 0 are at one height.
+      assert.deepEqual(await page.evaluate(() => {
+        const { scales } = document.getElementById("charts").plots.plots[1];
+        return ["mm", "deg", "steps"].map((unit) => scales[unit].min + scales[unit].max);
+      }), [0, 0, 0]);
+      // What the board would refuse is told at its field, in the field's unit.
+      await fill(card, "speed", 1e5);
+      await click(card, "by");
+      const speed = card.locator("[name=speed]");
+      assert.match(await speed.evaluate((one) => one.validationMessage), /2500/);
+      assert.equal(await page.locator("#notices p").count(), 0);
+      await fill(card, "speed", 2);
       // A long number has room at its axis, and no two labels are the same.
       const [room, needed, names] = await page.evaluate(async () => {
         const { chartAxis } = await import("./colours.js");
@@ -223,6 +237,40 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
       await context.close();
       await end(child);
       rmSync(place, { recursive: true });
+    },
+
+    async "the values of all three plots at the pointer are told, each with its unit"(url) {
+      const { page, card, at, context } = await driver(url);
+      const from = await at();
+      await fill(card, "speed", 1000);
+      await fill(card, "accel", 10_000);
+      await fill(card, "target", 2000);
+      await click(card, "by");
+      await moves(url);
+      await rests(url);
+      const { left, top, time } = await page.evaluate(() => {
+        const { plots, axes } = document.getElementById("charts").plots;
+        const time = axes[0].plans.at(-1).begin + 1;
+        const { left, top } = plots[0].over.getBoundingClientRect();
+        return { left: left + plots[0].valToPos(time, "x"), top: top + 20, time };
+      });
+      await page.locator("#pause").click();
+      await page.mouse.move(left + 2, top);
+      await page.mouse.move(left, top);
+      const told = async (label) => {
+        const row = page.locator("#charts .u-legend .u-series", { has: page.getByText(label, { exact: true }) });
+        const text = await row.locator(".u-value").innerText();
+        const values = /^(-?[\d.]{1,9}) steps, (-?[\d.]{1,8}) steps\/s, (-?[\d.]{1,9}) steps\/s²$/.exec(text);
+        assert.ok(values, text);
+        return values.slice(1).map(Number);
+      };
+      for (const label of ["1 planned", "axis 1"]) {
+        const [place, speed] = await told(label);
+        // After a second, to a few pixels.
+        assert.ok(Math.abs(place - from - 950) < 80, `${label} ${place} ${from} ${time}`);
+        assert.ok(Math.abs(speed - 1000) < 30, `${label} ${speed}`);
+      }
+      await context.close();
     },
 
     async "a calculator computes what the command does, and says what is missing"(url) {

@@ -260,7 +260,8 @@ fn linear(order: Order, knee: f64) -> Vec<f64> {
 
 /// Each delay is within a tick of its formula, and each pulse within a tick of its time.
 fn check(got: Result<Vec<u32>, Unfit>, want: &[f64], pulses: u32) -> Result<(), TestCaseError> {
-    let Ok(got) = got else { return Ok(()) };
+    // The first and the last step take 2³¹ ticks in no order: accelerations are 1 step/s² and more.
+    let got = got.map_err(|why| TestCaseError::fail(format!("{why:?}")))?;
     prop_assert_eq!(got.len(), pulses as usize);
     prop_assert_eq!(want.len(), pulses.saturating_sub(1) as usize);
     if let Some(first) = got.first() {

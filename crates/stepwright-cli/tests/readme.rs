@@ -297,7 +297,7 @@ fn the_architecture_names_files_that_are_there() {
     assert!(seen > 30, "{seen}");
 }
 
-/// Every file and every function that `docs/promises.md` names is there.
+/// Every file that `docs/promises.md` names is there and has a test, and every function is there.
 #[test]
 fn its_promises_name_tests_that_are_there() {
     let mut sources = Vec::new();
@@ -311,15 +311,23 @@ fn its_promises_name_tests_that_are_there() {
     let names: Vec<_> = rows.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
     assert!(names.len() > 100, "{}", names.len());
     for name in names {
-        // `austin*.rs`, `a_line_shows…`: what begins so.
-        let file = name.strip_suffix(".rs").or_else(|| name.strip_suffix(".py"));
-        let there = |(path, text): &(String, String)| match file {
-            Some(file) => path.contains(&format!("/{}", file.trim_end_matches('*'))),
-            None => text.contains(&format!("fn {}", name.trim_end_matches('…'))),
+        let is_file = CODE.iter().any(|end| name.ends_with(end));
+        let there = |(path, text): &(String, String)| match is_file {
+            true => path.ends_with(&format!("/{name}")) && is_test(path, text),
+            // `a_line_shows…`: one that begins so.
+            false => text.contains(&format!("fn {}", name.trim_end_matches('…'))),
         };
-        let word = file.is_some() || name.contains('_');
-        assert!(!word || sources.iter().any(there), "{name}");
+        let is_word = is_file || name.contains('_') && !name.contains(['/', ' ']);
+        assert!(!is_word || sources.iter().any(there), "{name}");
     }
+}
+
+/// The ends of the names of sources.
+const CODE: [&str; 4] = [".rs", ".py", ".mjs", ".cjs"];
+
+/// Whether a file is a test, or has one.
+fn is_test(path: &str, text: &str) -> bool {
+    path.contains("/tests/") || path.contains("/test/") || text.contains("#[test]")
 }
 
 /// The sources below a folder, with their text.
@@ -328,7 +336,7 @@ fn collect(folder: &Path, sources: &mut Vec<(String, String)>) {
         let path = entry.unwrap().path();
         if path.is_dir() && !path.ends_with("target") {
             collect(&path, sources);
-        } else if path.extension().is_some_and(|end| end == "rs" || end == "py") {
+        } else if CODE.iter().any(|end| path.to_string_lossy().ends_with(end)) {
             sources.push((path.to_string_lossy().into_owned(), read_to_string(&path).unwrap()));
         }
     }

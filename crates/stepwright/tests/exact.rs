@@ -1,7 +1,7 @@
 //! The closed-form laws against the ideal of `stepwright-oracle`, in 104 bits.
 
 use proptest::prelude::*;
-use stepwright::profile::{Cursor, Delays, Fit, Path, RampSteps, Trapezoid};
+use stepwright::profile::{Cursor, Delays, Fit, Path, RampSteps, Trapezoid, Unfit};
 use stepwright::run::Steps;
 use stepwright::{Accel, Rate, Speed};
 use stepwright_oracle::{Double, IdealTrapezoid, Number};
@@ -38,6 +38,26 @@ fn check(what: &str, n: u32, got: u64, ideal: Double) -> Result<(), TestCaseErro
     let allowed = (ideal.to_f64() * 2f64.powi(-40)).max(1.0);
     let wanted = ideal.to_f64();
     prop_assert!(off <= allowed, "{what}: pulse {n} at {got}, ideal {wanted:.3}, off by {off:.3}");
+    Ok(())
+}
+
+/// Checks that a refusal is due: from rest, the first step, the last and one at the top speed take 2³¹ ticks
+/// together; with a start speed, one step at it does. `slopes` are 2a in 10⁻⁶ (steps/s)² per step.
+fn refused(
+    why: Unfit,
+    hz: u32,
+    start: u32,
+    top: u32,
+    slopes: [f64; 2],
+) -> Result<(), TestCaseError> {
+    let interval = |speed: u32| 1e3 / f64::from(speed);
+    let ends: f64 = slopes.iter().map(|slope| 2e3 / slope.sqrt()).sum();
+    let slowest = if start == 0 { ends + interval(top) } else { interval(start.min(top)) };
+    let slowest = slowest * f64::from(hz);
+    prop_assert!(
+        why == Unfit::TooSlow && slowest > 2f64.powi(31) * (1.0 - 1e-9),
+        "{why:?}: {slowest}"
+    );
     Ok(())
 }
 
@@ -133,7 +153,11 @@ proptest! {
             Accel::from_millisteps(accel).unwrap(),
         )
         .with_decel(Accel::from_millisteps(decel).unwrap());
-        let Ok(path) = law.path(pulses as u32) else { return Ok(()) };
+        let slopes = [accel, decel].map(|slope| slope as f64 * 2e3);
+        let path = match law.path(pulses as u32) {
+            Ok(path) => path,
+            Err(why) => return refused(why, hz, start, top, slopes),
+        };
         prop_assert_eq!(path.slopes(), (accel * 2000, decel * 2000));
         let ideal = Ideal::new(hz, start, top, path.slopes(), pulses as u32);
         every_pulse(path, &ideal, law.delays(pulses as u32).unwrap(), micro)?;
@@ -156,7 +180,13 @@ proptest! {
             ramp as u16,
         )
         .unwrap();
-        let Ok(path) = law.path(pulses as u32) else { return Ok(()) };
+        // a = (v_t² − v_s²) / 2R, at least the smallest.
+        let squared = |speed: u32| f64::from(speed).powi(2);
+        let slope = ((squared(top) - squared(start)) / ramp as f64).max(2e3);
+        let path = match law.path(pulses as u32) {
+            Ok(path) => path,
+            Err(why) => return refused(why, hz, start, top, [slope; 2]),
+        };
         if top > start {
             // a = (v_t² − v_s²) / 2R, rounded to the nearest stored value.
             let exact = (u128::from(top).pow(2) - u128::from(start).pow(2)) / u128::from(ramp);
@@ -184,7 +214,11 @@ proptest! {
             Accel::from_millisteps(accel).unwrap(),
         )
         .with_decel(Accel::from_millisteps(decel).unwrap());
-        let Ok(path) = law.path(pulses as u32) else { return Ok(()) };
+        let slopes = [accel, decel].map(|slope| slope as f64 * 2e3);
+        let path = match law.path(pulses as u32) {
+            Ok(path) => path,
+            Err(why) => return refused(why, hz, start, top, slopes),
+        };
         let ideal = Ideal::new(hz, start, top, path.slopes(), pulses as u32);
         let last = pulses as u32 - 1;
         for x in at {

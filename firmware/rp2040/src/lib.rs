@@ -47,5 +47,5 @@ pub mod usb;
 #[cfg(target_os = "none")]
 mod vectors;
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "program"))]
 stepwright_controller::never_panics!();

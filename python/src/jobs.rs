@@ -17,7 +17,7 @@ use stepwright_play::{PlayError, gcode};
 use stepwright_sim::Pin;
 
 use crate::edges::Edges;
-use crate::run::{Run, Silent, Way};
+use crate::run::{Run, Silent, Way, playing};
 
 /// The time between two looks at the clock, in real time.
 const LOOK: Duration = Duration::from_millis(2);
@@ -116,7 +116,7 @@ impl JobWatch for Watch<'_> {
     }
 }
 
-/// Runs a planned job that is not refused on the board at a port, or brakes it after `asked`.
+/// Runs a planned job on the board at a port, or brakes it after `asked`.
 pub fn stream(
     bytes: &[u8],
     axes: [AxisPace; 3],
@@ -162,7 +162,7 @@ pub fn walk(
     let wrong = |number: usize, why: &dyn std::fmt::Display| {
         PyValueError::new_err(format!("waypoint {number}: {why}"))
     };
-    py.detach(|| {
+    playing(py, |asked| {
         let Some(((start, _), rest)) = places.split_first() else {
             return Err(PyValueError::new_err("a path has one place at least"));
         };
@@ -173,7 +173,7 @@ pub fn walk(
         let mut ways = start.map(Way::from);
         let mut at = *start;
         let mut take = |route: &mut Route<3>| {
-            for step in route {
+            for step in route.take_while(|_| !asked.load(Ordering::Relaxed)) {
                 let axis = step.axis;
                 let pace = axes[axis].step;
                 // Whole steps, so that a long way has no more rounding than a short way.
@@ -183,6 +183,10 @@ pub fn walk(
             }
         };
         for (number, (to, feed)) in rest.iter().enumerate() {
+            // Ctrl-C ends it; nobody sees the part that is planned.
+            if asked.load(Ordering::Relaxed) {
+                break;
+            }
             fit.line_to(&mut route, *to, *feed, ()).map_err(|why| wrong(number + 1, &why))?;
             while fit.settled().is_some() {}
             take(&mut route);

@@ -316,6 +316,8 @@ pub struct Recorder {
     /// The pins, after the recording has ended.
     pins: Mutex<Option<ScopeRecord>>,
     ended: AtomicBool,
+    /// The process that began it. In a forked process another thread's locks may be held for ever.
+    process: u32,
 }
 
 impl Recorder {
@@ -324,7 +326,15 @@ impl Recorder {
             edges.begin();
         }
         let (began, pins) = (desk.time(), Mutex::new(None));
-        Recorder { desk, tracks, began, pins, ended: AtomicBool::new(false) }
+        let ended = AtomicBool::new(false);
+        Recorder { desk, tracks, began, pins, ended, process: process::id() }
+    }
+
+    fn check(&self) -> PyResult<()> {
+        if self.process == process::id() {
+            return Ok(());
+        }
+        Err(PyRuntimeError::new_err("the recording was begun by another process"))
     }
 
     /// The pins from the begin of the recording until now.
@@ -351,15 +361,19 @@ impl Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        self.end();
+        if self.check().is_ok() {
+            self.end();
+        }
     }
 }
 
 #[pymethods]
 impl Recorder {
     /// Ends the recording.
-    fn stop(&self) {
+    fn stop(&self) -> PyResult<()> {
+        self.check()?;
         self.end();
+        Ok(())
     }
 
     /// The pins as a file: `vcd`, `csv`, `mcap`.

@@ -166,6 +166,11 @@ impl Asked {
             "s-curve" => {
                 LawChoice::SCurve { start: self.start(geometry)?, jerk: self.jerk(geometry)? }
             }
+            "austin"
+                if self.divisor.is_some() && self.changes.iter().flatten().next().is_some() =>
+            {
+                return Err(wrong("the law austin has a divisor or changes, not both"));
+            }
             "austin" => LawChoice::Austin { c0, divisor, changes: self.changes(geometry)? },
             "linear-factor" => {
                 let knee = read::<f64>("knee", self.knee.as_deref().unwrap_or("0"))?;

@@ -281,8 +281,9 @@ def virtual(
             raise ValueError(f"switches has {place!r}: a place is a whole number of steps, not 0")
         places.append(f"{place_of(axis, 3) + 1}:{number('switches', place)}")
     board = Board(Line(Kept.open(None, 115_200, _millis(lease, file), fast, places)), file)
-    if places:
-        board.settings.switches = sum(1 << (int(place.split(":")[0]) - 1) for place in places)
+    if ends := [(int(axis) - 1, int(at)) for axis, at in (place.split(":") for place in places)]:
+        board.settings.switches = sum(1 << axis for axis, _ in ends)
+        board.settings.switch_forward = sum(1 << axis for axis, at in ends if at > 0)
     return board
 
 

@@ -57,7 +57,12 @@ class Move:
 
     def _begun(self) -> Move:
         """Waits until the motion has begun. Raises the reason if it does not."""
-        self._order.begun()
+        try:
+            self._order.begun()
+        except BaseException:
+            # It may be about to begin.
+            self._line.brake()
+            raise
         answer = self._order.answer()
         if answer is not None:
             self._line.check_answer(answer)

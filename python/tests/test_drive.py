@@ -189,6 +189,15 @@ def test_a_move_is_stopped_and_another_is_sent_elsewhere(board: sw.Board) -> Non
     assert board.time - began > 15
 
 
+def test_a_switch_at_the_forward_end_stops_the_axis() -> None:
+    with sw.virtual(fast=True, switches={"x": -300, "y": 300}) as board:
+        for axis, way in ((board.x, -1), (board.y, 1)):
+            with pytest.raises(sw.Stopped) as stopped:
+                axis.move_to(1000 * way).wait()
+            assert stopped.value.reason == "switch"
+            assert 300 <= axis.steps * way < 400
+
+
 def test_who_waits_hears_what_has_stopped_it() -> None:
     with sw.virtual(fast=True, switches={"x": -300}) as board:
         with pytest.raises(sw.Stopped) as stopped:

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -225,3 +226,29 @@ def test_a_forked_process_awaits_moves_of_its_own_alone() -> None:
                 os._exit(1)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
         assert move.wait().steps == (500,)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_a_forked_process_ends_no_recording() -> None:
+    """The locks of a recording may be held by a thread that the process does not have."""
+    with sw.virtual() as board, board.record() as log:
+        child = os.fork()
+        if child == 0:
+            try:
+                log.stop()
+            except RuntimeError as why:
+                os._exit(7 if "another process" in str(why) else 2)
+            os._exit(1)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+
+
+def test_ctrl_c_brakes_a_motion_that_is_about_to_begin(pty: Pty) -> None:
+    with sw.open(pty.port) as board:
+        # The board does not answer while the order is given.
+        pty.process.send_signal(signal.SIGSTOP)
+        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+        threading.Timer(0.4, pty.process.send_signal, (signal.SIGCONT,)).start()
+        with pytest.raises(KeyboardInterrupt):
+            board.x.move_to(100_000)
+        board.sleep(1.5)
+        assert not board.moving and board.x.steps < 2_000

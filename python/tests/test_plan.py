@@ -187,3 +187,10 @@ def test_without_numpy_arrays_are_views_of_the_same_numbers() -> None:
     plan = sw.plan("trapezoid", 300, accel=2000, speed=1000)
     delays, ticks = array.array("I", plan.delays).tolist(), array.array("Q", plan.ticks).tolist()
     assert ran.stdout == f"{delays} {ticks} True\n10.0 True\n"
+
+
+def test_changes_have_no_divisor() -> None:
+    changes = [(100, 2000)]
+    sw.plan("austin", 1000, accel=1000, speed=1000, changes=changes)
+    with pytest.raises(ValueError, match="divisor or changes, not both"):
+        sw.plan("austin", 1000, accel=1000, speed=1000, changes=changes, divisor="2n")

@@ -301,3 +301,21 @@ def test_ctrl_c_brakes_a_job_on_a_board(stream: Pty, tmp_path: Path) -> None:
     # It rests where it has braked, and says where.
     told = command("stop", "--port", stream.port).split()
     assert told[:3] == ["axis", "1", "position"] and 800 < int(told[3]) < 39_000, told
+
+
+def test_ctrl_c_ends_the_planning_of_a_path() -> None:
+    program = (
+        "import stepwright_motion as sw\n"
+        "places = [(n % 50 / 10, n % 70 / 10) for n in range(600_000)]\n"
+        "print('plans', flush=True)\nsw.path(places, jerk=10_000)\n"
+    )
+    child = subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert child.stdout is not None and child.stdout.readline() == "plans\n"
+    with pytest.raises(subprocess.TimeoutExpired):
+        child.wait(2.5)
+    child.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    assert "KeyboardInterrupt" in child.communicate(timeout=60)[1]
+    assert time.monotonic() - began < 3

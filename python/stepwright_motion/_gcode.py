@@ -113,11 +113,11 @@ class Gcode:
         The time of the virtual board passes as fast as possible, or is real time without ``fast``.
         Ctrl-C brakes along the path. The ways of a real board have about fifty looks a second; its
         axes stand at the machine's zero. The other parameters are those of ``plan``. Raises
-        ``Refused`` if an Uno can't follow, or if a real board did not get to the end;
+        ``Refused`` if the board can't follow, or if a real board did not get to the end;
         ``ConnectionError`` if there is no board.
         """
         job = self._job(paces(steps_per_mm, speed, accel, jump, jerk), laser, tolerance)
-        if job.refused is not None:
+        if job.refused is not None and port is None:
             raise Refused(job.refused, remedy="give a lower speed of this axis, or fewer steps_per_mm")
         return checked(job.run(None if port is None else os.fspath(port), baud, fast))
 

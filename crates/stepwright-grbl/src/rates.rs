@@ -1,5 +1,7 @@
 //! The step rates of moves, and whether the machine can make them.
 
+use std::fmt;
+
 use stepwright_gcode::{FeedRate, Move, MoveKind};
 use stepwright_path::{millimetres, mm};
 
@@ -9,7 +11,16 @@ use crate::settings::GrblSettings;
 
 /// Judges the highest step rates of X, Y and Z in a move, in steps/s. Returns what is wrong with them, as the
 /// words of a message.
-pub type RateJudge = fn([f64; 3]) -> Option<String>;
+pub type RateJudge = Box<dyn Fn([f64; 3]) -> Option<String> + Send>;
+
+/// The judge of a session.
+pub(crate) struct Judge(pub RateJudge);
+
+impl fmt::Debug for Judge {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Judge")
+    }
+}
 
 /// The highest step rate of an axis without another judge.
 const MOST: f64 = 1e6;
@@ -53,13 +64,13 @@ impl<M: GrblMachine> Grbl<M> {
     /// Refuses moves by this judge: `ALARM:2` behind its message, before anything moves; `error:15` for a jog.
     /// Virtual motors make up to 1,000,000 steps/s.
     pub fn judged_by(mut self, judge: RateJudge) -> Grbl<M> {
-        self.judge = judge;
+        self.judge = Judge(judge);
         self
     }
 
     /// Whether the machine can make the steps of a move. If not, says why.
     pub(crate) fn is_playable(&mut self, part: &Move) -> bool {
-        let wrong = (self.judge)(rates(part, &self.settings));
+        let wrong = (self.judge.0)(rates(part, &self.settings));
         if let Some(words) = &wrong {
             self.say(&format!("[MSG:{words}]\r\n"));
         }

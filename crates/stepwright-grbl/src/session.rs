@@ -9,7 +9,7 @@ use crate::line::{Line, Lock, SPOILT};
 use crate::machine::{GrblMachine, Outputs};
 use crate::motion::Motion;
 use crate::overrides::Overrides;
-use crate::rates::{RateJudge, virtual_rates};
+use crate::rates::{Judge, virtual_rates};
 use crate::report::Seldom;
 use crate::settings::GrblSettings;
 use crate::state::{After, State};
@@ -53,7 +53,7 @@ pub struct Grbl<M> {
     pub(crate) spindle_rests: bool,
     /// The coolant, flood and mist, before a door stopped it.
     pub(crate) cooled: Option<(bool, bool)>,
-    pub(crate) judge: RateJudge,
+    pub(crate) judge: Judge,
     /// Whether a fed board has an output for a laser.
     pub(crate) lasers: bool,
     /// The limit switches that were closed at the last check.
@@ -93,7 +93,7 @@ impl<M: GrblMachine> Grbl<M> {
             lock: Lock::default(),
             spindle_rests: false,
             cooled: None,
-            judge: virtual_rates,
+            judge: Judge(Box::new(virtual_rates)),
             lasers: false,
             closed: [false; 3],
             cancelled: 0,

@@ -219,7 +219,7 @@ fn a_step_rate_beyond_the_machine_is_refused() {
 fn a_judge_has_the_rates_of_the_move() {
     let mut sender = Sender::new();
     let grbl = std::mem::replace(&mut sender.grbl, stepwright_grbl::Grbl::new(Default::default()));
-    sender.grbl = grbl.judged_by(|rates| Some(format!("{:?}", rates.map(f64::round))));
+    sender.grbl = grbl.judged_by(Box::new(|rates| Some(format!("{:?}", rates.map(f64::round)))));
     for (line, rates) in [
         ("G1X3Y4F600", [1_200.0, 1_600.0, 0.0]),
         ("G0X3Y-4", [3_750.0, 5_000.0, 0.0]),

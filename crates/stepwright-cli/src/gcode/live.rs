@@ -150,7 +150,7 @@ pub fn play_on(
     order: &PlayOrder,
     tell: &mut dyn FnMut(f64, &[i64], PlayWish),
 ) -> Result<PlayEnd, Failure> {
-    let (plan, axes) = (file.admitted()?, file.axes);
+    let (plan, axes) = (file.planned()?, file.axes);
     let mut board = port::meet(at, "serve")?;
     let from = board.places;
     let mut watch = Page { order, axes, tell, steps: [0; 3], killed: false };

@@ -161,7 +161,8 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let plan = read(&args.file, |bytes| {
         plan(&mut bytes.inspect(|byte| job.push(*byte)), axes, &terms, &name)
     })?;
-    if let Some(refused) = plan.refused {
+    // A board at a port refuses it by its own costs.
+    if let Some(refused) = plan.refused.filter(|_| args.port.port.is_none()) {
         return Err(refusal(&name, &refused)
             .hint("a lower --top-speed of this axis, or fewer steps a turn"));
     }

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use stepwright::Board;
 use stepwright_feeder::{FeedState, FeedTerms, StreamFeeder};
-use stepwright_grbl::{FedRun, Grbl, GrblSettings, VirtualMill};
+use stepwright_grbl::{FedRun, Grbl, GrblSettings, RateJudge, VirtualMill};
 use stepwright_plan::gcode::{BoardRefusal, JobPlan, Peak};
 use stepwright_play::stream::{LOOK, StreamedBoard};
-use stepwright_sim::Description;
 
 use crate::failure::Failure;
 use crate::gcode::port::meet;
@@ -49,17 +49,10 @@ impl Fed {
         Ok(Fed { board, zero: [x, y, z], run: None, now: 0.0, seen, dead: false })
     }
 
-    /// Whether the board can make steps at these rates: as for a job, by the costs of an Uno.
-    pub fn judge(rates: [f64; 3]) -> Option<String> {
-        let peaks = rates.map(|rate| Peak { rate, line: 0 });
-        let plan = JobPlan { peaks, ..JobPlan::default() };
-        let BoardRefusal { axis, wanted, most, .. } = plan.refused_by(&Description::uno().board)?;
-        let name = ["X", "Y", "Z"].get(axis)?;
-        Some(format!(
-            "{name} at {:.0} steps/s: the board can do {:.0}, lower $11{axis}",
-            wanted.ceil(),
-            most.floor()
-        ))
+    /// Judges whether the board can make steps at given rates: as for a job.
+    pub fn judge(&self) -> RateJudge {
+        let board = self.board.board;
+        Box::new(move |rates| judged(&board, rates))
     }
 
     /// Whether the board has an output for a laser.
@@ -168,18 +161,33 @@ impl Fed {
     }
 }
 
+fn judged(board: &Board<3>, rates: [f64; 3]) -> Option<String> {
+    let peaks = rates.map(|rate| Peak { rate, line: 0 });
+    let plan = JobPlan { peaks, ..JobPlan::default() };
+    let BoardRefusal { axis, wanted, most, .. } = plan.refused_by(board)?;
+    let name = ["X", "Y", "Z"].get(axis)?;
+    Some(format!(
+        "{name} at {:.0} steps/s: the board can do {:.0}, lower $11{axis}",
+        wanted.ceil(),
+        most.floor()
+    ))
+}
+
 #[cfg(test)]
 mod tests {
+    use stepwright_sim::Description;
+
     use super::*;
 
     #[test]
     fn a_board_has_rates_that_it_can_make() {
+        let judge = |rates| judged(&Description::uno().board, rates);
         for rates in [[100_000.0, 0.0, 0.0], [40_000.0, 40_000.0, 0.0], [20_000.0; 3], [0.0; 3]] {
-            assert_eq!(Fed::judge(rates), None, "{rates:?}");
+            assert_eq!(judge(rates), None, "{rates:?}");
         }
-        let told = Fed::judge([500_000.0, 0.0, 0.0]).unwrap();
+        let told = judge([500_000.0, 0.0, 0.0]).unwrap();
         assert_eq!(told, "X at 500000 steps/s: the board can do 128000, lower $110");
-        let told = Fed::judge([10_000.0, 28_000.0, 27_000.0]).unwrap();
+        let told = judge([10_000.0, 28_000.0, 27_000.0]).unwrap();
         assert!(told.starts_with("Y at 28000 ") && told.ends_with("lower $111"), "{told}");
     }
 }

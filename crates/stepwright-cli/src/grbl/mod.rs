@@ -128,7 +128,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let mut fed = None;
     if args.port.port.is_some() {
         let board = Fed::open(&args.port)?;
-        grbl = grbl.fed(board.lasers()).judged_by(Fed::judge);
+        grbl = grbl.fed(board.lasers()).judged_by(board.judge());
         fed = Some(board);
     }
     if args.after_error == AfterError::GoOn {

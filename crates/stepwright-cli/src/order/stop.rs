@@ -66,6 +66,9 @@ const CONFIRM: Duration = Duration::from_secs(5);
 /// The longest time that a program that lets nobody in holds the port to ask a single question.
 const TURN: Duration = Duration::from_millis(500);
 
+/// How long a board with another program may take to come to rest.
+const REST: Duration = Duration::from_secs(120);
+
 /// The hint if it is not known whether the motor is at rest.
 const LOOK: &str = "the motor may still be moving: look at it, and switch off its power if it is";
 
@@ -203,7 +206,9 @@ fn brake_all(
 /// The axes of a board with another program, once they are at rest: the same line brakes all of
 /// them.
 fn rest_of_another(session: &mut Session) -> Result<Vec<State>, LinkError> {
-    wait_for_rest(session)?;
+    if !wait_for_rest(session, REST, || true)? {
+        return Err(LinkError::Ended);
+    }
     let places = places(session, MAX_AXES)?;
     let state = |(axis, position)| State { axis, busy: false, position, stop: None };
     Ok(AxisId::first(MAX_AXES).zip(places).map(state).collect())

@@ -31,15 +31,21 @@ pub fn ask(session: &mut Session, line: &[u8]) -> Result<String, LinkError> {
     Err(LinkError::Silent)
 }
 
-/// Waits until all axes are at rest.
+/// Waits until all axes are at rest, for at most `limit`. `moves` is called at each look at a moving board, and
+/// returns whether to go on waiting. Returns whether the axes are at rest.
 ///
 /// # Errors
 /// [`LinkError`]: the board does not say whether it moves, or the link has failed.
-pub fn wait_for_rest(session: &mut Session) -> Result<(), LinkError> {
-    let mut others = 0;
+pub fn wait_for_rest(
+    session: &mut Session,
+    limit: Duration,
+    mut moves: impl FnMut() -> bool,
+) -> Result<bool, LinkError> {
+    let (end, mut others) = (session.now().saturating_add(limit), 0);
     loop {
         match ask(session, b"F")?.as_str() {
-            "R" => return Ok(()),
+            "R" => return Ok(true),
+            "B" if session.now() > end || !moves() => return Ok(false),
             "B" => {}
             _ if others < TRIES => others += 1,
             _ => return Err(LinkError::Silent),
@@ -152,8 +158,16 @@ mod tests {
 
     #[test]
     fn who_never_says_whether_it_moves_is_not_waited_for() {
-        let rests = |others: &[&'static str]| wait_for_rest(&mut with(others)).is_ok();
-        assert!(rests(&[]) && rests(&["Y", "B", "B", "B", "B", "B", "B", "Y"]));
-        assert!(!rests(&["E line"; 20]));
+        let rests = |others: &[&'static str], looks: usize| {
+            let (limit, mut looks) = (Duration::from_secs(9), 0..looks);
+            let rests = wait_for_rest(&mut with(others), limit, || looks.next().is_some());
+            rests.map_err(|trouble| trouble.to_string())
+        };
+        assert_eq!(rests(&[], 9), Ok(true));
+        assert_eq!(rests(&["Y", "B", "B", "B", "B", "B", "B", "Y"], 9), Ok(true));
+        assert_eq!(rests(&["B"; 20], 9), Ok(false));
+        // More looks than there are in 9 s.
+        assert_eq!(rests(&["B"; 1_000], 900), Ok(false));
+        assert!(rests(&["E line"; 20], 9).is_err());
     }
 }

@@ -3,18 +3,20 @@
 use std::io;
 use std::time::Duration;
 
+use stepwright::{Board, Cost, Rate};
 use stepwright_feeder::{FeedState, FeedTerms};
 use stepwright_host::link::Link;
-use stepwright_host::programs::{ask, places};
+use stepwright_host::programs::{ask, places, wait_for_rest};
 use stepwright_host::{LinkError, Session};
 use stepwright_plan::gcode::JobPlan;
 use stepwright_protocol::{Abilities, Ability};
+use stepwright_sim::Description;
 use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::credit::{Answered, CreditReader};
 use stepwright_stream::frame::FILL;
 use stepwright_stream::send::LinkTimes;
 
-use crate::{Mute, PlayError, PlayVoice};
+use crate::{Mute, PlayError, PlayPlace, PlayVoice};
 
 /// The first word of the board's answer to `?`.
 pub const GREETING: &str = "stepwright-stream";
@@ -46,6 +48,8 @@ pub struct StreamedBoard {
     pub stagger: u32,
     /// Whether it has an output for a laser.
     pub laser: bool,
+    /// What it can do, for [`JobPlan::refused_by`].
+    pub board: Board<3>,
     /// The axes' positions; `None` if the board does not know one.
     pub places: [Option<i64>; 3],
 }
@@ -95,14 +99,21 @@ impl StreamedBoard {
         at_rest(&mut session, &name, voice)?;
         let places = positions(&mut session, &name)?;
         let (stagger, laser) = (stagger(about), can(about, Ability::Laser));
-        Ok(StreamedBoard { session, name, hz, baud, stagger, laser, places })
+        let board = costs(about, hz);
+        Ok(StreamedBoard { session, name, hz, baud, stagger, laser, board, places })
     }
 
-    /// Refuses a job with a laser if the board has no output for one.
+    /// Refuses a job with a laser if the board has no output for one, and a job that is too fast for it.
     ///
     /// # Errors
     /// The refusal.
     pub fn admits(&self, plan: &JobPlan) -> Result<(), PlayError> {
+        if let Some(refused) = plan.refused_by(&self.board) {
+            let what = refused.words(&self.name);
+            let place = PlayPlace { what: what.clone(), line: refused.line as usize, motor: None };
+            return Err(PlayError { place: Some(Box::new(place)), ..PlayError::new(what) }
+                .hint("a lower speed of this axis, or fewer steps a turn"));
+        }
         if plan.laser.is_none() || self.laser {
             return Ok(());
         }
@@ -221,22 +232,37 @@ pub fn spelt(places: [Option<i64>; 3]) -> String {
 }
 
 fn at_rest(session: &mut Session, name: &str, voice: &dyn PlayVoice) -> Result<(), PlayError> {
-    let end = session.now() + REST;
     let mut told = false;
-    while ask(session, b"F").map_err(|trouble| PlayError::lost(name, &trouble))? != "R" {
-        if session.now() > end {
-            return Err(PlayError::new(format!("{name} still moves"))
-                .hint("`K` at a terminal stops it at once"));
-        }
+    let rests = wait_for_rest(session, REST, || {
         if !std::mem::replace(&mut told, true) {
             voice.note(&format_args!("{name} moves: waiting until it rests"));
         }
-        if voice.asked() {
-            return Err(PlayError::interrupted(format!("{name} still moves")));
-        }
-        session.link().rest(Duration::from_millis(100));
+        !voice.asked()
+    });
+    match rests.map_err(|trouble| PlayError::lost(name, &trouble))? {
+        true => Ok(()),
+        false if voice.asked() => Err(PlayError::interrupted(format!("{name} still moves"))),
+        false => Err(PlayError::new(format!("{name} still moves"))
+            .hint("`K` at a terminal stops it at once")),
     }
-    Ok(())
+}
+
+/// The costs of steps on the board with this answer to `?`: those of an Uno where no others are known.
+fn costs(about: &str, hz: u32) -> Board<3> {
+    let uno = Description::uno().board;
+    let rate = Rate::from_hz(hz).unwrap_or(uno.rate);
+    let each = match about.split(' ').nth(1) {
+        // Measured with jerk limits: one axis at 200,000 steps/s, three at 50,000 (docs/stream.md).
+        Some("pico") => [4, 6, 6],
+        // 12,000, and three at 6,000.
+        Some("micro:bit" | "virt") => [80, 75, 50],
+        _ => return uno,
+    };
+    let cost = Cost::any_pulse(each.map(|micros| rate.micros(micros)));
+    let mut board = Description::at(rate, cost).board;
+    // Pulse and pause are in the costs.
+    board.timing.min_interval = 0;
+    board
 }
 
 fn positions(session: &mut Session, name: &str) -> Result<[Option<i64>; 3], PlayError> {
@@ -286,7 +312,7 @@ fn word(about: &str, name: &str) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use stepwright_path::AxisPace;
-    use stepwright_plan::gcode::JobTerms;
+    use stepwright_plan::gcode::{JobTerms, Peak};
 
     use super::*;
     use crate::stream::PlayOrder;
@@ -299,6 +325,27 @@ mod tests {
         assert_eq!(word(about, "axis="), None);
         assert_eq!((stagger(about), stagger("stepwright-stream pico hz=15625000")), (75, 0));
         assert!(!can(about, Ability::Laser) && can("x y can=sum,laser", Ability::Laser));
+    }
+
+    /// What was measured is admitted, and what was too fast is not: docs/stream.md.
+    #[test]
+    fn a_board_is_judged_by_its_own_costs() {
+        let [pico, micro] = ["pico hz=15625000", "micro:bit hz=16000000"];
+        let [uno, mega] = ["uno hz=16000000", "mega hz=16000000"];
+        let admits = |about: &str, rates: [f64; 3]| {
+            let board =
+                costs(&format!("stepwright-stream {about}"), word(about, "hz=").unwrap() as u32);
+            let peaks = rates.map(|rate| Peak { rate, line: 0 });
+            JobPlan { peaks, ..JobPlan::default() }.refused_by(&board).is_none()
+        };
+        assert!(admits(pico, [200_000.0, 0.0, 0.0]) && admits(pico, [50_000.0; 3]));
+        assert!(!admits(pico, [260_000.0, 0.0, 0.0]) && !admits(pico, [60_000.0; 3]));
+        assert!(admits(micro, [12_000.0, 0.0, 0.0]) && admits(micro, [6_000.0; 3]));
+        assert!(!admits(micro, [20_000.0, 0.0, 0.0]) && !admits(micro, [9_000.0; 3]));
+        for board in [uno, mega] {
+            assert!(admits(board, [100_000.0, 0.0, 0.0]) && admits(board, [20_000.0; 3]));
+            assert!(!admits(board, [200_000.0, 0.0, 0.0]) && !admits(board, [50_000.0; 3]));
+        }
     }
 
     /// A line whose time does not pass, and on which nothing comes.
@@ -324,7 +371,7 @@ mod tests {
         let axis = AxisPace { step: 0.0125, speed: 200.0, accel: 1e3, jump: 5.0, jerk: 1e9 };
         let job = b"M3 S500\nG1 X1 F600\n";
         let terms = JobTerms { laser: Some(1_000.0), ..JobTerms::default() };
-        let uno = stepwright_sim::Description::uno().board;
+        let uno = Description::uno().board;
         let plan = JobPlan::on(job.iter().copied(), [axis; 3], &terms, &uno, |_, _| ()).unwrap();
         let mut board = StreamedBoard {
             session: Session::new(Box::new(Dead)),
@@ -333,6 +380,7 @@ mod tests {
             baud: 115_200,
             stagger: 75,
             laser: false,
+            board: uno,
             places: [Some(0); 3],
         };
         let refused = board.play(job.to_vec(), [axis; 3], &plan, &mut &PlayOrder::default());

@@ -43,8 +43,10 @@ mod selftest;
 mod serve;
 mod timed;
 
+use std::mem;
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use failure::{Failure, unless_closed};
 
@@ -113,7 +115,8 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(Unread::Failure(failure)) => return failure.report(),
         // Also for help and the version: printing them may fail.
-        Err(Unread::Clap(said)) => {
+        Err(Unread::Clap(mut said)) => {
+            as_typed(&mut said);
             if said.use_stderr() && failure::is_json() {
                 return Failure::from(said).report();
             }
@@ -167,6 +170,30 @@ enum Unread {
     Failure(Failure),
 }
 
+/// The command line. Every value may be a negative number: the parser of its option says what is allowed.
+fn command() -> clap::Command {
+    with_negatives(Cli::command())
+}
+
+fn with_negatives(command: clap::Command) -> clap::Command {
+    let mut command = command.mut_args(|arg| match arg.get_action().takes_values() {
+        true => arg.allow_negative_numbers(true),
+        false => arg,
+    });
+    for below in command.get_subcommands_mut() {
+        *below = with_negatives(mem::take(below));
+    }
+    command
+}
+
+/// Shows a value with the hyphen that was typed, which [`quantity::words`] has replaced.
+fn as_typed(said: &mut clap::Error) {
+    if let Some(ContextValue::String(value)) = said.get(ContextKind::InvalidValue) {
+        let typed = ContextValue::String(value.replace('\u{2212}', "-"));
+        said.insert(ContextKind::InvalidValue, typed);
+    }
+}
+
 /// Parses the command line, with the machine's defaults for options that are not given.
 fn read() -> Result<Cli, Unread> {
     let words = quantity::words(std::env::args_os());
@@ -175,9 +202,9 @@ fn read() -> Result<Cli, Unread> {
     {
         failure::say_json();
     }
-    let typed = help::grouped(Cli::command()).try_get_matches_from(&words).map_err(Unread::Clap)?;
+    let typed = help::grouped(command()).try_get_matches_from(&words).map_err(Unread::Clap)?;
     let machine = machine::MachineArgs::from_arg_matches(&typed).map_err(Unread::Clap)?;
-    let all = machine::read(Cli::command, &words, typed, &machine).map_err(Unread::Failure)?;
+    let all = machine::read(command, &words, typed, &machine).map_err(Unread::Failure)?;
     let cli = Cli::from_arg_matches(&all).map_err(Unread::Clap)?;
     apart::apart(&all).map_err(Unread::Failure)?;
     Ok(cli)

@@ -33,7 +33,7 @@ use stepwright_plot::PlotFile;
 
 use crate::failure::{Failure, unless_closed};
 use crate::plot;
-use crate::quantity::{DistanceArg, GeometryArgs};
+use crate::quantity::{DistanceArg, GeometryArgs, whole_in};
 use stepwright_units::measure::hertz;
 use work::Work;
 
@@ -132,7 +132,7 @@ struct Common {
     runs: bool,
     /// With --runs: how far a step may be off its time, in µs (at least one tick)
     #[arg(long, value_name = "US", default_value_t = 1, requires = "runs")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=10_000), help_heading = "Output")]
+    #[arg(value_parser = whole_in::<u32>(1..=10_000), help_heading = "Output")]
     max_error_us: u32,
     #[command(flatten)]
     machine: Machine,

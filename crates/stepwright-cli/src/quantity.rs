@@ -3,7 +3,9 @@
 //! `stepwright-units` parses the numbers.
 
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::ops::RangeInclusive;
+use std::str::FromStr;
 
 use serde_json::{Map, Value, json};
 use stepwright::Geometry;
@@ -15,9 +17,16 @@ use stepwright_units::{TURN, is_known, needs_motor, number_length};
 
 use crate::failure::Failure;
 
-/// A range for clap.
-pub const fn bounds(range: RangeInclusive<u32>) -> RangeInclusive<i64> {
-    *range.start() as i64..=*range.end() as i64
+/// The parser of a whole number in a range.
+pub fn whole_in<T>(range: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone
+where
+    T: FromStr + PartialOrd + Display + Clone,
+{
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        let (least, most) = (range.start(), range.end());
+        number.ok_or_else(|| format!("give a whole number from {least} to {most}"))
+    }
 }
 
 /// The options that say how a motor's steps relate to the world.
@@ -26,7 +35,7 @@ pub const fn bounds(range: RangeInclusive<u32>) -> RangeInclusive<i64> {
 pub struct GeometryArgs {
     /// Steps of one turn, microsteps included: 200 for 1.8°, 3200 with 1/16 [default: 200]
     #[arg(long, value_name = "N")]
-    #[arg(value_parser = clap::value_parser!(u32).range(bounds(STEPS_PER_REV)))]
+    #[arg(value_parser = whole_in::<u32>(STEPS_PER_REV))]
     steps_per_rev: Option<u32>,
     /// Millimetres that the load travels in one turn; needed for mm/s
     #[arg(long, value_name = "MM")]

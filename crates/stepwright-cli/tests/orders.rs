@@ -62,6 +62,11 @@ fn lines_that_can_not_be_are_refused_and_shares_that_are_rounded_said() {
         let within = ended.stderr.split("the axes end within ").nth(1);
         assert!(within.is_none_or(|time| time.starts_with("0.00")), "{ended:?}");
     }
+    // Axes that can't be kept on the line end together, and how far off they are is said.
+    let far = ["line", "10000", "9000", "--top-speed", "9000", "--accel", "1", "--fast"];
+    let ended = stepwright(&far);
+    ended.assert(0, "position 10000 9000 ready");
+    assert!(ended.stderr.contains("the axes leave the line by up to "), "{ended:?}");
     // What can't be is refused with a value that can.
     let long = ["line", "100000", "4000", "--top-speed", "5000", "--fast"];
     let gentle = stepwright(&[&long[..], &["--accel", "10"]].concat());

@@ -294,3 +294,27 @@ fn options_without_effect_on_a_law_are_refused() {
     let plan = "plan compare trapezoid austin --steps 9 --accel 9 --top-speed 9 --jerk 9";
     refused(plan, "--jerk is for s-curve", "leave --jerk out");
 }
+
+/// A negative number is a value: the answer says what is allowed, and shows what was typed.
+#[test]
+fn numbers_out_of_range_are_told_what_is_allowed() {
+    for (line, said) in [
+        ("move 9 --ramp -1", "'-1' for '--ramp <STEPS>': give a whole number from 1 to 999"),
+        ("move 9 --ramp 1.5", "'1.5' for '--ramp <STEPS>': give a whole number from 1 to 999"),
+        ("move 9 --mm-per-rev -8", "'-8' for '--mm-per-rev <MM>'"),
+        ("move 9 --law linear-factor --knee -0.1", "'-0.1' for '--knee <PART>': it is 0 to 0.9"),
+        ("move 9 --accel x", "like 4000 or 10rad/s2"),
+        ("move 9 --jerk x", "like 400000 or 200rad/s3"),
+        ("run 9 --for -1s", "invalid value '-1s' for '--for <TIME>'"),
+        ("cycle x.toml --limit -1", "'-1' for '--limit <S>': give a whole number"),
+        ("calc belt --teeth -4", "'-4' for '--teeth <N>': give a whole number from 1 to 10000"),
+        ("timed --speed 9 --log -5", "'-5' for '--log <WHEN>'"),
+        ("init --top-speed -5 --file /nonexistent", "-5"),
+        ("timed --speed 9 --steps 9 --double", "<--faster <CLOCKS>|--slower <CLOCKS>>"),
+        ("home --back-off 5000 --fast", "--back-off 5000 is not less than --within 2000"),
+    ] {
+        let ended = typed(line);
+        assert!(ended.stderr.contains(said), "{line}: {ended:#?}");
+        assert_eq!(ended.code(), Some(2), "{line}: {ended:#?}");
+    }
+}

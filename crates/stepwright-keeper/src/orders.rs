@@ -1,6 +1,6 @@
 //! Carries out requests.
 
-use stepwright_host::line::{NOTABLE, NoLine, apart, furthest, shares};
+use stepwright_host::line::{NEAR, NOTABLE, NoLine, apart, furthest, off, shares};
 use stepwright_host::motion::{NotBegun, Start};
 use stepwright_host::settings::NoCurves;
 use stepwright_host::{Conversation, LinkError};
@@ -159,7 +159,7 @@ impl<D: KeeperDesk> Keeper<D> {
         let longest = furthest(&steps).filter(|(_, by)| by.get() != 0);
         let (lead, by) = longest.ok_or_else(still)?;
         let orders = shares((lead, limits.order(Travel::By(by))?), &steps)?;
-        let apart = apart(&orders);
+        let (apart, off) = (apart(&orders), off(&orders));
         let place = |axis| goes.iter().find(|(one, ..)| *one == axis).map(|(_, from, _)| *from);
         let begins = |(axis, order)| Begins { axis, from: place(axis), order };
         let begins: Vec<_> = orders.into_iter().map(begins).collect();
@@ -170,6 +170,9 @@ impl<D: KeeperDesk> Keeper<D> {
         }
         if apart > NOTABLE {
             self.desk.note(format!("the axes of the line end within {apart:.3} s of each other"));
+        }
+        if off > NEAR {
+            self.desk.note(format!("the axes leave the line by up to {off:.0} steps"));
         }
         Ok(begun)
     }

@@ -93,7 +93,7 @@ impl Quantity {
         if number.is_empty() {
             return Err(match text.chars().next() {
                 Some('-' | '\u{2212}' | '+') => "give it without a sign".into(),
-                _ => "it begins with a number, like 1000 or 120rpm".into(),
+                _ => format!("it begins with a number, like {}", kind.example()),
             });
         }
         let unit = unit.trim();

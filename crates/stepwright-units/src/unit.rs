@@ -79,6 +79,16 @@ impl Kind {
         }
     }
 
+    /// Two values.
+    pub fn example(self) -> &'static str {
+        match self {
+            Kind::Distance => "4000 or 10mm",
+            Kind::Speed => "1000 or 120rpm",
+            Kind::Accel => "4000 or 10rad/s2",
+            Kind::Jerk => "400000 or 200rad/s3",
+        }
+    }
+
     /// The units to choose from.
     fn choice(self) -> &'static str {
         match self {

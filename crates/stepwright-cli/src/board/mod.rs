@@ -15,6 +15,7 @@ use stepwright_sim::{AxisDrive, Description};
 
 use crate::failure::Failure;
 use crate::interrupt::{self, While};
+use crate::quantity::whole_in;
 use crate::say;
 use bench::{Bench, Width};
 use edge_files::EdgePaths;
@@ -71,7 +72,7 @@ pub struct Args {
     timer_bits: String,
     /// How many axes it has
     #[arg(long, value_name = "N", default_value_t = 3, help_heading = "The board")]
-    #[arg(value_parser = clap::value_parser!(u8).range(1..=3))]
+    #[arg(value_parser = whole_in::<u8>(1..=3))]
     axes: u8,
     /// Limit switch that the axis closes at this position and beyond, in steps; the board uses
     /// it if its setting `switches` has the axis

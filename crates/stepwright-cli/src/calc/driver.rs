@@ -6,6 +6,7 @@ use stepwright_units::measure::{ampere, ohm};
 
 use super::Output;
 use crate::failure::Failure;
+use crate::quantity::whole_in;
 
 /// The reference voltage of a driver for a motor's current
 ///
@@ -55,7 +56,7 @@ pub struct MicrostepArgs {
     driver: StepDriver,
     /// Full steps of one turn: 200 for 1.8°
     #[arg(long, value_name = "N", default_value_t = 200, help_heading = "Motor")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(value_parser = whole_in::<u32>(1..=1_000_000))]
     steps_per_rev: u32,
     #[command(flatten)]
     pub(super) output: Output,

@@ -6,7 +6,7 @@ use stepwright_units::measure::{micros, microsteps, millimetres};
 
 use super::Output;
 use crate::failure::Failure;
-use crate::quantity::SpeedArg;
+use crate::quantity::{SpeedArg, whole_in};
 
 /// A belt: length of a step, linear speed
 #[derive(clap::Args)]
@@ -18,7 +18,7 @@ Examples:
   stepwright calc belt --teeth 20 --speed 60mm/s")]
 pub struct BeltArgs {
     /// Teeth of the pulley
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", value_parser = whole_in::<u32>(1..=10_000))]
     teeth: u32,
     /// Distance between two teeth: 2mm (GT2), 3mm, 0.2in …
     #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = millimetres)]
@@ -40,7 +40,7 @@ pub struct ScrewArgs {
     pitch: f64,
     /// Number of threads: with 4 threads of 2 mm a turn is 8 mm
     #[arg(long, value_name = "N", default_value_t = 1)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=100))]
+    #[arg(value_parser = whole_in::<u32>(1..=100))]
     starts: u32,
     #[command(flatten)]
     common: Common,
@@ -61,7 +61,7 @@ struct Common {
     speed: Option<SpeedArg>,
     /// Full steps of one turn: 200 for 1.8°
     #[arg(long, value_name = "N", default_value_t = 200, help_heading = "Motor")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(value_parser = whole_in::<u32>(1..=1_000_000))]
     steps_per_rev: u32,
     #[command(flatten)]
     output: Output,

@@ -117,7 +117,7 @@ mod tests {
         for (line, what) in [
             ("", "Calculate timers"),
             ("belt", "required arguments"),
-            ("belt --teeth 0", "0 is not in"),
+            ("belt --teeth 0", "a whole number from 1 to 10000"),
             ("belt --teeth 20 --microsteps 1,x", "invalid value"),
             ("nothing", "unrecognized subcommand"),
             ("--help", ""),

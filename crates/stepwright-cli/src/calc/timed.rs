@@ -10,7 +10,7 @@ use super::Output;
 use super::clock::{ClockArgs, misfit};
 use crate::failure::Failure;
 use crate::plot;
-use crate::quantity::{GeometryArgs, SpeedArg};
+use crate::quantity::{GeometryArgs, SpeedArg, whole_in};
 
 /// A speed that changes at fixed intervals: the modification, and a table of it
 ///
@@ -39,7 +39,7 @@ pub struct Args {
     #[arg(long)]
     tops: bool,
     /// How many times the speed changes, 1 to 65535
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole_in::<u16>(1..=u16::MAX))]
     updates: u16,
     /// The modification doubles (slower) or halves (faster): VARIABLE_PWR
     #[arg(long, visible_alias = "halving")]

@@ -23,6 +23,7 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::order::target;
 use crate::plot;
+use crate::quantity::whole_in;
 use crate::say;
 use stepwright_cycle::line::NAME;
 use stepwright_cyclefile::CyclePlan;
@@ -91,14 +92,14 @@ pub struct Args {
     xy_motors: Vec<String>,
     /// End a cycle that still runs after this many seconds, simulated ones on the virtual board
     #[arg(long, value_name = "S", default_value_t = 3600)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(value_parser = whole_in::<u32>(1..=1_000_000))]
     limit: u32,
     /// Serial port of a board that runs the program `cycles`
     #[arg(long, value_name = "PATH", help_heading = "Board")]
     port: Option<PathBuf>,
     /// Speed of the serial port in bits/s
     #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
-    #[arg(value_parser = clap::value_parser!(u32).range(50..=12_000_000), help_heading = "Board")]
+    #[arg(value_parser = whole_in::<u32>(50..=12_000_000), help_heading = "Board")]
     baud: u32,
 }
 

@@ -8,7 +8,7 @@ use stepwright_protocol::AxisId;
 
 use crate::failure::Failure;
 use crate::machine::{MachineArgs, MachineAxes};
-use crate::quantity::{AccelArg, GeometryArgs, JerkArg, MmArg, STEPS_PER_REV, SpeedArg, bounds};
+use crate::quantity::{AccelArg, GeometryArgs, JerkArg, MmArg, STEPS_PER_REV, SpeedArg, whole_in};
 
 /// The heading of these options.
 const AXES: &str = "Axes";
@@ -31,7 +31,7 @@ const USUAL: [(&str, &str); 5] = [
 pub struct AxesArgs {
     /// Steps of one turn, microsteps included [default: 3200]
     #[arg(long, value_name = "N[,N,N]", value_delimiter = ',')]
-    #[arg(value_parser = clap::value_parser!(u32).range(bounds(STEPS_PER_REV)))]
+    #[arg(value_parser = whole_in::<u32>(STEPS_PER_REV))]
     steps_per_rev: Vec<u32>,
     /// Millimetres that the axis travels in one turn [default: 40]
     #[arg(long, value_name = "MM[,MM,MM]", value_delimiter = ',', allow_hyphen_values = true)]

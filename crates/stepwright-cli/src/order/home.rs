@@ -74,8 +74,11 @@ pub struct Args {
 /// Homes the axis, and prints its position.
 pub fn run(args: Args) -> Result<(), Failure> {
     // Invalid options are refused before anything moves.
-    args.distance(&args.back_off, "--back-off")?;
-    args.within()?;
+    let (back_off, within) = (args.distance(&args.back_off, "--back-off")?, args.within()?);
+    if back_off >= within {
+        let what = format!("--back-off {back_off} is not less than --within {within}");
+        return Err(Failure::usage(what).hint("the axis would not find its switch again"));
+    }
     args.motion(&args.slow, "--slow", Travel::Endless(Direction::Backward))?;
     args.motion(&args.speed, "--speed", Travel::Endless(Direction::Backward))?;
     interrupt::listen(While::Holding)?;

@@ -10,6 +10,7 @@ use super::motion::RampArgs;
 use crate::failure::Failure;
 use crate::plan::change::{ChangeArg, changes};
 use crate::plan::linear_factor::thousandths;
+use crate::quantity::whole_in;
 
 /// The help heading of the options of a ramp law.
 pub const LAW: &str = "Ramp law";
@@ -66,11 +67,11 @@ from rest: austin, austin-fixed, linear-factor, power, piecewise [default: trape
     knee: Option<u16>,
     /// power: the exponent p, 2 to 9 [default: 4]
     #[arg(long, value_name = "P", requires = "law")]
-    #[arg(value_parser = clap::value_parser!(u8).range(2..=9))]
+    #[arg(value_parser = whole_in::<u8>(2..=9))]
     power: Option<u8>,
     /// piecewise: how often the acceleration is reduced, 0 to 8 [default: 7]
     #[arg(long, value_name = "N", requires = "law")]
-    #[arg(value_parser = clap::value_parser!(u8).range(0..=8))]
+    #[arg(value_parser = whole_in::<u8>(0..=8))]
     breaks: Option<u8>,
 }
 

@@ -15,7 +15,7 @@ use crate::interrupt::{self, While};
 use crate::machine::{MachineArgs, MachineAxes};
 use crate::quantity::{DistanceArg, GeometryArgs, MachineUnit, SpeedArg, in_units};
 use crate::say;
-use stepwright_host::line::{NOTABLE, NoLine, apart, furthest, shares};
+use stepwright_host::line::{NEAR, NOTABLE, NoLine, apart, furthest, off, shares};
 use stepwright_host::motion::{NotBegun, POLL, Start};
 use stepwright_host::{LinkError, Session};
 
@@ -194,6 +194,13 @@ fn go(
     }
     if apart > NOTABLE && drive::has_plan(&start) {
         say::note(format_args!("the axes end within {} of each other", seconds(apart)));
+    }
+    let off = off(orders);
+    if off > NEAR && drive::has_plan(&start) {
+        say::note(format_args!(
+            "the axes leave the line by up to {off:.0} steps: their accelerations are rounded; \
+             higher ones keep closer"
+        ));
     }
     if let Err(not) = start {
         return Err(match not {

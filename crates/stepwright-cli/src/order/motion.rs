@@ -9,7 +9,7 @@ use stepwright_protocol::{AxisId, Command, Order, Ramp, RampSteps, Script, Trave
 use crate::board::recording::Heading;
 use crate::failure::Failure;
 use crate::quantity::{
-    AccelArg, GeometryArgs, JerkArg, MachineUnit, Rounded, SpeedArg, bounds, in_unit,
+    AccelArg, GeometryArgs, JerkArg, MachineUnit, Rounded, SpeedArg, in_unit, whole_in,
 };
 use stepwright_host::course::Course;
 use stepwright_host::settings::STEEPEST_TOGETHER;
@@ -35,7 +35,7 @@ pub struct RampArgs {
     start_speed: Option<SpeedArg>,
     /// Length of both ramps in steps [default: a fifth of the top speed, 200 at 1000 steps/s]
     #[arg(long, value_name = "STEPS", conflicts_with = "accel")]
-    #[arg(value_parser = clap::value_parser!(u32).range(bounds(RAMP)))]
+    #[arg(value_parser = whole_in::<u32>(RAMP))]
     ramp: Option<u32>,
     /// Acceleration of the ramp up, in place of its length
     #[arg(long, value_name = "ACCEL", allow_negative_numbers = true)]

@@ -17,7 +17,7 @@ use stepwright_play::PlayError;
 
 use crate::failure::Failure;
 use crate::interrupt::{self, Ends};
-use crate::quantity::bounds;
+use crate::quantity::whole_in;
 use crate::{programs, say};
 #[cfg(unix)]
 use stepwright_host::link::guest::{self, GuestLink};
@@ -59,7 +59,7 @@ pub struct PortArgs {
     pub port: Option<PathBuf>,
     /// Speed of the serial port in bits/s (8 data bits, no parity, 1 stop bit)
     #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
-    #[arg(value_parser = clap::value_parser!(u32).range(bounds(BAUD)))]
+    #[arg(value_parser = whole_in::<u32>(BAUD))]
     pub baud: u32,
 }
 

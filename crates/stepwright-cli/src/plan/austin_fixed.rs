@@ -5,7 +5,7 @@ use stepwright_plan::{Plan, Watch};
 
 use super::{Common, Planned, Steps};
 use crate::failure::Failure;
-use crate::quantity::DistanceArg;
+use crate::quantity::{DistanceArg, whole_in};
 
 /// Austin's ramp as it was published: fixed point, 24.8, delay for delay
 ///
@@ -24,11 +24,11 @@ pub struct Args {
     steps: Steps,
     /// The first delay, in ticks, 1 to 2147483647
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=0x7FFF_FFFF))]
+    #[arg(value_parser = whole_in::<u32>(1..=0x7FFF_FFFF))]
     c0: u32,
     /// The shortest delay, in ticks, 1 to 2147483647
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=0x7FFF_FFFF))]
+    #[arg(value_parser = whole_in::<u32>(1..=0x7FFF_FFFF))]
     c_min: u32,
     #[command(flatten)]
     common: Common,

@@ -6,7 +6,7 @@ use stepwright_plan::{LawChoice, Plan, Watch};
 use super::limits::{Begin, Limits};
 use super::{Common, Planned};
 use crate::failure::Failure;
-use crate::quantity::DistanceArg;
+use crate::quantity::{DistanceArg, whole_in};
 
 /// Acceleration that is reduced in stages near the top speed (Figure 5)
 ///
@@ -35,7 +35,7 @@ pub struct Args {
 pub struct Breaks {
     /// Breaks, 0 to 16: where the acceleration is reduced
     #[arg(long, value_name = "N", default_value_t = 7, allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u8).range(0..=16))]
+    #[arg(value_parser = whole_in::<u8>(0..=16))]
     pub breaks: u8,
 }
 

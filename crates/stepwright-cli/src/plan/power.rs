@@ -6,7 +6,7 @@ use stepwright_plan::{LawChoice, Plan, Watch};
 use super::limits::{Begin, Limits};
 use super::{Common, Planned};
 use crate::failure::Failure;
-use crate::quantity::DistanceArg;
+use crate::quantity::{DistanceArg, whole_in};
 
 /// Acceleration that a power of the step number ends (Eq 20, 21)
 ///
@@ -35,7 +35,7 @@ pub struct Args {
 pub struct Power {
     /// Exponent p of the power term, 2 to 9: the higher, the sharper the knee
     #[arg(long, value_name = "P", default_value_t = 4, allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u8).range(2..=9))]
+    #[arg(value_parser = whole_in::<u8>(2..=9))]
     pub power: u8,
 }
 

@@ -5,7 +5,7 @@ use stepwright_plan::{Plan, Watch};
 
 use super::{Common, Planned};
 use crate::failure::Failure;
-use crate::quantity::{DistanceArg, SpeedArg};
+use crate::quantity::{DistanceArg, SpeedArg, whole_in};
 
 /// A ramp of a given number of steps, as the serial line orders it (S, T, R, G)
 ///
@@ -31,7 +31,7 @@ pub struct Args {
     top_speed: SpeedArg,
     /// Steps between start and top speed, 1 to 65535
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(value_parser = whole_in::<u16>(1..=u16::MAX))]
     ramp: u16,
     #[command(flatten)]
     common: Common,

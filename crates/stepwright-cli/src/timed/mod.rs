@@ -27,6 +27,7 @@ use crate::calc::ClockArgs;
 use crate::failure::{Failure, unless_closed};
 use crate::interrupt::{self, While};
 use crate::plot;
+use crate::quantity::whole_in;
 use crate::say;
 use course::{Course, Moments};
 use order::OrderArgs;
@@ -73,7 +74,7 @@ pub struct Args {
     /// How long to watch, in ms from the call [default: until the end, or 2 s beyond the
     /// last update]
     #[arg(long, value_name = "MS", help_heading = "Output")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+    #[arg(value_parser = whole_in::<u32>(1..=100_000_000))]
     for_ms: Option<u32>,
     /// Print the Arduino driver's debug dump at these ms after the call: 100,250.5,900 or
     /// FIRST+EVERY, like 166.9+1001
@@ -84,7 +85,7 @@ pub struct Args {
     port: Option<PathBuf>,
     /// Speed of the serial port in bits/s
     #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
-    #[arg(value_parser = clap::value_parser!(u32).range(50..=12_000_000), help_heading = "Board")]
+    #[arg(value_parser = whole_in::<u32>(50..=12_000_000), help_heading = "Board")]
     baud: u32,
     /// The timer of the board's motor: 1, on a Mega also 3, 4 or 5
     #[arg(long, value_name = "N", default_value_t = 1, requires = "port", help_heading = "Board")]

@@ -7,10 +7,11 @@ use stepwright_timed::{Control, SetSpeed};
 
 use crate::calc::misfit;
 use crate::failure::Failure;
-use crate::quantity::{GeometryArgs, SpeedArg};
+use crate::quantity::{GeometryArgs, SpeedArg, whole_in};
 
 /// What is asked of the driver.
 #[derive(clap::Args)]
+#[command(group(clap::ArgGroup::new("change").args(["faster", "slower"])))]
 pub struct OrderArgs {
     /// Virtual top at the start: the clocks between two steps; 0 stops the motor
     #[arg(long, value_name = "CLOCKS", conflicts_with_all = ["speed", "case"])]
@@ -20,15 +21,15 @@ pub struct OrderArgs {
     speed: Option<SpeedArg>,
     /// A validation case of the Arduino driver, 1 to 3, in place of --speed and the other options of
     /// the order
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=3))]
+    #[arg(long, value_name = "N", value_parser = whole_in::<u8>(1..=3))]
     #[arg(conflicts_with_all = ["steps", "millis", "faster", "slower", "double"])]
     case: Option<u8>,
     /// Stop after this many steps
     #[arg(long, value_name = "N", conflicts_with = "millis")]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(value_parser = whole_in::<u32>(1..=u32::MAX))]
     steps: Option<u32>,
     /// Stop after this many milliseconds
-    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "MS", value_parser = whole_in::<u32>(1..=u32::MAX))]
     millis: Option<u32>,
     /// Take this many clocks from the virtual top with each update
     #[arg(long, value_name = "CLOCKS", conflicts_with = "slower", requires = "updates")]
@@ -37,18 +38,18 @@ pub struct OrderArgs {
     #[arg(long, value_name = "CLOCKS", requires = "updates")]
     slower: Option<u32>,
     /// Halve (faster) or double (slower) these clocks with each update
-    #[arg(long)]
+    #[arg(long, requires = "change")]
     double: bool,
     /// Milliseconds from update to update
     #[arg(long, value_name = "MS", default_value_t = 1000, conflicts_with = "case")]
-    #[arg(value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(value_parser = whole_in::<u16>(1..=u16::MAX))]
     every_ms: u16,
     /// Greatest number of updates
-    #[arg(long, value_name = "N", conflicts_with = "case")]
+    #[arg(long, value_name = "N", conflicts_with = "case", requires = "change")]
     updates: Option<u16>,
     /// Have the main program check for updates at this interval in ms, instead of the step
     /// interrupt; then it is called back
-    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+    #[arg(long, value_name = "MS", value_parser = whole_in::<u32>(1..=60_000))]
     poll_ms: Option<u32>,
     /// Play the motor's pattern backwards
     #[arg(long, conflicts_with = "case")]

@@ -29,8 +29,8 @@ async fn main(_spawner: Spawner) {
     let moves = async {
         let (mut x, mut y) = (motors.axis(Axis::X), motors.axis(Axis::Y));
         _ = x.move_to(400).await.unwrap();
-        _ = join(x.move_to(100), y.move_by(-200)).await;
-        select(x.run(500), y.move_to(0)).await; // Y wins; X is dropped, and brakes
+        assert!(matches!(join(x.move_to(100), y.move_by(-200)).await, (Ok(_), Ok(_))));
+        assert!(select(x.run(500), y.move_to(0)).await.is_second()); // X is dropped, and brakes
         say!("{:?} {:?} late {}", x.rest().await, y.position(), motors.late());
     };
     select(motors.plan(), moves).await;

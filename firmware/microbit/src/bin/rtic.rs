@@ -42,8 +42,8 @@ mod app {
         let motors = cx.local.motors;
         let moves = async {
             let (mut x, mut y) = (motors.axis(Axis::X), motors.axis(Axis::Y));
-            _ = join(x.move_to(400), y.move_to(-200)).await;
-            _ = join(x.move_to(100), y.move_to(-50)).await;
+            assert!(matches!(join(x.move_to(400), y.move_to(-200)).await, (Ok(_), Ok(_))));
+            assert!(matches!(join(x.move_to(100), y.move_to(-50)).await, (Ok(_), Ok(_))));
             say!("{:?} {:?} late {}", x.position(), y.position(), motors.late());
         };
         select(motors.plan(), moves).await;

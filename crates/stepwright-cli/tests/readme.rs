@@ -125,6 +125,18 @@ fn its_highest_speeds_are_those_that_are_admitted() {
         let speed = speed.unwrap() as u32;
         assert!(admits(2, axes, speed) && !admits(2, axes, speed + 1), "{axes} at {speed}");
     }
+    // Beside slow axes.
+    let (_, rest) = readme.split_once("the fastest may reach ").unwrap();
+    for (axes, speed) in (2..).zip(rest.split("beside ").take(2).map(number)) {
+        let speed = speed.unwrap() as u32;
+        let goes = |fastest| {
+            takes(2, axes, &|axis| {
+                let speed = if axis == 1 { fastest } else { 100 };
+                format!("s{speed}\rt{speed}\rG+9\r")
+            })
+        };
+        assert!(goes(speed) && !goes(speed + 1), "{axes} at {speed}");
+    }
     // With a longer pulse, to two figures.
     let (_, rest) = readme.split_once("With pulses from ").unwrap();
     let pulse = number(rest).unwrap() as u32;
@@ -136,16 +148,44 @@ fn its_highest_speeds_are_those_that_are_admitted() {
     }
 }
 
+/// `A ramp of four or more steps may have some …`: at every top speed, and hardly more.
+#[test]
+fn its_steepest_ramps_are_those_that_are_admitted() {
+    let readme = readme();
+    let (_, rest) = readme.split_once("A ramp of four or more steps\nmay have some ").unwrap();
+    let highest = [128_000u32, 43_478, 21_248];
+    for ((axes, accel), highest) in (1..).zip(rest.split(", ").map(number)).zip(highest) {
+        let accel = accel.unwrap() as u32;
+        let goes = |accel: u32, top: u32| {
+            takes(2, axes, &|_| format!("s0\rt{top}\ra{accel}\rd{accel}\rG+90000\r"))
+        };
+        // The speed behind four steps, and from there up to the highest.
+        let least = (8.0 * f64::from(accel)).sqrt().ceil() as u32;
+        for part in 0..=12 {
+            let top = least + (highest - least) * part / 12;
+            assert!(goes(accel - accel / 40, top), "{axes} axes to {top}");
+        }
+        assert!(!goes(accel + accel / 20, highest), "{axes} axes");
+    }
+}
+
 /// Whether a board takes an order for axes of this speed, with pulses of this many µs.
 fn admits(pulse: u32, axes: usize, top: u32) -> bool {
+    takes(pulse, axes, &|_| format!("s{top}\rt{top}\rG+9\r"))
+}
+
+/// Whether a board takes an order whose lines for each axis are these.
+fn takes(pulse: u32, axes: usize, lines: &dyn Fn(usize) -> String) -> bool {
     let mut script = format!("$pulse-us={pulse}\rPO\r");
     for axis in 1..=axes {
-        script += &format!("A{axis}\rs{top}\rt{top}\rG+9\r");
+        script += &format!("A{axis}\r{}", lines(axis));
     }
-    let ended = stepwright_with(&["board", "--stdio", "--fast"], (script + "E\r").as_bytes());
-    let answers: Vec<_> = ended.stdout.split('\r').take(3 + 4 * axes).collect();
-    assert!(answers[..2 + 4 * axes].iter().all(|answer| *answer == "Y"), "{}", ended.stdout);
-    answers[2 + 4 * axes] == "Y"
+    let count = script.matches('\r').count();
+    script += "E\r";
+    let ended = stepwright_with(&["board", "--stdio", "--fast"], script.as_bytes());
+    let answers: Vec<_> = ended.stdout.split('\r').collect();
+    assert!(answers[..count].iter().all(|answer| *answer == "Y"), "{script:?}: {}", ended.stdout);
+    answers[count] == "Y"
 }
 
 // ---- Commands ----

@@ -34,7 +34,8 @@ pub struct Image {
 const BOARDS: [Board; 2] = [Board::Uno, Board::Mega];
 
 /// The sources of the AVR images.
-const SOURCES: [&str; 24] = [
+const SOURCES: [&str; 26] = [
+    "crates/avr-shrink/Cargo.toml",
     "crates/avr-shrink/src",
     "crates/stepwright/Cargo.toml",
     "crates/stepwright/src",
@@ -59,10 +60,11 @@ const SOURCES: [&str; 24] = [
     "xtask/src/firmware.rs",
     "xtask/src/program.rs",
     "xtask/src/shrink.rs",
+    "xtask/src/toolchain.rs",
 ];
 
 /// The sources of the Pico's images.
-const PICO_SOURCES: [&str; 22] = [
+const PICO_SOURCES: [&str; 23] = [
     "crates/stepwright/Cargo.toml",
     "crates/stepwright/src",
     "crates/stepwright-device/Cargo.toml",
@@ -85,6 +87,7 @@ const PICO_SOURCES: [&str; 22] = [
     "firmware/rp2040/src",
     "xtask/src/elf.rs",
     "xtask/src/small.rs",
+    "xtask/src/toolchain.rs",
 ];
 
 /// The prefix of the names of the Pico's images.

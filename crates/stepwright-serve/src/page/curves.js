@@ -80,7 +80,8 @@ function fit(points, at, moving) {
 /** A plan as columns like a track's, up to `now`, or to its end. */
 export function planned(curve, now) {
   const out = [[], [], [], []];
-  const end = Math.min(now, curve.until ?? Infinity) - curve.begin;
+  // A gap before the next plan.
+  const end = Math.min(now, (curve.until ?? Infinity) - 2e-4) - curve.begin;
   const { seconds, position, speed } = curve;
   const put = (time, at, v, a) => [curve.begin + time, at, v, a].forEach((value, i) => out[i].push(value));
   for (let i = 0; i < seconds.length; i++) {

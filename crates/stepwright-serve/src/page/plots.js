@@ -126,7 +126,7 @@ export class Plots {
         scales: { x: { time: false, range: () => this.window() }, ...Object.fromEntries(scales(at)) },
         axes: [
           { ...time, size: 30, values: (...all) => time.values(...all).map((text) => (text[0] === "-" ? "" : text)) },
-          ...units.map((scale, n) => ({ ...chartAxis(), scale, side: n ? 1 : 3, ...(n && { grid: { show: false } }) })),
+          ...units.map((scale, n) => ({ ...chartAxis(), scale, space: 24, side: n ? 1 : 3, ...(n && { grid: { show: false } }) })),
         ],
         series: [{ label: "time", value: (_, v) => (v === null ? "–" : `${v.toFixed(2)} s`) }, ...series],
         cursor: { sync: { key: "time", setSeries: true }, drag: { setScale: false }, dataIdx: (_, __, at) => at },
@@ -161,7 +161,7 @@ export class Plots {
   }
 
   height() {
-    return Math.round(Math.min(190, Math.max(120, innerHeight / 6)));
+    return Math.round(Math.min(190, Math.max(120, innerHeight / 5.2)));
   }
 
   resize() {

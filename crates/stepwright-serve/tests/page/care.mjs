@@ -71,6 +71,24 @@ export function tests({ start, serve, end, open, controls, until, rests, moves, 
       await context.close();
     },
 
+    async "two plans are two lines"(url) {
+      const { page, card, context } = await open(url);
+      await card.waitFor();
+      const line = await page.evaluate(() => {
+        const { plots } = document.getElementById("charts");
+        const [seconds, speed, middle] = [[0, 5], [20, 20], plots.now - 1];
+        // A homing's new 0 lies between them.
+        plots.axes[0].plans = [
+          { begin: middle - 1, until: middle, seconds, speed, position: [0, 100] },
+          { begin: middle, seconds, speed, position: [500, 600] },
+        ];
+        plots.draw(true);
+        return plots.plots[0].data[1].filter((place) => place !== undefined).map((place) => place && Math.round(place));
+      });
+      assert.deepEqual(line.slice(0, 4), [0, 20, null, 500]);
+      await context.close();
+    },
+
     async "without a server the page says how to stop, and comes back with it"() {
       const { child, said: url } = await serve("--virtual");
       const { page, card, context } = await open(url);

@@ -216,6 +216,16 @@ export function tests({ start, end, driver, open, controls, until, rests, moves,
         const { scales } = document.getElementById("charts").plots.plots[1];
         return ["mm", "deg", "steps"].map((unit) => scales[unit].min + scales[unit].max);
       }), [0, 0, 0]);
+      // One number alone on an axis tells no scale.
+      await page.setViewportSize({ width: 1280, height: 800 });
+      await page.reload();
+      await controls(page);
+      await fill(card, "target", 0);
+      await click(card, "to");
+      await moves(url);
+      await rests(url);
+      const labels = await page.evaluate(() => document.getElementById("charts").plots.plots.map(({ axes }) => axes.slice(1).map((one) => one._values.filter(Boolean).length)));
+      assert.ok(labels.flat().every((count) => count >= 2), JSON.stringify(labels));
       // What the board would refuse is told at its field, in the field's unit.
       await fill(card, "speed", 1e5);
       await click(card, "by");

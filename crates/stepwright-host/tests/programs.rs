@@ -52,6 +52,7 @@ fn a_law_moves_there_and_back_and_stops_on_the_way() {
     board.set_law(&Recipe::AustinFixed(5_000, 1_000), &[]).unwrap();
     assert_eq!(board.move_by(400).unwrap(), Outcome::Reached { at: 400 });
     assert_eq!(board.move_by(-150).unwrap(), Outcome::Reached { at: 250 });
+    assert_eq!(board.stop().unwrap(), Outcome::Reached { at: 250 });
     // Half a second at up to 1,000 steps/s, and the ramp to rest.
     let Outcome::Reached { at } = board.run(true, Duration::from_millis(500)).unwrap() else {
         panic!("it was not braked")

@@ -77,6 +77,10 @@ impl LawSession {
     /// [`RowProblem::Refused`], [`RowProblem::Noise`]: nothing moves. After [`RowProblem::Lost`] the
     /// motor may be moving.
     pub fn begin(&mut self, row: &Line, from: Option<i64>) -> Result<(), LawProblem> {
+        self.session.begins(AxisId::FIRST, from);
+        if let Line::Go(steps) = *row {
+            self.session.wait(async |talk| talk.travels.goes(AxisId::FIRST, steps))?;
+        }
         match self.session.begin_by(AxisId::FIRST, &row.to_string(), from) {
             Ok(answer) => obeyed(row, &answer),
             Err(NotBegun::Trouble { trouble, .. }) => Err(RowProblem::Lost(trouble)),
@@ -106,13 +110,15 @@ impl LawSession {
         self.watch(Some(until), None)
     }
 
-    /// Brakes by the law, and waits until the motor rests. The position stays known.
+    /// Brakes by the law, and waits until the motor rests. The position stays known. `Reached` means that its
+    /// travel had ended.
     ///
     /// # Errors
     /// [`RowProblem::Lost`]
     pub fn stop(&mut self) -> Result<Outcome, LawProblem> {
         self.session.stop(Selection::One(AxisId::FIRST))?;
-        self.watch(None, None)
+        let end = self.session.talk().travels.end(AxisId::FIRST);
+        self.watch(None, end)
     }
 
     /// Watches the motor until it rests. `Reached` means that it rests at `target`, or that it was braked at

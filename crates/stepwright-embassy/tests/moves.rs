@@ -1,10 +1,10 @@
 //! Moves that are awaited, changed, dropped and joined, checked at the pins.
 
-use crate::bench::{AXES, with};
+use crate::bench::{AXES, Handle, with};
 use embassy_futures::join::join;
 use embassy_futures::select::{Either, select};
 use stepwright::{Accel, Axis, AxisLimits, AxisSet, MoveError, Refusal, Speed};
-use stepwright_embassy::Outcome;
+use stepwright_embassy::{AsyncAxis, Outcome};
 
 #[test]
 fn a_move_is_awaited() {
@@ -333,4 +333,40 @@ fn a_slow_axis_waits_before_a_move_unless_its_rest_is_counted() {
             bench.run(motors, [Box::pin(moves) as _]);
         });
     }
+}
+
+/// The excerpt of docs/first-move.md.
+async fn home(
+    x: &mut AsyncAxis<'_, '_, Handle<'_>, AXES>,
+    closed: impl Future<Output = ()>,
+    open: impl Future<Output = ()>,
+) -> Result<(), MoveError> {
+    if let Either::First(end) = select(x.run(-1_000), closed).await {
+        return end.map(drop); // refused, or stopped by another task
+    } // else the run is dropped, and brakes
+    x.rest().await;
+    if let Either::First(end) = select(x.run(100), open).await {
+        return end.map(drop);
+    }
+    x.rest().await;
+    x.set_position(0)?;
+    Ok(())
+}
+
+/// An axis that can't run now is not homed where it stands.
+#[test]
+fn an_axis_is_homed_by_a_switch() {
+    with(|bench, motors| {
+        let homed = async {
+            let mut x = motors.axis(Axis::X);
+            assert_eq!(home(&mut x, bench.after(700), bench.after(900)).await, Ok(()));
+            assert_eq!(x.position(), Some(0));
+            let made = bench.shafts.borrow().at[0];
+            assert!((-800..-500).contains(&made), "{made}");
+            x.set_limits(AxisLimits::new(Speed::of::<500>(), Accel::of::<9_000>()));
+            let refused = home(&mut x, bench.after(1), bench.after(1)).await;
+            assert!(matches!(refused, Err(MoveError::AboveLimit { .. })), "{refused:?}");
+        };
+        bench.run(motors, [Box::pin(homed) as _]);
+    });
 }

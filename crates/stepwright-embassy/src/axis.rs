@@ -11,7 +11,8 @@ use crate::outcome::Outcome;
 /// An axis of [`Motors`].
 ///
 /// A move begins when its future is first polled. That future owns the axis until it rests or the
-/// future is dropped: another move is refused as [busy](stepwright::Refusal::Busy) until then. **A
+/// future is dropped: another move is refused as [busy](stepwright::Refusal::Busy) until then, or
+/// while two futures that were kept have not been polled since the ends of their moves. **A
 /// future that is dropped on the way brakes its axis**: the axis comes to rest along its ramp,
 /// after the part that is planned already, and its position stays known. So the losers of a
 /// `select` stop, and so do the moves of a task that ends. The next move of such a braking axis

@@ -157,7 +157,8 @@ impl<'q, E: Control, const N: usize, const Q: usize> Motors<'q, E, N, Q> {
     }
 
     /// Gives access to the motors themselves, for functions that this crate lacks and that need no
-    /// waiting. Returns `None` within another `with`.
+    /// waiting. Returns `None` within another `with`. No other call reaches the motors meanwhile:
+    /// [`stop`](Motors::stop), [`kill`](Motors::kill) and [`fault`](Motors::fault) do nothing.
     ///
     /// A move that begins here belongs to no future, so it always goes on;
     /// [`rest`](AsyncAxis::rest) waits for its end. The future of an earlier move still gets the

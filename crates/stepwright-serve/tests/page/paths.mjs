@@ -252,7 +252,8 @@ async function drawn(url) {
   assert.equal(await page.locator("#paths-most").textContent(), "full power");
   const [outline] = await colours(page, [[25, 0]]);
   assert.ok(near(outline, await pace(page, 1)), `${outline}`);
-  // Another text needs the server, and nothing can be run.
+  // Another text needs the server, so no file is asked for, and nothing can be run.
+  assert.ok(await page.locator("#paths-open").isHidden());
   await page.locator("#paths-text").fill(ONE);
   await page.locator("#paths-wrong").getByText("`stepwright serve` draws any file").waitFor();
   assert.ok(await page.locator("#paths-go").isHidden());

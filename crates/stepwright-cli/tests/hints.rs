@@ -94,6 +94,22 @@ fn a_target_beyond_a_soft_limit_names_the_settings() {
     holds(&board.refused(&["move", "400"]), &["ahead-x=100", "soft-limits=1", "go less far"]);
 }
 
+/// Its position is never the same twice.
+#[test]
+fn an_axis_that_moves_fast_is_not_taken_for_a_silent_board() {
+    let board = Board::start(&["--switch", "1:-300"]);
+    board.set(&["switches=1"]);
+    assert_eq!(board.order(&["run", "2000", "--detach"]).code(), Some(0));
+    let home = ["home", "--within", "400"];
+    for order in [&["move", "5"][..], &["line", "5", "5"], &["run", "5"], &home] {
+        let ended = board.order(order);
+        ended.assert_error("axis 1 is on its way");
+        holds(&ended.stderr, &["`stepwright watch --axis 1 --port", "`stepwright stop --axis 1 "]);
+        assert_eq!(ended.code(), Some(1), "{ended:?}");
+    }
+    assert_eq!(board.order(&["stop"]).code(), Some(0));
+}
+
 #[test]
 fn a_closed_switch_is_named_and_after_it_what_safe_start_asks_for() {
     let board = Board::start(&["--switch", "1:-100"]);

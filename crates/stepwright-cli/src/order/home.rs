@@ -6,7 +6,7 @@ use super::motion::{MOTION, Motion};
 use super::screen::Screen;
 use super::settings;
 use super::target::{self, AxisArgs, Format, MotionArgs};
-use super::travel::{Way, print_rest};
+use super::travel::{Way, no_position, print_rest};
 use super::{drive, homing};
 use crate::board::recording::Heading;
 use crate::failure::Failure;
@@ -218,7 +218,7 @@ fn failed(session: &mut Session, axis: AxisId, not: NotHomed) -> Failure {
         | NotHomed::NotBegun(NotBegun::Trouble { trouble: LinkError::Killed, .. }) => {
             Failure::interrupted("interrupted before 0 was found")
         }
-        NotHomed::Trouble(trouble) => target::lost(&session.name(), &trouble),
+        NotHomed::Trouble(trouble) => no_position(session, axis, &trouble),
         NotHomed::NotBegun(not) => drive::not_begun(session, not),
         NotHomed::Unsayable(range) => Failure::from(range),
     }

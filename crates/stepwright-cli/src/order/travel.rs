@@ -3,7 +3,7 @@
 use serde_json::json;
 use stepwright::Geometry;
 use stepwright_austin::LawName;
-use stepwright_protocol::{AxisId, Distance, Stop, Travel};
+use stepwright_protocol::{AxisId, Distance, Selection, Stop, Travel};
 
 use super::able;
 use super::by_law::{self, Goal, LawOrder};
@@ -318,7 +318,7 @@ pub fn start_position(session: &mut Session, axis: AxisId) -> Result<i64, Failur
     }
     let position = match session.rest_position(axis) {
         Ok(position) => position,
-        Err(trouble) => return Err(target::lost(&session.link().name(), &trouble)),
+        Err(trouble) => return Err(no_position(session, axis, &trouble)),
     };
     position.ok_or_else(|| {
         let name = session.link().name();
@@ -330,6 +330,20 @@ pub fn start_position(session: &mut Session, axis: AxisId) -> Result<i64, Failur
             ),
         )
     })
+}
+
+/// The failure for an axis that does not give the same position twice: it moves, or the board is lost.
+pub fn no_position(session: &mut Session, axis: AxisId, trouble: &LinkError) -> Failure {
+    let name = session.link().name();
+    match trouble {
+        LinkError::Silent if session.is_busy(Selection::One(axis)).unwrap_or(false) => {
+            let axis = axis.number();
+            let place = format!("--axis {axis} --port {name}");
+            Failure::new(format!("{name}: axis {axis} is on its way"))
+                .hint(format!("`stepwright watch {place}` waits, `stepwright stop {place}` brakes"))
+        }
+        trouble => target::lost(&name, trouble),
+    }
 }
 
 /// The failure for an axis that is at rest before its target.

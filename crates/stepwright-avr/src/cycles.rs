@@ -23,7 +23,7 @@ use stepwright_cycle::RunCost;
 use stepwright_cycle::line::{LONGEST, MotorPins};
 use stepwright_cycle::{Clock, Cycle, CycleHold, Leg, MachineIo, Motor, Remote, Switches};
 use stepwright_device::main_loop::{Received, SerialPort};
-use stepwright_device::{Marker, Marks};
+use stepwright_device::{Marker, ResetIo};
 use stepwright_protocol::{BoardProgram, Incoming, ProgramSlave, Text, flash_text};
 
 use crate::board;

@@ -2,7 +2,7 @@
 
 use stepwright::Ticks;
 use stepwright::drive::Axes;
-use stepwright_device::{BoardIo, Mark, Marks, Memory, Reset};
+use stepwright_device::{BoardIo, Mark, Memory, Reset, ResetIo};
 
 use crate::board::{CLOCK, Levels, set_reverse};
 use crate::clock::Clock;
@@ -38,7 +38,7 @@ impl Memory for AvrIo {
     }
 }
 
-impl Marks for AvrIo {
+impl ResetIo for AvrIo {
     fn reset(&mut self) -> Reset {
         reset::reason()
     }

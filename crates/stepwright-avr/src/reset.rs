@@ -4,7 +4,7 @@
 
 use core::mem::MaybeUninit;
 
-use stepwright_device::{Mark, Marks, Reset};
+use stepwright_device::{Mark, Reset, ResetIo};
 
 use crate::chip::CPU;
 use crate::slot::Slot;
@@ -45,7 +45,7 @@ pub fn set_mark(mark: Mark) {
 /// The chip's mark and reset reason, for a program that is not the controller.
 pub struct RamMark;
 
-impl Marks for RamMark {
+impl ResetIo for RamMark {
     fn reset(&mut self) -> Reset {
         reason()
     }

@@ -150,6 +150,13 @@ fn a_second_signal_kills_and_says_what_is_known() {
             kill(pid(&board.0.child), Signal::SIGCONT).unwrap();
         } else {
             assert!(told.contains("killed: the positions of axes that moved are lost"), "{told}");
+            // The next session begins where the axes stand.
+            let mut sender = Sender::new(&board);
+            sender.say("G1 X1 F1000\n");
+            sender.report("<Idle|MPos:1.000");
+            let told = sender.end();
+            assert!(told.contains("did not know where its axes are"), "{told}");
+            assert!(told.contains("board 80 0 0"), "{told}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use stepwright::Ticks;
 use stepwright::drive::Axes;
 
-use crate::reset::Marks;
+use crate::reset::ResetIo;
 
 /// Bytes that outlast a loss of power: an EEPROM.
 ///
@@ -25,7 +25,7 @@ pub trait Memory {
 ///
 /// In a set of axes, bit 0 is the first axis. All methods are called from the foreground, and none
 /// may wait.
-pub trait BoardIo: Memory + Marks {
+pub trait BoardIo: Memory + ResetIo {
     /// Called at the beginning of each round of the main loop: the place to read a clock and to
     /// feed a watchdog.
     fn tick(&mut self) {}

@@ -4,7 +4,7 @@
 use stepwright_protocol::{BoardProgram, Incoming, ProgramSlave};
 
 use crate::main_loop::Foreground;
-use crate::reset::{Marker, Marks};
+use crate::reset::{Marker, ResetIo};
 
 /// A program with its line and its slave, as [`round`](crate::main_loop::round) runs it. A line has
 /// at most `LONGEST` bytes.
@@ -18,7 +18,7 @@ pub struct ProgramDevice<P: BoardProgram, M, const LONGEST: usize> {
     waits: bool,
 }
 
-impl<P: BoardProgram, M: Marks, const LONGEST: usize> ProgramDevice<P, M, LONGEST> {
+impl<P: BoardProgram, M: ResetIo, const LONGEST: usize> ProgramDevice<P, M, LONGEST> {
     /// The state after a reset: the positions are 0, or unknown as the marks say.
     pub fn new(mut program: P, mut marks: M) -> ProgramDevice<P, M, LONGEST> {
         if marks.begin() {
@@ -34,7 +34,9 @@ impl<P: BoardProgram, M: Marks, const LONGEST: usize> ProgramDevice<P, M, LONGES
     }
 }
 
-impl<P: BoardProgram, M: Marks, const LONGEST: usize> Foreground for ProgramDevice<P, M, LONGEST> {
+impl<P: BoardProgram, M: ResetIo, const LONGEST: usize> Foreground
+    for ProgramDevice<P, M, LONGEST>
+{
     const LISTENS_MEANWHILE: bool = true;
 
     #[inline(always)]

@@ -46,7 +46,7 @@ impl Mark {
 /// A board's reason of its last reset, and RAM that outlasts every reset except a loss of power.
 ///
 /// `()` has neither: each of its starts is a power-up.
-pub trait Marks {
+pub trait ResetIo {
     /// The reason of the last reset. Called once.
     fn reset(&mut self) -> Reset;
 
@@ -66,7 +66,7 @@ pub trait Marks {
     }
 }
 
-impl Marks for () {
+impl ResetIo for () {
     fn reset(&mut self) -> Reset {
         Reset::Power
     }
@@ -89,7 +89,7 @@ impl Marker {
 
     /// Notes whether the board moves, or is about to.
     #[inline(always)]
-    pub fn note(&mut self, moves: bool, marks: &mut impl Marks) {
+    pub fn note(&mut self, moves: bool, marks: &mut impl ResetIo) {
         if moves != self.moves {
             self.moves = moves;
             marks.set_mark(if moves { Mark::MOVING } else { Mark::MOVED });

@@ -16,7 +16,7 @@ use stepwright_stream::player::StreamPlayer;
 use stepwright_stream::record::AXES;
 
 use crate::main_loop::Foreground;
-use crate::reset::{Marker, Marks};
+use crate::reset::{Marker, ResetIo};
 
 /// The longest text line, in bytes.
 const LONGEST: usize = 16;
@@ -148,7 +148,7 @@ pub struct StreamDevice<'q, E, I, M, const Q: usize, const LEN: usize> {
     power: u8,
 }
 
-impl<'q, E: Control, I: StreamIo, M: Marks, const Q: usize, const LEN: usize>
+impl<'q, E: Control, I: StreamIo, M: ResetIo, const Q: usize, const LEN: usize>
     StreamDevice<'q, E, I, M, Q, LEN>
 {
     /// The state at power-up: a board of this name whose timer counts `hz` ticks a second. To be
@@ -212,7 +212,7 @@ impl<'q, E: Control, I: StreamIo, M: Marks, const Q: usize, const LEN: usize>
     }
 }
 
-impl<'q, E: Control, I: StreamIo, M: Marks, const Q: usize, const LEN: usize> Foreground
+impl<'q, E: Control, I: StreamIo, M: ResetIo, const Q: usize, const LEN: usize> Foreground
     for StreamDevice<'q, E, I, M, Q, LEN>
 {
     const LISTENS_MEANWHILE: bool = true;

@@ -9,7 +9,7 @@ use stepwright::engine::WIRING;
 use stepwright::queue::Queue;
 use stepwright::{Control, Playing, Report, Timing};
 use stepwright_device::main_loop::{Received, SerialPort, round};
-use stepwright_device::{Mark, Marks, Reset, StreamDevice, StreamIo};
+use stepwright_device::{Mark, Reset, ResetIo, StreamDevice, StreamIo};
 use stepwright_protocol::flash_text;
 use stepwright_stream::credit::{Answered, CreditReader};
 use stepwright_stream::frame::{FILL, FrameBytes, Kind};
@@ -151,7 +151,7 @@ impl StreamIo for Ticking {
 #[derive(Clone)]
 struct Kept(Rc<Cell<Mark>>);
 
-impl Marks for Kept {
+impl ResetIo for Kept {
     fn reset(&mut self) -> Reset {
         Reset::Other
     }

@@ -5,7 +5,7 @@ use core::cell::Cell;
 
 use stepwright::drive::Axes;
 use stepwright::{Rate, Ticks};
-use stepwright_device::{BoardIo, Mark, Marks, Memory, Reset, Store};
+use stepwright_device::{BoardIo, Mark, Memory, Reset, ResetIo, Store};
 
 use crate::clock::{LentNow, Present};
 use crate::few::{EnableChanges, MOST_CHANGES};
@@ -92,7 +92,7 @@ impl Memory for SimPanel<'_> {
     }
 }
 
-impl Marks for SimPanel<'_> {
+impl ResetIo for SimPanel<'_> {
     fn reset(&mut self) -> Reset {
         self.reset
     }

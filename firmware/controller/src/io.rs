@@ -2,7 +2,7 @@
 
 use stepwright::drive::Axes;
 use stepwright::{Rate, Ticks};
-use stepwright_device::{BoardIo, Mark, Marks, Memory, Reset};
+use stepwright_device::{BoardIo, Mark, Memory, Reset, ResetIo};
 
 use crate::kept;
 
@@ -80,7 +80,7 @@ impl<P: Panel> Memory for PortIo<P> {
     }
 }
 
-impl<P: Panel> Marks for PortIo<P> {
+impl<P: Panel> ResetIo for PortIo<P> {
     fn reset(&mut self) -> Reset {
         self.panel.reset()
     }

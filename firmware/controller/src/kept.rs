@@ -2,7 +2,7 @@
 
 use core::cell::UnsafeCell;
 
-use stepwright_device::{Mark, Marks, Reset, Store};
+use stepwright_device::{Mark, Reset, ResetIo, Store};
 
 /// The kept bytes: the mark and the settings.
 struct Kept(UnsafeCell<(u16, [u8; Store::SIZE as usize])>);
@@ -50,7 +50,7 @@ pub(crate) fn set_byte(address: u16, byte: u8) {
 /// The kept mark, and the reason of the last reset, for a program that is not the controller.
 pub(crate) struct KeptMark(pub(crate) Reset);
 
-impl Marks for KeptMark {
+impl ResetIo for KeptMark {
     fn reset(&mut self) -> Reset {
         self.0
     }

@@ -36,13 +36,15 @@ pub struct Fed {
 impl Fed {
     /// Opens the port. The board's present position becomes the machine's zero.
     pub fn open(port: &PortArgs) -> Result<Fed, Failure> {
-        let board = meet(port, "grbl")?;
+        let mut board = meet(port, "grbl")?;
+        let unknown = board.zero_unknown()?;
+        let [x, y, z] = board.places.map(Option::unwrap_or_default);
         let name = &board.name;
-        let [Some(x), Some(y), Some(z)] = board.places else {
-            return Err(Failure::new(format!("{name} does not know where its axes are"))
-                .hint("`I` at a terminal makes the present place 0"));
-        };
-        if [x, y, z] != [0; 3] {
+        if unknown {
+            say::note(format_args!(
+                "{name} did not know where its axes are: they are at the machine's zero now"
+            ));
+        } else if [x, y, z] != [0; 3] {
             say::note(format_args!("{name} is at {x} {y} {z}: that is the machine's zero"));
         }
         let seen = board.session.now();

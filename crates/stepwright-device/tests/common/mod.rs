@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use stepwright::queue::{Consumer, Next, Producer, Queue, Source};
 use stepwright::{Board, Control, OrderedMotors, Playing, Rate, Report, Ticks, Timing};
-use stepwright_device::{BoardIo, Device, Mark, Marks, Memory, Reset, Store};
+use stepwright_device::{BoardIo, Device, Mark, Memory, Reset, ResetIo, Store};
 
 /// The pin of a step in an entry.
 const STEP: u8 = 1;
@@ -123,7 +123,7 @@ impl Memory for Panel {
     }
 }
 
-impl Marks for Panel {
+impl ResetIo for Panel {
     fn reset(&mut self) -> Reset {
         self.reset
     }

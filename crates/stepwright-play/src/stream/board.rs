@@ -9,7 +9,7 @@ use stepwright_host::link::Link;
 use stepwright_host::programs::{ask, places, wait_for_rest};
 use stepwright_host::{LinkError, Session};
 use stepwright_plan::gcode::JobPlan;
-use stepwright_protocol::{Abilities, Ability};
+use stepwright_protocol::{Abilities, Ability, AxisId};
 use stepwright_sim::Description;
 use stepwright_stream::brake::BrakeLaw;
 use stepwright_stream::credit::{Answered, CreditReader};
@@ -140,7 +140,27 @@ impl StreamedBoard {
         at_rest(&mut self.session, &self.name, &Mute)
     }
 
-    /// The positions of all axes; `None` for an axis that lost its position by a kill.
+    /// Makes the present place of each axis of unknown position 0. Returns whether there was such an axis.
+    ///
+    /// # Errors
+    /// The board does not answer, or refuses.
+    pub fn zero_unknown(&mut self) -> Result<bool, PlayError> {
+        let mut unknown = false;
+        for (axis, place) in AxisId::first(3).zip(&mut self.places) {
+            if place.is_some() {
+                continue;
+            }
+            let answer = ask(&mut self.session, &[b'I', b'0' + axis.number()]);
+            let answer = answer.map_err(|trouble| PlayError::lost(&self.name, &trouble))?;
+            if answer != "Y" {
+                return Err(PlayError::new(format!("{}: I was answered {answer}", self.name)));
+            }
+            (*place, unknown) = (Some(0), true);
+        }
+        Ok(unknown)
+    }
+
+    /// The positions of all axes; `None` for an axis that lost its position by a kill or a reset.
     ///
     /// # Errors
     /// The board does not answer.

@@ -118,20 +118,31 @@ fn by_length(share: Order) -> Order {
 /// The order with the top speed, up to `most`, by which it takes `end` seconds, if its own differs.
 fn ending(order: Order, most: Speed, end: f64) -> Order {
     let with = |top| Speed::from_millisteps(top).map_or(order, |top| Order { top, ..order });
-    let late = |order: Order| {
-        Course::of(&order.into()).map_or(f64::INFINITY, |course| course.duration() - end)
-    };
+    let own = late(order, end).abs();
     let is_one = matches!(order.travel, Travel::By(way) if way.get().unsigned_abs() < 2);
-    if is_one || late(order).abs() < NOTABLE {
+    if is_one || own < NOTABLE {
         return order;
     }
     let (mut low, mut high) = (1, most.millisteps());
     while low < high {
         let middle = low + (high - low) / 2;
-        (low, high) = if late(with(middle)) > 0.0 { (middle + 1, high) } else { (low, middle) };
+        (low, high) =
+            if late(with(middle), end) > 0.0 { (middle + 1, high) } else { (low, middle) };
     }
-    let near = [order, with(low.saturating_sub(1).max(1)), with(low)];
-    near.into_iter().min_by(|a, b| late(*a).abs().total_cmp(&late(*b).abs())).unwrap_or(order)
+    let mut best = (own, order);
+    for top in [low.saturating_sub(1), low] {
+        let other = with(top);
+        let off = late(other, end).abs();
+        if off < best.0 {
+            best = (off, other);
+        }
+    }
+    best.1
+}
+
+/// How many seconds after `end` an order ends.
+fn late(order: Order, end: f64) -> f64 {
+    Course::of(&order.into()).map_or(f64::INFINITY, |course| course.duration() - end)
 }
 
 /// Seconds between the end of the first axis and that of the last.

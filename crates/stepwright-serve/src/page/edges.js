@@ -37,7 +37,7 @@ export class Edges {
     return count;
   }
 
-  /** Steps of an axis between two times. Each step of a coil motor changes its lines at one moment. */
+  /** Steps of an axis between two times. A step of a coil motor changes its lines at once. */
   steps(axis, from, to) {
     const mine = this.signals.filter((one) => one.axis === axis);
     const step = mine.find((one) => one.pin === "step");

@@ -29,7 +29,6 @@ const COMES = 3000;
 const AGAIN = 1000;
 let asking = false;
 let chosen = null;
-/** Whether a motor moves. */
 let moving = false;
 /** Whether the board can be reached, and the stop's words. */
 let reached = true;
@@ -186,7 +185,6 @@ const frame = () => {
 };
 requestAnimationFrame(frame);
 
-// Buttons.
 const stop = () => attempt(post("/api/stop"));
 by("stop").addEventListener("pointerdown", (event) => event.button === 0 && stop());
 // Enter, and assistive tools: a click without a pointer.

@@ -20,7 +20,7 @@ const RUNS = {
 /** The text is drawn this long after a change, in ms. */
 const LATER = 400;
 
-/** Longer texts are not changed here: a field for them would take seconds. */
+/** Longer texts are not edited here: it would take seconds. */
 const LONG = 300_000;
 
 /** This many lines of a long text are shown around the marked one. */
@@ -69,7 +69,7 @@ export function scaled(drawing) {
 }
 
 /** The motors' places at a time, their speed, and a laser's power. */
-export function placeAt(sheet, time) {
+function placeAt(sheet, time) {
   const next = first(sheet.times.length, (n) => sheet.times[n] > time);
   const n = Math.min(Math.max(next, 1), sheet.times.length - 1);
   const [from, to] = [sheet.times[n - 1], sheet.times[n]];
@@ -107,7 +107,7 @@ export class PathsView {
     await this.use(this.examples[0]);
   });
 
-  /** Takes and draws a file. `laser` is its S of full power, or null; undefined keeps it. */
+  /** Draws a file. `laser`: its S of full power, or null; undefined keeps it. */
   use({ name, text, laser }) {
     this.name = name;
     by("paths-laser").hidden = !this.isJob(name);
@@ -142,12 +142,10 @@ export class PathsView {
     return this.isJob(this.name) && by("paths-laser-on").checked ? by("paths-laser-most").valueAsNumber : null;
   }
 
-  /** The present file. */
   get file() {
     return { name: this.name, text: this.long ? this.long.join("\n") : by("paths-text").value, laser: this.laser };
   }
 
-  /** Draws the present text. */
   async drawFile() {
     const asked = ++this.asked;
     const { file } = this;
@@ -234,7 +232,6 @@ export class PathsView {
 
   // The run.
 
-  /** Whether a file is being run. */
   get running() {
     return ["running", "held", "braking"].includes(this.report?.state);
   }
@@ -402,7 +399,6 @@ export class PathsView {
     by("paths-time").setAttribute("aria-valuetext", words.join(", "));
   }
 
-  /** Saves the text as a file. */
   save() {
     save(this.name, this.file.text);
   }

@@ -10,7 +10,7 @@ const GRID = 1200;
 const number = formatter(5);
 
 /** Quantities: name, unit, and whether the range has 0. */
-export const QUANTITIES = {
+const QUANTITIES = {
   speed: ["Speed", "steps/s", true],
   accel: ["Acceleration", "steps/s²", true],
   position: ["Position", "steps", true],

@@ -198,7 +198,6 @@ export class PlanView {
     this.ask();
   }
 
-  /** The table. */
   figures() {
     const unit = (ticks) => `${digits(ticks, 3)} ticks`;
     [...by("laws").tBodies[0].rows].forEach((row, law) => {

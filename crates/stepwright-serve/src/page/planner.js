@@ -11,10 +11,10 @@ export const NUMBERS = [
 ];
 
 /** The curves, in order. */
-export const COLUMNS = ["time", "position", "speed", "accel", "interval", "deviation"];
+const COLUMNS = ["time", "position", "speed", "accel", "interval", "deviation"];
 
 /** The figures of a plan, in order. */
-export const FIGURES = [
+const FIGURES = [
   "pulses", "ticks", "seconds", "peak", "brakingSteps", "brakingSeconds", "error", "errorStep", "deviation",
   "deviationStep", "deviationRms", "lost", "first", "shortest", "points",
 ];

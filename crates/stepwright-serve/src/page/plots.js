@@ -41,7 +41,6 @@ export class Plots {
     return this.axes.find((axis) => axis.number === number);
   }
 
-  /** Adds a state. */
   see(state) {
     if (!state.connected) return this.lose();
     // A restarted server counts from 0.
@@ -67,7 +66,6 @@ export class Plots {
     }
   }
 
-  /** Adds the plan of an axis. */
   plan(curve) {
     const axis = this.axis(curve.axis);
     if (!axis) return;
@@ -76,7 +74,6 @@ export class Plots {
     while (axis.plans.length > 1 && axis.plans[1].begin < this.now - KEPT) axis.plans.shift();
   }
 
-  /** The plan of an axis is over. */
   unplan(number, time) {
     const plan = this.axis(number)?.plans.at(-1);
     if (plan) plan.until ??= time;
@@ -199,17 +196,16 @@ export class Plots {
   }
 }
 
-/** The value of a line at a time, between the points that the line has itself. */
+/** The value of a line at a time, between the line's own points. */
 function along(times, values, at) {
   let [from, to] = [at, at];
-  while (values[from] === undefined && from > 0) from--;
+  while (values[from] === undefined && from) from--;
   while (values[to] === undefined && to < times.length - 1) to++;
-  const [begin, end] = [values[from], values[to]];
-  if (begin == null || end == null || from === to) return from === to ? begin : null;
-  return begin + ((end - begin) * (times[at] - times[from])) / (times[to] - times[from]);
+  const part = (times[at] - times[from]) / (times[to] - times[from]) || 0;
+  return values[from] == null || values[to] == null ? null : values[from] + (values[to] - values[from]) * part;
 }
 
-/** A range with some margin, and no narrower than is readable; with 0 in the middle if `even`, so that
+/** A range with some margin, no narrower than is readable; with 0 in the middle if `even`: so
  *  the zeros of two scales are one line. */
 const comfortable = (least, even) => (_, low, high) => {
   if (low == null) return [-1, 1];

@@ -189,7 +189,6 @@ export class Scope {
     });
   }
 
-  /** Saves the record as a file. */
   save(as) {
     if (!this.edges) return;
     this.hold();

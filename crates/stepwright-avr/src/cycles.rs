@@ -22,8 +22,8 @@ use stepwright::run::Run;
 use stepwright_cycle::RunCost;
 use stepwright_cycle::line::{LONGEST, MotorPins};
 use stepwright_cycle::{Clock, Cycle, CycleHold, Leg, MachineIo, Motor, Remote, Switches};
+use stepwright_device::ResetIo;
 use stepwright_device::main_loop::{Received, SerialPort};
-use stepwright_device::{Marker, ResetIo};
 use stepwright_protocol::{BoardProgram, Incoming, ProgramSlave, Text, flash_text};
 
 use crate::board;
@@ -366,17 +366,17 @@ pub unsafe fn serve() -> ! {
     line.interrupt();
     // SAFETY: everything that an interrupt uses is set up.
     unsafe { interrupt::enable() };
-    let (mut slave, mut marker) = (ProgramSlave::new(), Marker::REST);
+    let mut slave = ProgramSlave::new();
     if RamMark.begin() {
         remote.mark_unknown();
     }
     loop {
         remote.poll();
-        marker.note(remote.is_busy(), &mut RamMark);
+        RamMark.note(|| remote.is_busy());
         if !line.interrupts() && !slave.is_answering() {
             // SAFETY: the receiver's interrupt is disabled, so the main loop owns the line.
             slave.obey(unsafe { LINE.get() }, &mut remote);
-            marker.note(remote.is_busy(), &mut RamMark);
+            RamMark.note(|| remote.is_busy());
             line.interrupt();
         }
         if line.has_room()

@@ -34,6 +34,6 @@ mod supervisor;
 pub use device::Device;
 pub use panel::{BoardIo, Memory};
 pub use program::ProgramDevice;
-pub use reset::{Mark, Marker, Reset, ResetIo};
+pub use reset::{Mark, Reset, ResetIo};
 pub use store::Store;
 pub use stream::{StreamDevice, StreamIo, StreamProgram, Streamless};

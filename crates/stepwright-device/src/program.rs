@@ -4,14 +4,13 @@
 use stepwright_protocol::{BoardProgram, Incoming, ProgramSlave};
 
 use crate::main_loop::Foreground;
-use crate::reset::{Marker, ResetIo};
+use crate::reset::ResetIo;
 
 /// A program with its line and its slave, as [`round`](crate::main_loop::round) runs it. A line has
 /// at most `LONGEST` bytes.
 pub struct ProgramDevice<P: BoardProgram, M, const LONGEST: usize> {
     program: P,
     marks: M,
-    marker: Marker,
     line: Incoming<LONGEST>,
     slave: ProgramSlave<P::Reason>,
     /// A complete line waits until the answer before it is sent.
@@ -25,7 +24,7 @@ impl<P: BoardProgram, M: ResetIo, const LONGEST: usize> ProgramDevice<P, M, LONG
             program.mark_unknown();
         }
         let (line, slave) = (Incoming::new(), ProgramSlave::new());
-        ProgramDevice { program, marks, marker: Marker::REST, line, slave, waits: false }
+        ProgramDevice { program, marks, line, slave, waits: false }
     }
 
     /// The program.
@@ -65,7 +64,7 @@ impl<P: BoardProgram, M: ResetIo, const LONGEST: usize> Foreground
             self.waits = false;
             self.slave.obey(&mut self.line, &mut self.program);
             // Before the first step: a motion begins with the next poll, or some time after a start.
-            self.marker.note(self.program.is_busy(), &mut self.marks);
+            self.marks.note(|| self.program.is_busy());
         }
     }
 
@@ -76,6 +75,6 @@ impl<P: BoardProgram, M: ResetIo, const LONGEST: usize> Foreground
     #[inline(always)]
     fn poll_io(&mut self) {
         self.program.poll();
-        self.marker.note(self.program.is_busy(), &mut self.marks);
+        self.marks.note(|| self.program.is_busy());
     }
 }

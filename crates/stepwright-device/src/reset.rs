@@ -64,6 +64,15 @@ pub trait ResetIo {
         self.set_mark(if doubts { Mark::MOVED } else { Mark::NONE });
         doubts
     }
+
+    /// Sets the mark of a program whose axes move, or are about to, as `moves` says.
+    #[inline(always)]
+    fn note(&mut self, moves: impl FnOnce() -> bool) {
+        let (moves, marked) = (moves(), self.mark() == Mark::MOVING);
+        if moves != marked {
+            self.set_mark(if moves { Mark::MOVING } else { Mark::MOVED });
+        }
+    }
 }
 
 impl ResetIo for () {
@@ -76,25 +85,9 @@ impl ResetIo for () {
     }
 
     fn set_mark(&mut self, _: Mark) {}
-}
 
-/// Sets the mark when a motion begins and ends.
-pub struct Marker {
-    moves: bool,
-}
-
-impl Marker {
-    /// For a board at rest.
-    pub const REST: Marker = Marker { moves: false };
-
-    /// Notes whether the board moves, or is about to.
     #[inline(always)]
-    pub fn note(&mut self, moves: bool, marks: &mut impl ResetIo) {
-        if moves != self.moves {
-            self.moves = moves;
-            marks.set_mark(if moves { Mark::MOVING } else { Mark::MOVED });
-        }
-    }
+    fn note(&mut self, _: impl FnOnce() -> bool) {}
 }
 
 impl Reset {

@@ -16,7 +16,7 @@ use stepwright_stream::player::StreamPlayer;
 use stepwright_stream::record::AXES;
 
 use crate::main_loop::Foreground;
-use crate::reset::{Marker, ResetIo};
+use crate::reset::ResetIo;
 
 /// The longest text line, in bytes.
 const LONGEST: usize = 16;
@@ -134,7 +134,6 @@ pub struct StreamDevice<'q, E, I, M, const Q: usize, const LEN: usize> {
     /// The board.
     pub io: I,
     marks: M,
-    marker: Marker,
     line: Incoming<LONGEST>,
     slave: ProgramSlave<Streamless>,
     /// A complete line waits until the answer before it is sent.
@@ -164,7 +163,6 @@ impl<'q, E: Control, I: StreamIo, M: ResetIo, const Q: usize, const LEN: usize>
             program: StreamProgram { player, name, hz, laser: I::LASER },
             io,
             marks,
-            marker: Marker::REST,
             line: Incoming::new(),
             slave: ProgramSlave::new(),
             waits: false,
@@ -206,7 +204,7 @@ impl<'q, E: Control, I: StreamIo, M: ResetIo, const Q: usize, const LEN: usize>
             }
             // A frame: the mark is set at a setup, long before the first step.
             Came::Nothing | Came::Frame(..) => {
-                self.marker.note(self.program.player.may_move(), &mut self.marks);
+                self.marks.note(|| self.program.player.may_move());
             }
         }
     }
@@ -225,7 +223,7 @@ impl<'q, E: Control, I: StreamIo, M: ResetIo, const Q: usize, const LEN: usize> 
             if self.program.player.is_set_up() {
                 self.io.enable();
             }
-            self.marker.note(self.program.player.may_move(), &mut self.marks);
+            self.marks.note(|| self.program.player.may_move());
         }
     }
 

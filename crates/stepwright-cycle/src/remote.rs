@@ -21,7 +21,7 @@ use super::kept::Kept;
 use super::line::{
     CycleFault, CycleLine, CycleReport, HOMES, LineAct, LineProgram, MotorPins, home_code,
 };
-use super::motor::{Calibration, Faults, Status};
+use super::motor::{Faults, Status};
 use super::program::{Leg, Program};
 use super::strategy::{CycleError, Refusal};
 use super::surroundings::MachineIo;
@@ -71,8 +71,6 @@ pub struct Remote<'a, H: CycleHold<'a, N>, const N: usize> {
     home: Kept<(u8, u32), { HOMES as usize }>,
     /// Motors whose position is unknown after a kill or a reset.
     lost: u8,
-    /// Motors whose program is prepared to leave them at their minimum.
-    calibrated: u8,
     /// The moment of the report, whose numbers are computed while the line is sent: the low bits of
     /// the time and of the step count of each motor.
     moment: u32,
@@ -95,7 +93,6 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
             homing: Kept::new(None),
             home: Kept::new((0, 0)),
             lost: 0,
-            calibrated: 0,
             moment: 0,
             counts: [0; N],
         }
@@ -124,7 +121,6 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
         let done = match line {
             CycleLine::New => {
                 self.due = [0; 3];
-                self.calibrated = 0;
                 self.homing.set(None);
                 self.hold.with(|cycle| cycle.forget())
             }
@@ -167,9 +163,6 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> Remote<'a, H, N> {
                         Program::Stored(legs.get(..count).unwrap_or_default())
                     }
                 };
-                if *calibration == Calibration::StartMin {
-                    self.calibrated |= 1 << *motor;
-                }
                 self.hold.with(|cycle| cycle.prepare(*motor, program, *calibration))
             }
             CycleLine::Act(act, ticks) => {
@@ -304,8 +297,6 @@ impl<'a, H: CycleHold<'a, N>, const N: usize> BoardProgram for Remote<'a, H, N> 
                     (self.active, self.number) = (false, 0);
                     return Err(Fault::Own(CycleFault::Refused(refusal)));
                 }
-                // Every step leaves them at a known position.
-                self.lost &= !self.calibrated;
             }
             CycleLine::Home(number, homing) if HOMES => {
                 self.begin(*number);

@@ -9,7 +9,7 @@ use serial2::SerialPort;
 use stepwright_selftest::{CHIPS, FORMAT, Fault, Judgement, Line, LineError, ORDERS, WORD, judge};
 
 use crate::failure::Failure;
-use crate::order::target::Format;
+use crate::order::target::{Format, RATE};
 use crate::say;
 
 /// The most bytes that are read while waiting for a line.
@@ -47,7 +47,7 @@ pub struct Args {
 pub fn run(args: Args) -> Result<(), Failure> {
     let text = match (&args.port, &args.line[..]) {
         (Some(path), _) => {
-            let mut port = SerialPort::open(path, 115_200)
+            let mut port = SerialPort::open(path, RATE)
                 .map_err(|error| Failure::file("open", path, &error))?;
             let _ = port.set_read_timeout(Duration::from_secs(1));
             // If the port has DTR, the board waits for it.

@@ -21,7 +21,6 @@ use stepwright_serve::path::{PathDrawing, PathLeg, PathMotor};
 use stepwright_play::cycle::{CyclePlayer, Onlooker, PlayAhead, PlayPart, PlayText};
 use stepwright_play::{PlayError, PlayFormat};
 
-use super::taken::{Taken, Wanted};
 use super::voice::Aloud;
 use crate::failure::Failure;
 
@@ -133,11 +132,8 @@ pub fn draw(name: &str, text: &str) -> Result<PathDrawing, Failure> {
     let steps = (0..plan.names.len()).map(begins).collect();
     let ways = plan.motors.iter().map(|motor| motor.distance.into()).collect();
     let mut seen = Seen { hz, begun: Instant::now(), ways, steps, count: 0, legs: Vec::new() };
-    let wanted = Wanted::default();
-    let taken = Taken::begin(plan.rate, plan.names.len() as u8, &wanted)?;
     let seconds = {
-        let session =
-            CyclePlayer::new(&plan, &text, taken, PlayFormat::Silent, &Aloud, None, LIMIT);
+        let session = CyclePlayer::new(&plan, &text, (), PlayFormat::Silent, &Aloud, None, LIMIT);
         let mut session = session.before(&mut seen);
         session.play(&mut stages)?;
         session.seconds()

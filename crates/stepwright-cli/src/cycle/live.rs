@@ -1,15 +1,18 @@
-//! Plays a file in real time on a virtual board, as a real board would play it.
+//! Plays a file for a page: in real time on a virtual board, as a real board would play it, or on a
+//! real board.
 
+use std::fmt::Display;
+use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use stepwright_cyclefile::MOST;
-use stepwright_play::cycle::{CyclePlayer, Onlooker, PlayAhead, PlayPart, PlayText};
-use stepwright_play::{PlayError, PlayFormat};
+use stepwright_play::cycle::{CyclePlayer, CyclesOnBoard, Onlooker, PlayAhead, PlayPart, PlayText};
+use stepwright_play::{PlayError, PlayFormat, PlayVoice};
 
-use super::taken::{Taken, Wanted};
 use super::voice::Aloud;
 use crate::failure::Failure;
+use crate::order::target::RATE;
 use stepwright_play::stream::{PlayEnd, PlayOrder, PlayWish};
 
 /// The time between two checks of the clock and the order.
@@ -88,8 +91,6 @@ pub fn play(
     let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
     let motors = plan.names.len();
-    let wanted = Wanted::default();
-    let taken = Taken::begin(plan.rate, motors as u8, &wanted)?;
     let mut time = RealTime {
         begun: Instant::now(),
         hz: f64::from(plan.rate.hz()),
@@ -102,8 +103,7 @@ pub fn play(
         tell,
     };
     let (played, ticks, braked) = {
-        let session =
-            CyclePlayer::new(&plan, &text, taken, PlayFormat::Silent, &Aloud, None, LIMIT);
+        let session = CyclePlayer::new(&plan, &text, (), PlayFormat::Silent, &Aloud, None, LIMIT);
         let mut session = session.before(&mut time);
         let played = session.play(&mut stages);
         (played, session.now(), session.braked())
@@ -114,5 +114,48 @@ pub fn play(
         Ok(()) if braked => Ok(PlayEnd::Stopped),
         Ok(()) => Ok(PlayEnd::Done),
         Err(why) => Err(why.into()),
+    }
+}
+
+/// The voice of a run on a board: silent, and ended by the order.
+struct Ordered<'a>(&'a PlayOrder);
+
+impl PlayVoice for Ordered<'_> {
+    fn result(&self, _: &dyn Display) {}
+
+    fn note(&self, _: &dyn Display) {}
+
+    fn asked(&self) -> bool {
+        self.0.wish() >= PlayWish::Brake
+    }
+}
+
+/// Plays a file on the board at this port, without hold. Calls `tell` some ten times a second with
+/// the board's time in s, the motors' positions and the order that they obey.
+///
+/// # Errors
+/// A mistake in the file; no such board at the port; a cycle that is refused or cancelled.
+pub fn play_on(
+    port: &Path,
+    name: &str,
+    text: &str,
+    order: &PlayOrder,
+    tell: &mut dyn FnMut(f64, &[i64], PlayWish),
+) -> Result<PlayEnd, Failure> {
+    let text = PlayText::named(name, text);
+    let mut plan = stepwright_cyclefile::read(&text)?;
+    let mut stages = std::mem::take(&mut plan.stages);
+    let board = super::meet(port, RATE)?;
+    let hz = f64::from(plan.rate.hz());
+    let mut look = |ticks: u64, places: &[i64]| tell(ticks as f64 / hz, places, order.wish());
+    let voice = Ordered(order);
+    let mut player = CyclesOnBoard::new(board, &plan, &text, PlayFormat::Silent, &voice, LIMIT);
+    player.watch_by(&mut look);
+    match (player.play(&mut stages), order.wish()) {
+        // A cycle may end before it has received the order.
+        (Ok(()), _) => Ok(PlayEnd::Done),
+        (Err(_), PlayWish::Kill) => Ok(PlayEnd::Killed),
+        (Err(_), PlayWish::Brake) => Ok(PlayEnd::Stopped),
+        (Err(why), _) => Err(why.into()),
     }
 }

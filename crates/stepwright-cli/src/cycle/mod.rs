@@ -5,7 +5,7 @@
 //! | `text` | reads the file; `stepwright-cyclefile` parses it |
 //! | `voice` | prints messages while `stepwright-play` plays the file |
 //! | `drawing` | points with times and speeds for a drawing |
-//! | `live` | plays it on the virtual board in real time |
+//! | `live` | for a page: in real time on the virtual board, or on a real one |
 //! | `taken` | records the motion: csv, vcd, plots |
 
 pub mod drawing;
@@ -28,9 +28,9 @@ use crate::say;
 use stepwright_cycle::line::NAME;
 use stepwright_cyclefile::CyclePlan;
 use stepwright_host::Session;
-use stepwright_host::link::Link;
 use stepwright_host::link::serial::Share;
 use stepwright_host::programs::CycleSession;
+use stepwright_machine::BAUD;
 use stepwright_play::PlayFormat;
 use stepwright_play::cycle::{self, CyclePlayer, CyclesOnBoard, PlayText};
 use stepwright_plot::PlotFile;
@@ -98,8 +98,8 @@ pub struct Args {
     #[arg(long, value_name = "PATH", help_heading = "Board")]
     port: Option<PathBuf>,
     /// Speed of the serial port in bits/s
-    #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
-    #[arg(value_parser = whole_in::<u32>(50..=12_000_000), help_heading = "Board")]
+    #[arg(long, value_name = "N", default_value_t = target::RATE, requires = "port")]
+    #[arg(value_parser = whole_in::<u32>(BAUD), help_heading = "Board")]
     baud: u32,
 }
 
@@ -177,9 +177,9 @@ fn title(file: &Path) -> String {
     name.into_owned()
 }
 
-/// Connects to the board on a link.
-fn meet(link: Box<dyn Link>) -> Result<CycleSession, Failure> {
-    let mut session = Session::new(link);
+/// Opens the port, and connects to its board.
+fn meet(port: &Path, baud: u32) -> Result<CycleSession, Failure> {
+    let mut session = Session::new(Box::new(target::serial(port, baud, Share::Alone)?));
     let name = session.name();
     let about = target::met_program(&mut session, NAME, |_| "cycles")?;
     let board = CycleSession::of(session, about);
@@ -194,7 +194,7 @@ fn on_board(
     text: &PlayText,
 ) -> Result<(), Failure> {
     let mut stages = std::mem::take(&mut plan.stages);
-    let board = meet(Box::new(target::serial(path, args.baud, Share::Alone)?))?;
+    let board = meet(path, args.baud)?;
     interrupt::listen(While::Holding)?;
     let format = args.format.played();
     let mut session = CyclesOnBoard::new(board, plan, text, format, &Aloud, args.limit);

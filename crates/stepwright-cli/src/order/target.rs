@@ -41,6 +41,9 @@ const MEETINGS: u32 = 5;
 #[cfg(unix)]
 const ENDING: Duration = Duration::from_millis(50);
 
+/// The rate of the boards' serial ports in bits/s.
+pub const RATE: u32 = 115_200;
+
 /// How results are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -58,7 +61,7 @@ pub struct PortArgs {
     #[arg(long, value_name = "PATH")]
     pub port: Option<PathBuf>,
     /// Speed of the serial port in bits/s (8 data bits, no parity, 1 stop bit)
-    #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
+    #[arg(long, value_name = "N", default_value_t = RATE, requires = "port")]
     #[arg(value_parser = whole_in::<u32>(BAUD))]
     pub baud: u32,
 }
@@ -66,7 +69,7 @@ pub struct PortArgs {
 impl PortArgs {
     /// This port, at the usual speed.
     pub fn at(path: PathBuf) -> PortArgs {
-        PortArgs { port: Some(path), baud: 115_200 }
+        PortArgs { port: Some(path), baud: RATE }
     }
 }
 

@@ -9,12 +9,10 @@
 //! | [`board`] | the board's thread: its line, also when the board is lost and returns |
 //! | [`tap`] | the lines as they are sent |
 //! | [`paths`] | cycle files and G-code jobs |
-//! | [`path_board`] | cycle files on a board that plays cycles |
 //!
 //! [`stepwright_keeper`] carries out the requests.
 
 mod board;
-mod path_board;
 mod paths;
 mod tap;
 
@@ -125,12 +123,6 @@ impl std::fmt::Display for Bind {
 
 /// Serves until Ctrl-C or another signal.
 pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
-    if args.cycles.is_some() && !cfg!(unix) {
-        return Err(Failure::usage(
-            "--cycles takes a system with signals: a run could not be stopped",
-        )
-        .hint("`stepwright cycle FILE --port PATH` plays a file on the board"));
-    }
     let ports =
         [("--port", &args.port.port), ("--cycles", &args.cycles), ("--stream", &args.stream)];
     for (n, (name, port)) in ports.into_iter().enumerate() {

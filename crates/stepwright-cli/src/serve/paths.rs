@@ -13,9 +13,7 @@ use stepwright_keeper::report::Trouble;
 use stepwright_path::AxisPace;
 use stepwright_serve::path::{FILE, PathDrawing, PathFile, PathListener, PathReader, PathTable};
 
-use super::path_board::BoardPlayer;
-use crate::cycle::drawing;
-use crate::cycle::live;
+use crate::cycle::{drawing, live};
 use crate::failure::Failure;
 use crate::gcode;
 use crate::gcode::axes::AxesArgs;
@@ -235,8 +233,7 @@ impl PathReader for PathFiles {
                 }
                 (Kind::Cycles, PathBoards { cycles: None, .. }) => Player::Virtual,
                 (Kind::Cycles, PathBoards { cycles: Some(port), .. }) => {
-                    let names = drawing.motors.iter().map(|motor| motor.name.clone()).collect();
-                    Player::Board(BoardPlayer::new(port.clone(), names))
+                    Player::Board(port.clone())
                 }
             };
             move || play(&file, player, last, (&order, &over), &tell)
@@ -280,7 +277,7 @@ fn job(file: &PathFile, axes: [AxisPace; 3]) -> PageJob<'_> {
 /// The player of a file.
 enum Player {
     Virtual,
-    Board(BoardPlayer),
+    Board(PathBuf),
     Job([AxisPace; 3]),
     Stream([AxisPace; 3], PathBuf),
 }
@@ -304,7 +301,7 @@ fn play(
     };
     let played = match player {
         Player::Virtual => live::play(&file.name, &file.text, order, &mut hear),
-        Player::Board(board) => board.play(file, order, &mut hear),
+        Player::Board(port) => live::play_on(&port, &file.name, &file.text, order, &mut hear),
         Player::Job(axes) => gcode::live::play(&job(file, axes), order, &mut hear),
         Player::Stream(axes, port) => {
             gcode::live::play_on(&PortArgs::at(port), &job(file, axes), order, &mut hear)

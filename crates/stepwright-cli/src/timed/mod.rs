@@ -26,6 +26,7 @@ use stepwright_timed::SetSpeed;
 use crate::calc::ClockArgs;
 use crate::failure::{Failure, unless_closed};
 use crate::interrupt::{self, While};
+use crate::order::target;
 use crate::plot;
 use crate::quantity::whole_in;
 use crate::say;
@@ -33,6 +34,7 @@ use course::{Course, Moments};
 use order::OrderArgs;
 use port::Board;
 use stepwright_host::link::serial::Share;
+use stepwright_machine::BAUD;
 use stepwright_plot::PlotFile;
 use wiring::WiringArgs;
 
@@ -84,8 +86,8 @@ pub struct Args {
     #[arg(long, value_name = "PATH", help_heading = "Board")]
     port: Option<PathBuf>,
     /// Speed of the serial port in bits/s
-    #[arg(long, value_name = "N", default_value_t = 115_200, requires = "port")]
-    #[arg(value_parser = whole_in::<u32>(50..=12_000_000), help_heading = "Board")]
+    #[arg(long, value_name = "N", default_value_t = target::RATE, requires = "port")]
+    #[arg(value_parser = whole_in::<u32>(BAUD), help_heading = "Board")]
     baud: u32,
     /// The timer of the board's motor: 1, on a Mega also 3, 4 or 5
     #[arg(long, value_name = "N", default_value_t = 1, requires = "port", help_heading = "Board")]
@@ -130,7 +132,7 @@ impl Args {
             return Err(Failure::usage("a board does not tell when each of its steps came")
                 .hint("add --log 0+100 for its debug dumps, or leave --format out"));
         }
-        Board::meet(Box::new(crate::order::target::serial(path, self.baud, Share::Alone)?))
+        Board::meet(Box::new(target::serial(path, self.baud, Share::Alone)?))
     }
 }
 

@@ -3,6 +3,7 @@
 //! ```
 //! use stepwright_path::AxisPace;
 //! use stepwright_plan::gcode::JobPlan;
+//! use stepwright_play::stream::{PlayEnd, PlayOrder};
 //! use stepwright_play::{PlayError, gcode};
 //! use stepwright_sim::{Description, Edge};
 //!
@@ -10,9 +11,8 @@
 //! let job = b"G0 X10\nG1 F600 X12 Y3\n";
 //! let plan = JobPlan::of(*job, [axis; 3], &Description::uno().board, |_, _| ()).unwrap();
 //! let end = gcode::begin(job.to_vec(), [axis; 3], &plan, |_| Ok(Vec::<Edge>::new()), |mut begun| {
-//!     while begun.is_running() {
-//!         begun.pass(u64::MAX, |_, _| ());
-//!     }
+//!     let end = begun.play(true, &mut &PlayOrder::default(), |_, _| ())?;
+//!     assert_eq!(end, PlayEnd::Done);
 //!     Ok::<_, PlayError>(begun.positions())
 //! });
 //! assert_eq!(end?, [960, 240, 0]);
@@ -20,6 +20,8 @@
 //! ```
 
 use std::fmt::Display;
+use std::thread;
+use std::time::{Duration, Instant};
 use std::vec::IntoIter;
 
 use stepwright::{Rate, Ticks};
@@ -29,9 +31,13 @@ use stepwright_plan::gcode::{GcodeJob, JobPlan};
 use stepwright_sim::{CycleBoard, Description, Recorder, Stand};
 
 use crate::PlayError;
+use crate::stream::{JobWatch, Obeyed, Place, PlayEnd, PlayWish, REPORT};
 
 /// The most events of one [`pass`](BegunJob::pass).
 const EVENTS: u32 = 10_000;
+
+/// The time between two checks of the clock.
+const LOOK: Duration = Duration::from_millis(2);
 
 /// The board of a job.
 pub type GcodeBoard<'a, R> = CycleBoard<'a, R, 3>;
@@ -121,6 +127,63 @@ impl<'b, R: Recorder> BegunJob<'_, 'b, R> {
     /// Resumes after a hold.
     pub fn resume(&self) {
         self.stream.change(|job, made| job.resume_at(made));
+    }
+
+    /// Lets the board's time pass until the job ends: in real time, or as fast as it can be
+    /// simulated. `watch` controls it and hears of the progress. Calls `seen` after each event,
+    /// like [`pass`](BegunJob::pass). Returns how it ended; a killed job is left as it is.
+    ///
+    /// # Errors
+    /// [`PlayError`] if the board has ended the job.
+    pub fn play(
+        &mut self,
+        fast: bool,
+        watch: &mut dyn JobWatch,
+        mut seen: impl FnMut(&mut GcodeBoard<'b, R>, &[Lit]),
+    ) -> Result<PlayEnd, PlayError> {
+        let (hz, begun) = (f64::from(self.rate.hz()), Instant::now());
+        let (mut obeyed, mut told) = (Obeyed::default(), None::<Instant>);
+        while self.is_running() {
+            let wish = watch.wish();
+            if wish == PlayWish::Kill {
+                break;
+            }
+            let changes = wish != obeyed.wish && obeyed.wish < PlayWish::Brake;
+            if changes {
+                match wish {
+                    PlayWish::Hold => self.hold(),
+                    PlayWish::Go => self.resume(),
+                    PlayWish::Brake | PlayWish::Kill => self.brake(),
+                }
+                obeyed = obeyed.then(wish, self.passed() as f64 / hz);
+            }
+            let limit = match fast {
+                true => u64::MAX,
+                false => self.from + (begun.elapsed().as_secs_f64() * hz) as u64,
+            };
+            let more = self.pass(limit, &mut seen);
+            if changes || told.is_none_or(|told| told.elapsed() >= REPORT) {
+                told = Some(Instant::now());
+                watch.tell(&self.place(obeyed));
+            }
+            if !more && self.is_running() {
+                thread::sleep(LOOK);
+            }
+        }
+        watch.tell(&self.place(obeyed));
+        self.checked()?;
+        Ok(match (self.is_running(), obeyed.wish) {
+            (true, _) => PlayEnd::Killed,
+            (false, PlayWish::Brake) => PlayEnd::Stopped,
+            (false, _) => PlayEnd::Done,
+        })
+    }
+
+    /// The progress, with the wish that it obeys.
+    fn place(&mut self, obeyed: Obeyed) -> Place {
+        let passed = self.passed() as f64 / f64::from(self.rate.hz());
+        let (seconds, steps) = (obeyed.without_holds(passed), self.positions());
+        Place { seconds, steps, wish: obeyed.wish }
     }
 
     /// Lets the board's time pass to `limit` ticks, or for a limited number of events. Calls `seen`

@@ -2,17 +2,15 @@
 //! a board that plays streams.
 
 use std::cell::Cell;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use stepwright_path::{AxisPace, Unplannable};
 use stepwright_plan::gcode::{JobPlan, JobTerms};
 use stepwright_play::gcode::begin;
-use stepwright_play::stream::{JobWatch, Obeyed, Place, PlayEnd, PlayOrder, PlayWish};
+use stepwright_play::stream::{JobWatch, Place, PlayEnd, PlayOrder, PlayWish};
 use stepwright_sim::Description;
 
 use super::port;
-use crate::cycle::taken::{self, Taken};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::order::target::PortArgs;
@@ -25,12 +23,6 @@ pub const NM: f64 = 1e6;
 
 /// The number of bytes between two checks of the clock.
 const BYTES: u32 = 256;
-
-/// The time between two checks of the clock and the order.
-const LOOK: Duration = Duration::from_millis(2);
-
-/// The time between two reports.
-const REPORT: Duration = Duration::from_millis(20);
 
 /// A job of a page.
 #[derive(Clone, Copy)]
@@ -98,46 +90,14 @@ pub fn play(
     tell: &mut dyn FnMut(f64, &[i64], PlayWish),
 ) -> Result<PlayEnd, Failure> {
     let (plan, axes) = (file.admitted()?, file.axes);
-    let nothing = taken::Wanted::default();
-    let taken = |rate| Taken::begin(rate, 3, &nothing);
-    begin(file.text.as_bytes().to_vec(), axes, &plan, taken, |mut job| {
-        let hz = f64::from(job.rate.hz());
-        let begun = Instant::now();
-        let (mut obeyed, mut told) = (Obeyed::default(), None::<Instant>);
-        while job.is_running() {
-            let wish = order.wish();
-            if wish == PlayWish::Kill {
-                break;
-            }
-            let changes = wish != obeyed.wish && obeyed.wish < PlayWish::Brake;
-            if changes {
-                match wish {
-                    PlayWish::Hold => job.hold(),
-                    PlayWish::Go => job.resume(),
-                    PlayWish::Brake | PlayWish::Kill => job.brake(),
-                }
-                obeyed = obeyed.then(wish, job.passed() as f64 / hz);
-            }
-            let limit = job.from + (begun.elapsed().as_secs_f64() * hz) as u64;
-            let more = job.pass(limit, |_, _| ());
-            if changes || told.is_none_or(|told| told.elapsed() >= REPORT) {
-                told = Some(Instant::now());
-                let seconds = obeyed.without_holds(job.passed() as f64 / hz);
-                tell(seconds, &nanometres(job.positions(), &axes), obeyed.wish);
-            }
-            if !more && job.is_running() {
-                thread::sleep(LOOK);
-            }
-        }
-        let seconds = obeyed.without_holds(job.passed() as f64 / hz);
-        tell(seconds, &nanometres(job.positions(), &axes), obeyed.wish);
-        job.checked()?;
-        Ok(match (job.is_running(), obeyed.wish) {
-            (true, _) => PlayEnd::Killed,
-            (false, PlayWish::Brake) => PlayEnd::Stopped,
-            (false, _) => PlayEnd::Done,
-        })
-    })
+    let mut page = Page::new(order, axes, tell);
+    begin(
+        file.text.as_bytes().to_vec(),
+        axes,
+        &plan,
+        |_| Ok(()),
+        |mut job| Ok(job.play(false, &mut page, |_, _| ())?),
+    )
 }
 
 /// Runs a job on the stream board at this port. Calls `tell` like [`play`].
@@ -153,9 +113,9 @@ pub fn play_on(
     let (plan, axes) = (file.planned()?, file.axes);
     let mut board = port::meet(at, "serve")?;
     let from = board.places;
-    let mut watch = Page { order, axes, tell, steps: [0; 3], killed: false };
-    let played = board.play(file.text.as_bytes().to_vec(), axes, &plan, &mut watch);
-    let steps = watch.steps;
+    let mut page = Page::new(order, axes, tell);
+    let played = board.play(file.text.as_bytes().to_vec(), axes, &plan, &mut page);
+    let steps = page.steps;
     let elsewhere = |to: [Option<i64>; 3]| {
         (0..3).any(|n| matches!((from[n], to[n]), (Some(a), Some(b)) if b - a != steps[n]))
     };
@@ -165,12 +125,12 @@ pub fn play_on(
         }
         Ok(streamed) if streamed.braked => Ok(PlayEnd::Stopped),
         Ok(_) => Ok(PlayEnd::Done),
-        Err(_) if watch.killed => Ok(PlayEnd::Killed),
+        Err(_) if page.killed => Ok(PlayEnd::Killed),
         Err(why) => Err(why.into()),
     }
 }
 
-/// A page that follows a run on a board.
+/// A page that follows a run.
 struct Page<'a> {
     order: &'a PlayOrder,
     axes: [AxisPace; 3],
@@ -180,9 +140,19 @@ struct Page<'a> {
     killed: bool,
 }
 
+impl<'a> Page<'a> {
+    fn new(
+        order: &'a PlayOrder,
+        axes: [AxisPace; 3],
+        tell: &'a mut dyn FnMut(f64, &[i64], PlayWish),
+    ) -> Page<'a> {
+        Page { order, axes, tell, steps: [0; 3], killed: false }
+    }
+}
+
 impl JobWatch for Page<'_> {
     fn wish(&mut self) -> PlayWish {
-        // If the server ends, the board brakes, and by a second Ctrl-C it stops.
+        // If the server ends, the run brakes, and by a second Ctrl-C it stops.
         let end = match (interrupt::presses(), interrupt::asked()) {
             (2.., _) => PlayWish::Kill,
             (_, true) => PlayWish::Brake,
@@ -195,10 +165,8 @@ impl JobWatch for Page<'_> {
 
     fn tell(&mut self, place: &Place) {
         self.steps = place.steps;
-        (self.tell)(place.seconds, &nanometres(place.steps, &self.axes), place.wish);
+        let nanometres =
+            [0, 1, 2].map(|n| (place.steps[n] as f64 * self.axes[n].step * NM).round() as i64);
+        (self.tell)(place.seconds, &nanometres, place.wish);
     }
-}
-
-fn nanometres(steps: [i64; 3], axes: &[AxisPace; 3]) -> [i64; 3] {
-    [0, 1, 2].map(|n| (steps[n] as f64 * axes[n].step * NM).round() as i64)
 }

@@ -5,6 +5,7 @@
 //! | `axes` | the limits of the axes |
 //! | `play` | runs a job on the virtual board |
 //! | `port` | streams a job to a board |
+//! | `terminal` | follows either run: its progress, and Ctrl-C |
 //! | `drawing`, `thin` | for a page: points with times and speeds, thinned for a picture |
 //! | `facts` | the facts of a plan, as text |
 //! | `live` | for a page: in real time on a virtual board, or streamed to a board |
@@ -17,6 +18,7 @@ mod facts;
 pub mod live;
 mod play;
 pub mod port;
+mod terminal;
 mod thin;
 
 use std::fs::File;
@@ -24,7 +26,7 @@ use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use serde_json::json;
+use serde_json::{Value, json};
 use stepwright_gcode::Length;
 use stepwright_path::{AxisPace, length};
 use stepwright_plan::gcode::{BoardRefusal, JobError, JobPlan, JobTerms};
@@ -42,7 +44,7 @@ use crate::order::progress::Line;
 use crate::order::target::PortArgs;
 use crate::{plot, say};
 use axes::{AxesArgs, NAMES};
-use play::{Played, Wanted};
+use play::Wanted;
 
 /// Run a G-code job on a board or a virtual one, or plan it and print its exact duration
 ///
@@ -182,7 +184,8 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
             ));
         }
         let streamed = port::stream(&args.port, job, axes, &plan)?;
-        return report_streamed(&args, &plan, &axes, &streamed);
+        let own = json!({ "sent_again": streamed.again });
+        return report(&args, &plan, &axes, &streamed, own);
     }
     let wanted = Wanted {
         csv: args.format == SheetFormat::Csv,
@@ -200,7 +203,12 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
         let title = format!("{name}: {what} of X and Y");
         plot::save_picture(file, &title, &way.picture(&title))?;
     }
-    report(&args, &plan, &axes, &played)
+    let own = json!({
+        "lead_ticks": played.lead,
+        "ticks": played.ticks,
+        "ticks_per_second": played.rate.hz(),
+    });
+    report(&args, &plan, &axes, &played.ran, own)
 }
 
 /// Reads the file. A read error ends the reading, and takes precedence over other errors.
@@ -262,75 +270,44 @@ fn failure(name: &str, error: &JobError) -> Failure {
     }
 }
 
-/// Prints the result of a run on the virtual board.
+/// Prints the result of a run, with the JSON that only this kind of board has.
 fn report(
     args: &Args,
     plan: &JobPlan,
     axes: &[AxisPace; 3],
-    played: &Played,
+    ran: &Streamed,
+    own: Value,
 ) -> Result<(), Failure> {
-    let state = if played.braked { "stopped" } else { "ready" };
-    let [x, y, z] = played.position;
-    let millimetres = [0, 1, 2].map(|n| played.position[n] as f64 * axes[n].step);
+    let state = if ran.braked { "stopped" } else { "ready" };
     match args.format {
         SheetFormat::Table => {
-            say::result(format_args!("  {:<12}{:.6} s", "took", played.seconds()));
-            say::result(format_args!("position {x} {y} {z} {state}"));
+            say::result(format_args!("  {:<12}{:.6} s", "took", ran.seconds));
+            if args.port.port.is_some() {
+                say::result(format_args!("  {:<12}{}", "late steps", ran.late));
+            }
+            say::result(format_args!("position {} {state}", spelt(ran.position)));
         }
-        SheetFormat::Json => say::json(json!({
-            "file": args.file.display().to_string(),
-            "lines": plan.survey.lines,
-            "planned_seconds": plan.time,
-            "seconds": played.seconds(),
-            "lead_ticks": played.lead,
-            "ticks": played.ticks,
-            "ticks_per_second": played.rate.hz(),
-            "axes": NAMES,
-            "position": played.position,
-            "position_mm": millimetres,
-            "late": played.late,
-            "state": state,
-        })),
+        SheetFormat::Json => {
+            let millimetres = [0, 1, 2].map(|n| ran.position[n].map(|at| at as f64 * axes[n].step));
+            let mut told = json!({
+                "file": args.file.display().to_string(),
+                "lines": plan.survey.lines,
+                "planned_seconds": plan.time,
+                "seconds": ran.seconds,
+                "axes": NAMES,
+                "position": ran.position,
+                "position_mm": millimetres,
+                "late": ran.late,
+                "state": state,
+            });
+            if let (Value::Object(told), Value::Object(own)) = (&mut told, own) {
+                told.extend(own);
+            }
+            say::json(told);
+        }
         SheetFormat::Csv => {}
     }
-    if played.braked {
-        return Err(Failure::interrupted("braked before the end of the job")
-            .hint("the positions are known"));
-    }
-    Ok(())
-}
-
-/// Prints the result of a run on a board.
-fn report_streamed(
-    args: &Args,
-    plan: &JobPlan,
-    axes: &[AxisPace; 3],
-    streamed: &Streamed,
-) -> Result<(), Failure> {
-    let state = if streamed.braked { "stopped" } else { "ready" };
-    let millimetres =
-        [0, 1, 2].map(|n| streamed.position[n].map(|place| place as f64 * axes[n].step));
-    match args.format {
-        SheetFormat::Table => {
-            say::result(format_args!("  {:<12}{:.6} s", "took", streamed.seconds));
-            say::result(format_args!("  {:<12}{}", "late steps", streamed.late));
-            say::result(format_args!("position {} {state}", spelt(streamed.position)));
-        }
-        SheetFormat::Json => say::json(json!({
-            "file": args.file.display().to_string(),
-            "lines": plan.survey.lines,
-            "planned_seconds": plan.time,
-            "seconds": streamed.seconds,
-            "axes": NAMES,
-            "position": streamed.position,
-            "position_mm": millimetres,
-            "late": streamed.late,
-            "sent_again": streamed.again,
-            "state": state,
-        })),
-        SheetFormat::Csv => {}
-    }
-    if streamed.braked {
+    if ran.braked {
         return Err(Failure::interrupted("braked before the end of the job")
             .hint("the positions are known"));
     }

@@ -1,24 +1,21 @@
 //! Runs a job on the virtual board, which has the timer and the step costs of an Uno.
 
-use std::thread;
-use std::time::{Duration, Instant};
-
 use stepwright::{Rate, Ticks};
 use stepwright_path::AxisPace;
 use stepwright_plan::gcode::JobPlan;
 use stepwright_play::cycle::PlayTape;
 use stepwright_play::gcode::{BegunJob, GcodeBoard, Lit, begin};
 use stepwright_play::micros;
+use stepwright_play::stream::{PlayEnd, Streamed};
 use stepwright_plot::SpeedWay;
 use stepwright_sim::{Edge, Pin};
 
 use super::axes::NAMES;
+use super::terminal::Terminal;
 use crate::board::edge_files::EdgePaths;
 use crate::cycle::taken::{self, Taken};
 use crate::failure::Failure;
-use crate::order::motion::seconds;
-use crate::order::progress::Line;
-use crate::{interrupt, say};
+use crate::say;
 
 /// The requested outputs of a run.
 pub struct Wanted<'a> {
@@ -30,26 +27,13 @@ pub struct Wanted<'a> {
 
 /// The result of a run.
 pub struct Played {
+    pub ran: Streamed,
     pub rate: Rate,
     /// Ticks from the start of the run to that of the path, and from there to its end.
     pub lead: Ticks,
     pub ticks: u64,
-    /// The positions in steps.
-    pub position: [i64; 3],
-    /// Late steps.
-    pub late: u32,
-    pub braked: bool,
     pub way: Option<SpeedWay>,
 }
-
-impl Played {
-    pub fn seconds(&self) -> f64 {
-        self.ticks as f64 / f64::from(self.rate.hz())
-    }
-}
-
-/// The time between two checks of the clock.
-const LOOK: Duration = Duration::from_millis(2);
 
 /// Points of a picture are at least 1/1200 of its longer side apart.
 const FINE: f64 = 1_200.0;
@@ -83,71 +67,36 @@ fn follow(
     // The power of a laser at the present.
     let mut power = plan.laser.map(|_| 0.0);
     let mut drawn = wanted.way.then(|| Drawn::new(plan, &axes));
-    let mut line = Line::new();
-    let since = Instant::now();
-    let mut braked = false;
-    let mut shown = None;
-    while job.is_running() {
-        if interrupt::presses() >= 2 {
-            line.end();
-            return Err(Failure::interrupted("killed: the positions are lost"));
+    let end = job.play(wanted.fast, &mut Terminal::new(plan), |board, lit| {
+        if let Some(rows) = &mut rows {
+            rows.print(board, lit);
         }
-        if !braked && interrupt::asked() {
-            braked = true;
-            job.brake();
-            line.note(interrupt::braking());
+        if let Some(drawn) = &mut drawn {
+            let cycle = board.cycle();
+            let at = [0, 1].map(|axis| cycle.position(axis).unwrap_or(0));
+            drawn.see(board.now() as f64 / hz, at, power);
         }
-        let limit = match wanted.fast {
-            true => u64::MAX,
-            false => job.from + (since.elapsed().as_secs_f64() * hz) as u64,
-        };
-        let more = job.pass(limit, |board, lit| {
-            if let Some(rows) = &mut rows {
-                rows.print(board, lit);
-            }
-            if let Some(drawn) = &mut drawn {
-                let cycle = board.cycle();
-                let at = [0, 1].map(|axis| cycle.position(axis).unwrap_or(0));
-                drawn.see(board.now() as f64 / hz, at, power);
-            }
-            if let Some(power) = &mut power {
-                board.with_recorder(|taken| taken.write_laser(lit));
-                *power = lit.last().map_or(*power, |change| change.power);
-            }
-        });
-        if shown.is_none_or(|shown: Instant| shown.elapsed() > Duration::from_millis(100)) {
-            shown = Some(Instant::now());
-            let now = job.passed() as f64 / hz;
-            tell(&mut line, now, plan.time, braked);
+        if let Some(power) = &mut power {
+            board.with_recorder(|taken| taken.write_laser(lit));
+            *power = lit.last().map_or(*power, |change| change.power);
         }
-        if !more && job.is_running() {
-            thread::sleep(LOOK);
-        }
+    })?;
+    if end == PlayEnd::Killed {
+        return Err(Failure::interrupted("killed: the positions are lost"));
     }
-    line.end();
     let still = (plan.time * hz).round() as u64;
     let ticks = if job.board.now() > job.path { job.passed() } else { still };
-    job.checked()?;
     let (position, late) = (job.positions(), job.board.cycle().late());
-    let end = job.board.now() as f64 / hz;
-    job.board.with_recorder(|taken| taken.finish(end))?;
-    let lead = job.lead;
-    Ok(Played { rate, lead, ticks, position, late, braked, way: drawn.map(Drawn::end) })
-}
-
-/// Shows the progress, and the exact time that is left.
-pub fn tell(line: &mut Line, now: f64, all: f64, braked: bool) {
-    let plain = progress(now, all, braked);
-    let long = format!("{plain} of {}", seconds(all));
-    line.show(&[&long, &plain], &plain, false);
-}
-
-/// The text of the progress. A board ends some ms after the plan; no time is left then.
-fn progress(now: f64, all: f64, braked: bool) -> String {
-    let left = (all - now).max(0.0);
-    let left = if braked { "braking".into() } else { format!("{} left", seconds(left)) };
-    let part = if all > 0.0 { (now / all * 100.0).clamp(0.0, 100.0) } else { 100.0 };
-    format!("{part:.0} %  {left}")
+    let over = job.board.now() as f64 / hz;
+    job.board.with_recorder(|taken| taken.finish(over))?;
+    let ran = Streamed {
+        position: position.map(Some),
+        late: late.into(),
+        seconds: ticks as f64 / hz,
+        braked: end == PlayEnd::Stopped,
+        again: 0,
+    };
+    Ok(Played { ran, rate, lead: job.lead, ticks, way: drawn.map(Drawn::end) })
 }
 
 /// Prints events as rows of CSV.
@@ -264,17 +213,5 @@ impl Drawn {
         let [x, y] = [0, 1].map(|n| self.last.0[n] as f64 * self.steps[n]);
         self.go(x, y, 0.0);
         self.way
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::progress;
-
-    #[test]
-    fn no_time_is_left_behind_the_end() {
-        assert_eq!(progress(1.0, 2.0, false), "50 %  1.000 s left");
-        assert_eq!(progress(2.022, 2.0, false), "100 %  0.000 s left");
-        assert_eq!(progress(1.0, 2.0, true), "50 %  braking");
     }
 }

@@ -29,5 +29,6 @@ mod run;
 mod wish;
 
 pub use board::{GREETING, StreamedBoard, spelt};
+pub(crate) use run::REPORT;
 pub use run::{JobWatch, LOOK, Place, Streamed};
 pub use wish::{Obeyed, PlayEnd, PlayOrder, PlayWish};

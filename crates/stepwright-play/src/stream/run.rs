@@ -23,7 +23,7 @@ pub const LOOK: Duration = Duration::from_millis(1);
 /// The answers to frames under way have come if the board is quiet for this long.
 const UNDER_WAY: Duration = Duration::from_millis(100);
 /// The time between two reports of the board's position.
-const REPORT: Duration = Duration::from_millis(20);
+pub(crate) const REPORT: Duration = Duration::from_millis(20);
 /// The board is told of a rest this far ahead, in s.
 const REST: f64 = 0.25;
 

@@ -9,7 +9,7 @@ use stepwright_plan::{Divide, First, RampChange};
 use super::motion::RampArgs;
 use crate::failure::Failure;
 use crate::plan::change::{ChangeArg, changes};
-use crate::plan::linear_factor::thousandths;
+use crate::plan::laws::thousandths;
 use crate::quantity::whole_in;
 
 /// The help heading of the options of a ramp law.

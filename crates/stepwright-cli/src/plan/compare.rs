@@ -10,10 +10,8 @@ use stepwright_plot::PlotFile;
 use stepwright_units::Rounded;
 
 use super::Machine;
-use super::limits::{Begin, Limits};
-use super::linear_factor::Knee;
-use super::piecewise::Breaks;
-use super::power::Power;
+use super::laws::{Begin, Breaks, Knee, Power};
+use super::limits::Limits;
 use super::work::Work;
 use crate::failure::{Failure, unless_closed};
 use crate::plot;

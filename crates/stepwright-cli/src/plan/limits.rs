@@ -1,7 +1,7 @@
 //! The options of every law with an acceleration and a top speed.
 
 use stepwright::{Geometry, Rate};
-use stepwright_plan::{First, PlanLimits};
+use stepwright_plan::PlanLimits;
 
 use super::Steps;
 use crate::failure::Failure;
@@ -37,12 +37,4 @@ impl Limits {
         let decel = decel.unwrap_or_else(|| accel.clone());
         Ok(PlanLimits { rate, steps: self.steps.held(geometry)?, accel, decel, top })
     }
-}
-
-/// How one of Austin's ramps begins.
-#[derive(clap::Args, Clone, Copy, Debug)]
-pub struct Begin {
-    /// The first delay; after the exact one, Eq 12 makes all delays too long
-    #[arg(long, value_enum, default_value_t = First::Reduced)]
-    pub c0: First,
 }

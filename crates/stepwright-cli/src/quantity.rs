@@ -3,31 +3,17 @@
 //! `stepwright-units` parses the numbers.
 
 use std::ffi::OsString;
-use std::fmt::Display;
-use std::ops::RangeInclusive;
-use std::str::FromStr;
 
 use serde_json::{Map, Value, json};
 use stepwright::Geometry;
 pub use stepwright_machine::STEPS_PER_REV;
+pub use stepwright_units::measure::whole_in;
 pub use stepwright_units::{
     AccelArg, DistanceArg, JerkArg, MachineUnit, MmArg, Rounded, SignedSpeedArg, SpeedArg,
 };
 use stepwright_units::{TURN, is_known, needs_motor, number_length};
 
 use crate::failure::Failure;
-
-/// The parser of a whole number in a range.
-pub fn whole_in<T>(range: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone
-where
-    T: FromStr + PartialOrd + Display + Clone,
-{
-    move |text| {
-        let number = text.parse().ok().filter(|number| range.contains(number));
-        let (least, most) = (range.start(), range.end());
-        number.ok_or_else(|| format!("give a whole number from {least} to {most}"))
-    }
-}
 
 /// The options that say how a motor's steps relate to the world.
 #[derive(clap::Args, Clone, Debug)]

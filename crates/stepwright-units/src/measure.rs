@@ -1,5 +1,21 @@
 //! Parsers of numbers with a unit, for the calculators: for clap's `value_parser`.
 
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+/// The parser of a whole number in a range.
+pub fn whole_in<T>(range: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone
+where
+    T: FromStr + PartialOrd + Display + Clone,
+{
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        let (least, most) = (range.start(), range.end());
+        number.ok_or_else(|| format!("give a whole number from {least} to {most}"))
+    }
+}
+
 /// Parses a number with a unit; `units` has the value of each, and a number without a unit has the
 /// first. Must be more than 0.
 fn measure(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {

@@ -3,57 +3,13 @@
 
 use stepwright_plan::calc::DelayFit;
 use stepwright_plan::sheet::Sheet;
-use stepwright_units::measure::{micros, microsteps, millimetres};
 
-use super::Output;
+use super::Calculator;
 use crate::failure::Failure;
-use crate::quantity::whole_in;
 
-/// Which delays fit the period of a timer, and the range of positions
-///
-/// For a driver with one interrupt for all motors: a step takes three periods of the
-/// timer, and its delay must be a whole number of them. Without --delays, those of
-/// stepper_h's motor.
-#[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  stepwright calc delay --period 200us                   three motors on a 16 MHz AVR
-  stepwright calc delay --period 20us --microsteps 16 --delays 80us
-  stepwright calc delay --period 20us --distance 7500nm  how far positions reach")]
-pub struct Args {
-    /// Time between two interrupts: 200us, 20 …
-    #[arg(long, value_name = "TIME", value_parser = micros)]
-    period: f64,
-    /// Microsteps of a step, one or several: 1,2,4 or 1/16
-    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = microsteps)]
-    #[arg(default_value = "1,2,4,8,16,32")]
-    microsteps: Vec<u32>,
-    /// Wanted delays, one for all or one for each of --microsteps
-    #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = micros)]
-    delays: Vec<f64>,
-    /// Distance of a step: 7500nm, 12.5um
-    #[arg(long, value_name = "LENGTH", value_parser = millimetres)]
-    distance: Option<f64>,
-    /// Full steps of one turn: 200 for 1.8°
-    #[arg(long, value_name = "N", default_value_t = 200, help_heading = "Motor")]
-    #[arg(value_parser = whole_in::<u32>(1..=1_000_000))]
-    steps_per_rev: u32,
-    #[command(flatten)]
-    pub(super) output: Output,
-}
-
-impl Args {
-    /// The delays that fit.
-    pub fn sheet(&self) -> Result<Sheet, Failure> {
-        let Args { period, microsteps, delays, distance, steps_per_rev, .. } = self;
-        let fit = DelayFit {
-            period: *period,
-            microsteps: microsteps.clone(),
-            delays: delays.clone(),
-            distance: *distance,
-            steps_per_rev: *steps_per_rev,
-        };
-        Ok(fit.sheet()?)
+impl Calculator for DelayFit {
+    fn sheet(&self) -> Result<Sheet, Failure> {
+        Ok(DelayFit::sheet(self)?)
     }
 }
 
@@ -66,11 +22,14 @@ mod tests {
     #[derive(Parser)]
     struct Line {
         #[command(flatten)]
-        args: Args,
+        args: DelayFit,
     }
 
     fn sheet(line: &str) -> Result<Sheet, Failure> {
-        Line::parse_from(format!("calc {line}").split_whitespace()).args.sheet()
+        Line::parse_from(format!("calc {line}").split_whitespace())
+            .args
+            .sheet()
+            .map_err(Failure::from)
     }
 
     fn real(cell: &Cell) -> f64 {

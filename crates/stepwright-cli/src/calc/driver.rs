@@ -4,21 +4,12 @@ use stepwright_plan::calc::StepDriver;
 use stepwright_plan::sheet::Sheet;
 use stepwright_units::measure::{ampere, ohm};
 
-use super::Output;
+use super::Calculator;
 use crate::failure::Failure;
 use crate::quantity::whole_in;
 
-/// The reference voltage of a driver for a motor's current
-///
-/// With sense resistors of 0.1 Ω the reference voltage of a DRV8825 in V is half the current in
-/// A. Set it 0.05 to 0.1 V lower: a motor must not whine or grow hot. Never unplug a motor from
-/// a driver that is on.
+/// A driver, and a motor's current.
 #[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  stepwright calc vref 1.7A
-  stepwright calc vref 1.7 600mA 1.3
-  stepwright calc vref 1A --driver a4988 --sense 68mOhm")]
 pub struct VrefArgs {
     /// Current of the motor, one or several: 1.7A, 600mA
     #[arg(value_name = "CURRENT", required = true, value_parser = ampere)]
@@ -29,24 +20,16 @@ pub struct VrefArgs {
     /// Its sense resistors: 0.1, 68mOhm
     #[arg(long, value_name = "OHM", default_value = "0.1", value_parser = ohm)]
     sense: f64,
-    #[command(flatten)]
-    pub(super) output: Output,
 }
 
-impl VrefArgs {
-    /// The reference voltage for each current.
-    pub fn sheet(&self) -> Sheet {
-        self.driver.vref(&self.currents, self.sense)
+impl Calculator for VrefArgs {
+    fn sheet(&self) -> Result<Sheet, Failure> {
+        Ok(self.driver.vref(&self.currents, self.sense))
     }
 }
 
-/// The jumpers of a driver for microsteps
+/// A driver, and microsteps.
 #[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  stepwright calc microstep                     all of a DRV8825
-  stepwright calc microstep 16
-  stepwright calc microstep --driver a4988 --steps-per-rev 400")]
 pub struct MicrostepArgs {
     /// Show only these microsteps: 16 or 1/16
     #[arg(value_name = "N", value_parser = stepwright_units::measure::microsteps)]
@@ -58,13 +41,10 @@ pub struct MicrostepArgs {
     #[arg(long, value_name = "N", default_value_t = 200, help_heading = "Motor")]
     #[arg(value_parser = whole_in::<u32>(1..=1_000_000))]
     steps_per_rev: u32,
-    #[command(flatten)]
-    pub(super) output: Output,
 }
 
-impl MicrostepArgs {
-    /// The table, or one line of it.
-    pub fn sheet(&self) -> Result<Sheet, Failure> {
+impl Calculator for MicrostepArgs {
+    fn sheet(&self) -> Result<Sheet, Failure> {
         Ok(self.driver.microsteps(self.only, self.steps_per_rev)?)
     }
 }
@@ -83,7 +63,7 @@ mod tests {
 
     fn sheet(line: &str) -> Result<Sheet, Failure> {
         match Line::parse_from(format!("calc {line}").split_whitespace()) {
-            Line::Vref(args) => Ok(args.sheet()),
+            Line::Vref(args) => args.sheet(),
             Line::Microstep(args) => args.sheet(),
         }
     }

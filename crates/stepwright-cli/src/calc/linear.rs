@@ -2,20 +2,14 @@
 
 use stepwright_plan::calc::Gearing;
 use stepwright_plan::sheet::Sheet;
-use stepwright_units::measure::{micros, microsteps, millimetres};
+use stepwright_units::measure::millimetres;
 
-use super::Output;
+use super::Calculator;
 use crate::failure::Failure;
-use crate::quantity::{SpeedArg, whole_in};
+use crate::quantity::whole_in;
 
-/// A belt: length of a step, linear speed
+/// A belt.
 #[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  stepwright calc belt --teeth 20                        GT2, steps from 1/1 to 1/32
-  stepwright calc belt --teeth 20 --microsteps 16 --delays 80us
-  stepwright calc belt --teeth 16 --pitch 3mm --speed 200rpm
-  stepwright calc belt --teeth 20 --speed 60mm/s")]
 pub struct BeltArgs {
     /// Teeth of the pulley
     #[arg(long, value_name = "N", value_parser = whole_in::<u32>(1..=10_000))]
@@ -24,16 +18,11 @@ pub struct BeltArgs {
     #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = millimetres)]
     pitch: f64,
     #[command(flatten)]
-    common: Common,
+    motor: Gearing,
 }
 
-/// A screw: length of a step, linear speed
+/// A screw.
 #[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  stepwright calc screw --pitch 2mm --starts 4           8 mm a turn
-  stepwright calc screw --pitch 5mm --microsteps 8 --delays 180us
-  stepwright calc screw --pitch 1.5mm --speed 300rpm")]
 pub struct ScrewArgs {
     /// Distance between two threads: 2mm, 0.1in …
     #[arg(long, value_name = "LENGTH", value_parser = millimetres)]
@@ -43,63 +32,18 @@ pub struct ScrewArgs {
     #[arg(value_parser = whole_in::<u32>(1..=100))]
     starts: u32,
     #[command(flatten)]
-    common: Common,
+    motor: Gearing,
 }
 
-/// What both take.
-#[derive(clap::Args)]
-struct Common {
-    /// Microsteps of a step, one or several: 1,2,4 or 1/16
-    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = microsteps)]
-    #[arg(default_value = "1,2,4,8,16,32")]
-    microsteps: Vec<u32>,
-    /// Delay from step to step, one for all or one for each of --microsteps: 80, 1.5ms
-    #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = micros)]
-    delays: Vec<f64>,
-    /// A speed: 3.3rev/s, 120rpm, 60mm/s (a bare number is full steps/s)
-    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
-    speed: Option<SpeedArg>,
-    /// Full steps of one turn: 200 for 1.8°
-    #[arg(long, value_name = "N", default_value_t = 200, help_heading = "Motor")]
-    #[arg(value_parser = whole_in::<u32>(1..=1_000_000))]
-    steps_per_rev: u32,
-    #[command(flatten)]
-    output: Output,
-}
-
-impl BeltArgs {
-    /// How it is printed.
-    pub fn output(&self) -> Output {
-        self.common.output
-    }
-
-    /// The belt.
-    pub fn sheet(&self) -> Result<Sheet, Failure> {
-        Ok(self.common.gearing().belt(self.teeth, self.pitch)?)
+impl Calculator for BeltArgs {
+    fn sheet(&self) -> Result<Sheet, Failure> {
+        Ok(self.motor.belt(self.teeth, self.pitch)?)
     }
 }
 
-impl ScrewArgs {
-    /// How it is printed.
-    pub fn output(&self) -> Output {
-        self.common.output
-    }
-
-    /// The screw.
-    pub fn sheet(&self) -> Result<Sheet, Failure> {
-        Ok(self.common.gearing().screw(self.pitch, self.starts)?)
-    }
-}
-
-impl Common {
-    fn gearing(&self) -> Gearing {
-        let Common { microsteps, delays, speed, steps_per_rev, .. } = self;
-        Gearing {
-            microsteps: microsteps.clone(),
-            delays: delays.clone(),
-            speed: speed.clone(),
-            steps_per_rev: *steps_per_rev,
-        }
+impl Calculator for ScrewArgs {
+    fn sheet(&self) -> Result<Sheet, Failure> {
+        Ok(self.motor.screw(self.pitch, self.starts)?)
     }
 }
 

@@ -3,33 +3,22 @@
 use stepwright_plan::calc::range;
 use stepwright_plan::sheet::Sheet;
 
-use super::Output;
+use super::Calculator;
 use super::clock::ClockArgs;
 use crate::failure::Failure;
 use crate::quantity::GeometryArgs;
 
-/// The lowest and the highest rate of a timer
-///
-/// At the lowest rate the counter makes one round per step; the highest is limited by the
-/// step interrupt, to a step every 640 clocks on an AVR.
+/// A timer.
 #[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  stepwright calc range                    timer 1 of an Uno
-  stepwright calc range --timer avr8       timer 0, with 8 bits
-  stepwright calc range --oscillator 8MHz --steps-per-rev 3200")]
 pub struct Args {
     #[command(flatten)]
     clock: ClockArgs,
     #[command(flatten)]
     geometry: GeometryArgs,
-    #[command(flatten)]
-    pub(super) output: Output,
 }
 
-impl Args {
-    /// The range of all prescalers together, and of each.
-    pub fn sheet(&self) -> Result<Sheet, Failure> {
+impl Calculator for Args {
+    fn sheet(&self) -> Result<Sheet, Failure> {
         Ok(range(&self.clock.hardware()?, &self.geometry.geometry()?))
     }
 }

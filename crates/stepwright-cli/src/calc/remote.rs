@@ -67,7 +67,7 @@ fn answer(words: &[String]) -> Result<CalcAnswer, Declined> {
             let what = format!("--{FILES} writes a file, which only the command itself does");
             return Err(Failure::new(what).hint("leave it out"));
         }
-        Ok(Args::from_arg_matches(&matches)?.sheet()?.0)
+        Args::from_arg_matches(&matches)?.chosen().0.sheet()
     };
     computed().map(told).map_err(|failure| {
         let declined = Declined::range(failure.message());

@@ -6,28 +6,14 @@ use stepwright_plot::PlotFile;
 use stepwright_timed::fit::Hardware;
 use stepwright_units::measure::{micros, whole};
 
-use super::Output;
+use super::Calculator;
 use super::clock::{ClockArgs, misfit};
 use crate::failure::Failure;
 use crate::plot;
 use crate::quantity::{GeometryArgs, SpeedArg, whole_in};
 
-/// A speed that changes at fixed intervals: the modification, and a table of it
-///
-/// At every update the virtual top grows or shrinks by the modification. With
-/// --doubling the modification itself doubles (slower) or halves (faster) each time, which
-/// makes the change of speed more even.
+/// A speed that changes at fixed intervals.
 #[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  The example of the manual, 29 updates from 6 to 800 steps/s:
-    stepwright calc timed 6 800 --updates 29 --every 250ms
-  Case 2, and its curve:
-    stepwright calc timed 1rpm 500 --updates 11 --doubling --modification 2385000 \\
-      --every 1s --plot case-2.png
-  Both curves of section 8:
-    stepwright calc timed 1000 51000 --tops --updates 50 --plot linear.png
-    stepwright calc timed 1000 65536000 --tops --updates 16 --doubling --plot doubling.png")]
 pub struct Args {
     /// Speed at the start: 6, 1rpm … (a bare number is steps/s)
     #[arg(value_name = "FROM", allow_hyphen_values = true)]
@@ -57,8 +43,6 @@ pub struct Args {
     /// Draw the speed over the updates (.svg, .png or .html)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     plot: Vec<PlotFile>,
-    #[command(flatten)]
-    pub(super) output: Output,
 }
 
 /// Parses seconds; a bare number is in milliseconds, as in the Arduino driver.
@@ -91,15 +75,15 @@ impl Args {
             every: self.every,
         })
     }
+}
 
-    /// The modification and the table.
-    pub fn sheet(&self) -> Result<Sheet, Failure> {
+impl Calculator for Args {
+    fn sheet(&self) -> Result<Sheet, Failure> {
         let (hardware, geometry) = (self.clock.hardware()?, self.geometry.geometry()?);
         Ok(self.table(&hardware)?.sheet(&hardware, &geometry)?)
     }
 
-    /// Draws the curve into the files that the command line names.
-    pub fn draw(&self) -> Result<(), Failure> {
+    fn draw(&self) -> Result<(), Failure> {
         let (hardware, geometry) = (self.clock.hardware()?, self.geometry.geometry()?);
         let table = self.table(&hardware)?;
         self.plot.iter().try_for_each(|file| plot::save(file, &table.figure(&hardware, &geometry)?))

@@ -4,24 +4,13 @@ use stepwright_plan::calc::{TimerSpeed, timer};
 use stepwright_plan::sheet::Sheet;
 use stepwright_units::measure::whole;
 
-use super::Output;
+use super::Calculator;
 use super::clock::ClockArgs;
 use crate::failure::Failure;
 use crate::quantity::{GeometryArgs, SpeedArg};
 
-/// A speed on a timer: virtual top, prescaler, the actual speed
-///
-/// The virtual top is the clock over the steps/s, in 32 bits; the smallest
-/// prescaler with which it fits the timer's own bits is taken. As in the Arduino driver,
-/// a speed is first rounded down to whole steps/s, unless --exact is given.
+/// A speed on a timer.
 #[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  stepwright calc timer 180                    steps/s
-  stepwright calc timer 10rpm                  33 steps/s, 9.9 rpm in truth
-  stepwright calc timer 10rpm --exact          33.333 steps/s, 10 rpm
-  stepwright calc timer --top 0xE2345          a virtual top
-  stepwright calc timer 20 --oscillator 8MHz --clkpr 4")]
 pub struct Args {
     /// How fast: 180, 10rpm, 0.5rev/s … (a bare number is steps/s)
     #[arg(value_name = "SPEED", allow_hyphen_values = true)]
@@ -37,13 +26,10 @@ pub struct Args {
     clock: ClockArgs,
     #[command(flatten)]
     geometry: GeometryArgs,
-    #[command(flatten)]
-    pub(super) output: Output,
 }
 
-impl Args {
-    /// Fits the speed to the timer.
-    pub fn sheet(&self) -> Result<Sheet, Failure> {
+impl Calculator for Args {
+    fn sheet(&self) -> Result<Sheet, Failure> {
         let wanted = match &self.speed {
             Some(speed) => TimerSpeed::Speed { speed: speed.clone(), exact: self.exact },
             None => TimerSpeed::Top(self.top.unwrap_or_default()),

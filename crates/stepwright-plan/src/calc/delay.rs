@@ -7,23 +7,37 @@
 //!   fitting delay = max(3, ⌈delay / period⌉) · period
 //! ```
 
+#[cfg(feature = "clap")]
+use stepwright_units::measure::{micros, microsteps, millimetres, whole_in};
+
 use super::linear::{paired, turns};
 use super::{CalcError, fraction};
 use crate::sheet::{Cell, Sheet};
 
 /// Wanted delays on a timer whose interrupt serves all motors.
+///
+/// The comments of its fields are the help of the command's options; numbers are in µs and mm.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct DelayFit {
-    /// From interrupt to interrupt in µs.
+    /// Time between two interrupts: 200us, 20 …
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TIME", value_parser = micros))]
     pub period: f64,
-    /// Microsteps of a step, 1 to 256, one or several.
+    /// Microsteps of a step, one or several: 1,2,4 or 1/16
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_delimiter = ','))]
+    #[cfg_attr(feature = "clap", arg(value_parser = microsteps, default_value = "1,2,4,8,16,32"))]
     pub microsteps: Vec<u32>,
-    /// Wanted delays in µs: one for all, or one for each of `microsteps`. None: the delays of stepper_h's
-    /// motor, for six kinds of microsteps.
+    /// Wanted delays, one for all or one for each of --microsteps
+    // None: those of stepper_h's motor, for six kinds of microsteps.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TIME", value_delimiter = ','))]
+    #[cfg_attr(feature = "clap", arg(value_parser = micros))]
     pub delays: Vec<f64>,
-    /// Distance of a step in mm.
+    /// Distance of a step: 7500nm, 12.5um
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH", value_parser = millimetres))]
     pub distance: Option<f64>,
-    /// Full steps of one turn.
+    /// Full steps of one turn: 200 for 1.8°
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 200))]
+    #[cfg_attr(feature = "clap", arg(help_heading = "Motor", value_parser = whole_in::<u32>(1..=1_000_000)))]
     pub steps_per_rev: u32,
 }
 

@@ -7,21 +7,33 @@
 //! ```
 
 use stepwright::Geometry;
+#[cfg(feature = "clap")]
+use stepwright_units::measure::{micros, microsteps, whole_in};
 use stepwright_units::{MmArg, SpeedArg};
 
 use super::{CalcError, fraction};
 use crate::sheet::{Cell, Sheet};
 
 /// A motor behind a belt or a screw.
+///
+/// The comments of its fields are the help of the command's options; numbers are in µs.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Gearing {
-    /// Microsteps of a step, 1 to 256, one or several.
+    /// Microsteps of a step, one or several: 1,2,4 or 1/16
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_delimiter = ','))]
+    #[cfg_attr(feature = "clap", arg(value_parser = microsteps, default_value = "1,2,4,8,16,32"))]
     pub microsteps: Vec<u32>,
-    /// Delays from step to step in µs: none, one for all, or one for each of `microsteps`.
+    /// Delay from step to step, one for all or one for each of --microsteps: 80, 1.5ms
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TIME", value_delimiter = ','))]
+    #[cfg_attr(feature = "clap", arg(value_parser = micros))]
     pub delays: Vec<f64>,
-    /// A speed.
+    /// A speed: 3.3rev/s, 120rpm, 60mm/s (a bare number is full steps/s)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SPEED", allow_hyphen_values = true))]
     pub speed: Option<SpeedArg>,
-    /// Full steps of one turn, 1 to 1,000,000.
+    /// Full steps of one turn: 200 for 1.8°
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 200))]
+    #[cfg_attr(feature = "clap", arg(help_heading = "Motor", value_parser = whole_in::<u32>(1..=1_000_000)))]
     pub steps_per_rev: u32,
 }
 

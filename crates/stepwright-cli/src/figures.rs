@@ -2,14 +2,16 @@
 
 use std::io::{self, Write};
 
-use clap::ValueEnum;
-use clap::builder::PossibleValue;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use stepwright_plan::figures::ArticleFigure;
 use stepwright_plan::sheet::{Sheet, SheetFormat};
 use stepwright_plot::{Figure, PlotFile};
 
 use crate::failure::{Failure, unless_closed};
 use crate::plot;
+
+/// The name of all of them.
+const ALL: &str = "all";
 
 /// The figures and tables of David Austin's article, recomputed
 ///
@@ -25,8 +27,9 @@ Examples:
   stepwright figures all --plot figure.svg    figure-2.svg … figure-8.svg")]
 pub struct Args {
     /// Which figure or table; without it, a list of them
-    #[arg(value_enum, hide_possible_values = true, value_name = "2…8|table-1|table-2|all")]
-    which: Option<Which>,
+    #[arg(value_parser = names(), hide_possible_values = true)]
+    #[arg(value_name = "2…8|table-1|table-2|all")]
+    which: Option<String>,
     /// How to print it; csv of all has a line `# TITLE` before each table, and an empty one behind it
     #[arg(long, value_enum, default_value_t = SheetFormat::Table, help_heading = "Output")]
     format: SheetFormat,
@@ -38,63 +41,28 @@ pub struct Args {
     points: bool,
 }
 
-/// One figure or table, or all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Which {
-    One(ArticleFigure),
-    All,
-}
-
-impl Which {
-    fn name(self) -> &'static str {
-        match self {
-            Which::One(one) => one.name(),
-            Which::All => "all",
-        }
-    }
-
-    fn each(self) -> Vec<ArticleFigure> {
-        match self {
-            Which::One(one) => vec![one],
-            Which::All => ArticleFigure::EACH.to_vec(),
-        }
-    }
-}
-
-impl ValueEnum for Which {
-    fn value_variants<'a>() -> &'a [Which] {
-        use ArticleFigure as A;
-        &[
-            Which::One(A::Figure2),
-            Which::One(A::Figure3),
-            Which::One(A::Figure4),
-            Which::One(A::Figure5),
-            Which::One(A::Figure6),
-            Which::One(A::Figure7),
-            Which::One(A::Figure8),
-            Which::One(A::Table1),
-            Which::One(A::Table2),
-            Which::All,
-        ]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        let value = PossibleValue::new(self.name());
-        let is_figure = self.name().bytes().all(|byte| byte.is_ascii_digit());
-        Some(if is_figure { value.alias(format!("figure-{}", self.name())) } else { value })
-    }
+/// The names of the figures and tables, in the order of their letters, and `all`.
+fn names() -> PossibleValuesParser {
+    let mut names = ArticleFigure::EACH.map(ArticleFigure::name);
+    names.sort_unstable();
+    let value = |name: &'static str| match name.parse::<u8>() {
+        Ok(_) => PossibleValue::new(name).alias(format!("figure-{name}")),
+        Err(_) => PossibleValue::new(name),
+    };
+    PossibleValuesParser::new(names.into_iter().chain([ALL]).map(value))
 }
 
 /// Prints the figure. Draws it if requested.
 pub fn run(args: Args) -> Result<(), Failure> {
-    let Some(which) = args.which else { return list(args.format) };
-    let drawings: Vec<_> = which.each().into_iter().map(|one| (one, one.draw())).collect();
+    let Some(which) = &args.which else { return list(args.format) };
+    let name = which.strip_prefix("figure-").unwrap_or(which);
+    let wanted = ArticleFigure::EACH.into_iter().filter(|one| [one.name(), ALL].contains(&name));
+    let drawings: Vec<_> = wanted.map(|one| (one, one.draw())).collect();
     let pictures: Vec<(ArticleFigure, &Figure)> = drawings
         .iter()
         .filter_map(|(kind, drawing)| Some((*kind, drawing.figure.as_ref()?)))
         .collect();
     if pictures.is_empty() && (args.points || !args.plot.is_empty()) {
-        let name = which.name();
         return Err(Failure::usage(format!("{name} has no curves: it is a table"))
             .hint("the figures have, 2 to 8"));
     }
@@ -107,7 +75,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     for file in &args.plot {
         for (kind, figure) in &pictures {
             let one = file.numbered(kind.name());
-            let file = if which == Which::All { &one } else { file };
+            let file = if name == ALL { &one } else { file };
             plot::save(file, figure)?;
         }
     }

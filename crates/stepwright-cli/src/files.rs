@@ -1,8 +1,11 @@
-//! Text files: reading with a size limit, and replacing as a whole or not at all.
+//! Text files: reading with a size limit, and replacing as a whole or not at all; standard input as
+//! it comes.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::Path;
+use std::sync::mpsc::{self, Receiver};
+use std::thread;
 
 use crate::failure::Failure;
 
@@ -75,4 +78,27 @@ fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     #[cfg(unix)]
     File::open(folder)?.sync_all()?;
     Ok(())
+}
+
+/// Reads standard input on a separate thread, because a read can't have a time limit on every
+/// system. The channel closes at the end of the input, or after an error.
+pub fn standard_input() -> Receiver<io::Result<Vec<u8>>> {
+    let (tell, hear) = mpsc::sync_channel(16);
+    thread::spawn(move || {
+        let mut input = io::stdin().lock();
+        let mut buffer = [0; 1024];
+        loop {
+            let got = match input.read(&mut buffer) {
+                Ok(0) => return,
+                Ok(count) => Ok(buffer.iter().take(count).copied().collect()),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => Err(error),
+            };
+            let failed = got.is_err();
+            if tell.send(got).is_err() || failed {
+                return;
+            }
+        }
+    });
+    hear
 }

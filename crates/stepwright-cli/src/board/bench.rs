@@ -32,12 +32,21 @@ trait Board {
     fn is_moving(&mut self, _axis: u8) -> bool {
         self.is_busy()
     }
-    fn is_endless(&self) -> bool;
+    fn is_endless(&self) -> bool {
+        false
+    }
     fn position(&mut self, axis: u8) -> Option<i64>;
-    fn late(&mut self) -> u32;
-    fn stop(&mut self);
-    fn set_switch(&mut self, axis: u8, high: bool);
-    fn take_enable_changes(&mut self) -> Vec<(u64, bool)>;
+    fn late(&mut self) -> u32 {
+        0
+    }
+    /// Brakes all axes.
+    fn stop(&mut self) {
+        b"Z\r".iter().for_each(|byte| self.receive(*byte));
+    }
+    fn set_switch(&mut self, _axis: u8, _high: bool) {}
+    fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
+        Vec::new()
+    }
     fn recording(&mut self) -> &mut Recording;
 }
 
@@ -100,21 +109,8 @@ impl Board for LawBoard<'static, Recording> {
     fn is_busy(&mut self) -> bool {
         LawBoard::is_busy(self)
     }
-    fn is_endless(&self) -> bool {
-        false
-    }
     fn position(&mut self, axis: u8) -> Option<i64> {
         if axis == 0 { LawBoard::position(self, axis) } else { Some(0) }
-    }
-    fn late(&mut self) -> u32 {
-        0
-    }
-    fn stop(&mut self) {
-        b"Z\r".iter().for_each(|byte| LawBoard::receive(self, *byte));
-    }
-    fn set_switch(&mut self, _: u8, _: bool) {}
-    fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
-        Vec::new()
     }
     fn recording(&mut self) -> &mut Recording {
         self.recorder()
@@ -153,23 +149,14 @@ impl Board for StreamBoard<'static, Recording> {
     fn is_busy(&mut self) -> bool {
         StreamBoard::is_busy(self)
     }
-    fn is_endless(&self) -> bool {
-        false
-    }
     fn position(&mut self, axis: u8) -> Option<i64> {
         StreamBoard::position(self, axis)
     }
     fn late(&mut self) -> u32 {
         StreamBoard::late(self)
     }
-    fn stop(&mut self) {
-        StreamBoard::receive(self, b"Z\r");
-    }
     fn set_switch(&mut self, axis: u8, high: bool) {
         self.set_input(axis, !high);
-    }
-    fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
-        Vec::new()
     }
     fn recording(&mut self) -> &mut Recording {
         self.recorder()
@@ -185,29 +172,34 @@ pub struct Bench {
     switches: Vec<Switch>,
 }
 
+/// The memory of the queues, never freed: there is one board in a process.
+fn queues() -> &'static mut Queues {
+    Box::leak(Box::default())
+}
+
 impl Bench {
     /// Switches a board on.
     pub fn new(description: Description, width: Width, recording: Recording) -> Bench {
-        // The board borrows its queues; there is one board in a process.
-        let queues = Box::leak(Box::<Queues>::default());
         let board: Box<dyn Board> = match width {
-            Width::Narrow => Box::new(VirtualBoard::<u16, _>::new(queues, description, recording)),
-            Width::Wide => Box::new(VirtualBoard::<u32, _>::new(queues, description, recording)),
+            Width::Narrow => {
+                Box::new(VirtualBoard::<u16, _>::new(queues(), description, recording))
+            }
+            Width::Wide => Box::new(VirtualBoard::<u32, _>::new(queues(), description, recording)),
         };
-        Bench { board, description, moved: [false; AXES], switches: Vec::new() }
+        Bench::of(board, description)
     }
 
     /// Switches on a board with the program `laws`.
     pub fn laws(description: Description, recording: Recording) -> Bench {
-        let queues = Box::leak(Box::<Queues>::default());
-        let board = Box::new(LawBoard::new(queues, description, recording));
-        Bench { board, description, moved: [false; AXES], switches: Vec::new() }
+        Bench::of(Box::new(LawBoard::new(queues(), description, recording)), description)
     }
 
     /// Switches on a board with the program `stream`.
     pub fn stream(description: Description, recording: Recording) -> Bench {
-        let queues = Box::leak(Box::<Queues>::default());
-        let board = Box::new(StreamBoard::new(queues, description, recording));
+        Bench::of(Box::new(StreamBoard::new(queues(), description, recording)), description)
+    }
+
+    fn of(board: Box<dyn Board>, description: Description) -> Bench {
         Bench { board, description, moved: [false; AXES], switches: Vec::new() }
     }
 

@@ -1,13 +1,12 @@
 //! The board's line on standard input and output.
 
-use std::io::{self, IsTerminal, Read, Write};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
-use std::thread;
+use std::io::{self, IsTerminal, Write};
+use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use super::bench::Bench;
 use crate::failure::Failure;
-use crate::{interrupt, say};
+use crate::{files, interrupt, say};
 use stepwright_host::link::pace::Paced;
 use stepwright_host::link::simulated::Simulated;
 
@@ -25,7 +24,7 @@ pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
     }
     // The time of a script passes by its bytes; that of a person's input does not.
     let by_bytes = board.is_fast() && !typed;
-    let input = listen();
+    let input = files::standard_input();
     let mut answers = Answers::new();
     let mut last = b'\r';
     loop {
@@ -82,29 +81,6 @@ fn rest(board: &mut Paced<Bench>) -> Result<(), Failure> {
             .hint("end a script that has a g with Z"));
     }
     Ok(())
-}
-
-/// Reads standard input on a separate thread, because a read can't have a time limit on every
-/// system. The channel closes at the end of the input.
-fn listen() -> Receiver<io::Result<Vec<u8>>> {
-    let (tell, hear) = mpsc::sync_channel(16);
-    thread::spawn(move || {
-        let mut input = io::stdin().lock();
-        let mut buffer = [0; 1024];
-        loop {
-            let got = match input.read(&mut buffer) {
-                Ok(0) => return,
-                Ok(count) => Ok(buffer.iter().take(count).copied().collect()),
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                Err(error) => Err(error),
-            };
-            let failed = got.is_err();
-            if tell.send(got).is_err() || failed {
-                return;
-            }
-        }
-    });
-    hear
 }
 
 /// Writes the board's answers to standard output: unchanged, or with line feeds at a terminal.

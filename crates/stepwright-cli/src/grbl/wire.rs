@@ -2,11 +2,12 @@
 
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::failure::Failure;
+use crate::files;
 #[cfg(unix)]
 use crate::pty::{Pty, failed};
 
@@ -34,7 +35,7 @@ pub enum Wire {
         sender: Option<Peer>,
     },
     Stdio {
-        input: Receiver<Vec<u8>>,
+        input: Receiver<io::Result<Vec<u8>>>,
     },
 }
 
@@ -69,27 +70,8 @@ impl Wire {
         Ok(Wire::Tcp { listener, sender: None })
     }
 
-    /// Reads standard input on a separate thread, because a read can't have a time limit on every
-    /// system.
     pub fn stdio() -> Wire {
-        let (tell, input) = mpsc::sync_channel(16);
-        thread::spawn(move || {
-            let mut stdin = io::stdin().lock();
-            let mut buffer = [0; 1024];
-            loop {
-                match stdin.read(&mut buffer) {
-                    Ok(0) => return,
-                    Ok(count) => {
-                        if tell.send(buffer[..count].to_vec()).is_err() {
-                            return;
-                        }
-                    }
-                    Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                    Err(_) => return,
-                }
-            }
-        });
-        Wire::Stdio { input }
+        Wire::Stdio { input: files::standard_input() }
     }
 
     /// Waits for bytes for at most this long. If `full`, reads none.
@@ -111,7 +93,7 @@ impl Wire {
             }
             Wire::Tcp { listener, sender } => Ok(hear_tcp(listener, sender, most)),
             Wire::Stdio { input } => Ok(match input.recv_timeout(most) {
-                Ok(bytes) => Heard { bytes, ..Heard::default() },
+                Ok(bytes) => Heard { bytes: bytes.unwrap_or_default(), ..Heard::default() },
                 Err(RecvTimeoutError::Timeout) => Heard::default(),
                 Err(RecvTimeoutError::Disconnected) => Heard { ended: true, ..Heard::default() },
             }),

@@ -11,7 +11,7 @@
 //! | --- | --- |
 //! | [`request`], [`asked`] | requests, checked; the same by their address |
 //! | [`decline`] | refusals: the reason, what is allowed, the remedy |
-//! | [`report`] | reports |
+//! | [`report`], [`drawing`] | reports; the drawing of a file |
 //! | [`explain`] | the meaning of the conversation's lines, which [`tap`] listens to |
 //! | [`scope`] | the pins of the last seconds, as VCD, CSV and MCAP ([`mcap`]) |
 //! | [`jobs`] | jobs that wait to be carried out |
@@ -25,6 +25,7 @@
 
 pub mod asked;
 pub mod decline;
+pub mod drawing;
 pub mod explain;
 mod forecast;
 mod homing;

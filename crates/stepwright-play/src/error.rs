@@ -5,6 +5,9 @@ use std::fmt;
 
 use stepwright_cyclefile::FileError;
 use stepwright_host::LinkError;
+use stepwright_plan::gcode::{BoardRefusal, JobError};
+
+use crate::gcode::BOARD;
 
 /// The position of a mistake in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,6 +16,8 @@ pub struct PlayPlace {
     pub what: String,
     /// The line, from 1.
     pub line: usize,
+    /// The byte of the line, from 1.
+    pub column: Option<u16>,
     /// The motor, by its name in the file.
     pub motor: Option<String>,
 }
@@ -56,6 +61,28 @@ impl PlayError {
         }
     }
 
+    /// The error of a job with this name.
+    pub fn job(name: &str, error: &JobError) -> PlayError {
+        let (what, line, column) = match error {
+            JobError::Code(code) => (code.fault.to_string(), code.line, Some(code.column)),
+            JobError::Move(0, why) => return PlayError::new(format!("the axes: {why}")),
+            JobError::Move(line, why) => (why.to_string(), *line, None),
+        };
+        PlayError::new(format!("{name}: {error}")).at(what, line, column)
+    }
+
+    /// The error of a job that the virtual board refuses.
+    pub fn refused_job(name: &str, refused: &BoardRefusal) -> PlayError {
+        let what = refused.words(BOARD);
+        PlayError::new(format!("{name}: {what}")).at(what, refused.line, None)
+    }
+
+    /// Adds the position of what is wrong.
+    pub(crate) fn at(self, what: String, line: u32, column: Option<u16>) -> PlayError {
+        let place = PlayPlace { what, line: line as usize, column, motor: None };
+        PlayError { place: Some(Box::new(place)), ..self }
+    }
+
     /// Adds what can be done about it.
     pub fn hint(self, hint: impl Into<String>) -> PlayError {
         PlayError { hint: Some(hint.into()), ..self }
@@ -80,7 +107,7 @@ impl Error for PlayError {}
 
 impl From<FileError> for PlayError {
     fn from(error: FileError) -> PlayError {
-        let place = PlayPlace { what: error.what, line: error.line, motor: None };
+        let place = PlayPlace { what: error.what, line: error.line, column: None, motor: None };
         PlayError {
             message: error.message,
             hint: error.hint,

@@ -33,6 +33,12 @@ use stepwright_sim::{CycleBoard, Description, Recorder, Stand};
 use crate::PlayError;
 use crate::stream::{JobWatch, Obeyed, Place, PlayEnd, PlayWish, REPORT};
 
+/// The virtual board's name in messages.
+pub const BOARD: &str = "An Uno";
+
+/// The names of a job's axes.
+pub const NAMES: [&str; 3] = ["X", "Y", "Z"];
+
 /// The most events of one [`pass`](BegunJob::pass).
 const EVENTS: u32 = 10_000;
 

@@ -13,6 +13,7 @@
 //! | `gcode` | G-code jobs on the virtual board |
 //! | `stream` | G-code jobs on a real one |
 //! | `cycle` | motor cycles, on the virtual board and on a real one |
+//! | `page` | drawings of such files, and runs that a page follows |
 //! | `error` | why a file can't be played, with its place |
 //! | `voice` | output during the playing, and interruption |
 
@@ -22,6 +23,7 @@
 pub mod cycle;
 mod error;
 pub mod gcode;
+pub mod page;
 pub mod stream;
 mod voice;
 

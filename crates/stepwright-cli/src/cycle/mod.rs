@@ -4,12 +4,8 @@
 //! | --- | --- |
 //! | `text` | reads the file; `stepwright-cyclefile` parses it |
 //! | `voice` | prints messages while `stepwright-play` plays the file |
-//! | `drawing` | points with times and speeds for a drawing |
-//! | `live` | for a page: in real time on the virtual board, or on a real one |
 //! | `taken` | records the motion: csv, vcd, plots |
 
-pub mod drawing;
-pub mod live;
 pub mod taken;
 mod text;
 pub mod voice;
@@ -178,7 +174,7 @@ fn title(file: &Path) -> String {
 }
 
 /// Opens the port, and connects to its board.
-fn meet(port: &Path, baud: u32) -> Result<CycleSession, Failure> {
+pub fn meet(port: &Path, baud: u32) -> Result<CycleSession, Failure> {
     let mut session = Session::new(Box::new(target::serial(port, baud, Share::Alone)?));
     let name = session.name();
     let about = target::met_program(&mut session, NAME, |_| "cycles")?;

@@ -32,6 +32,9 @@ impl From<PlayError> for Failure {
         };
         if let Some(place) = error.place {
             failure = failure.at(place.what, place.line);
+            if let Some(column) = place.column {
+                failure = failure.column(column);
+            }
             if let Some(motor) = place.motor {
                 failure = failure.motor(&motor);
             }

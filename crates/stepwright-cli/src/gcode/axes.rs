@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use stepwright_path::AxisPace;
+use stepwright_play::gcode::NAMES;
 use stepwright_protocol::AxisId;
 
 use crate::failure::Failure;
@@ -12,9 +13,6 @@ use crate::quantity::{AccelArg, GeometryArgs, JerkArg, MmArg, STEPS_PER_REV, Spe
 
 /// The heading of these options.
 const AXES: &str = "Axes";
-
-/// The names of the axes.
-pub const NAMES: [&str; 3] = ["X", "Y", "Z"];
 
 /// The values of a usual machine: a belt of 40 mm a turn, 16 microsteps.
 const USUAL: [(&str, &str); 5] = [

@@ -6,20 +6,13 @@
 //! | `play` | runs a job on the virtual board |
 //! | `port` | streams a job to a board |
 //! | `terminal` | follows either run: its progress, and Ctrl-C |
-//! | `drawing`, `thin` | for a page: points with times and speeds, thinned for a picture |
-//! | `facts` | the facts of a plan, as text |
-//! | `live` | for a page: in real time on a virtual board, or streamed to a board |
 //!
 //! The job itself, its plan and its steps are `stepwright_plan::gcode`.
 
 pub mod axes;
-pub mod drawing;
-mod facts;
-pub mod live;
 mod play;
 pub mod port;
 mod terminal;
-mod thin;
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
@@ -29,8 +22,10 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use stepwright_gcode::Length;
 use stepwright_path::{AxisPace, length};
-use stepwright_plan::gcode::{BoardRefusal, JobError, JobPlan, JobTerms};
+use stepwright_plan::gcode::{JobError, JobPlan, JobTerms};
 use stepwright_plan::sheet::SheetFormat;
+use stepwright_play::PlayError;
+use stepwright_play::gcode::{BOARD, NAMES};
 use stepwright_play::stream::{Streamed, spelt};
 use stepwright_plot::PlotFile;
 use stepwright_sim::Description;
@@ -43,7 +38,7 @@ use crate::order::motion::seconds;
 use crate::order::progress::Line;
 use crate::order::target::PortArgs;
 use crate::{plot, say};
-use axes::{AxesArgs, NAMES};
+use axes::AxesArgs;
 use play::Wanted;
 
 /// Run a G-code job on a board or a virtual one, or plan it and print its exact duration
@@ -140,9 +135,6 @@ fn tolerance(text: &str) -> Result<Length, String> {
     length(mm).filter(|_| (0.0..=1e3).contains(&mm)).ok_or_else(wrong)
 }
 
-/// The virtual board's name in messages.
-const BOARD: &str = "An Uno";
-
 /// Plans the job. Runs it unless only the plan was requested.
 pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     let name = args.file.display().to_string();
@@ -165,8 +157,9 @@ pub fn run(args: Args, machine: &MachineArgs) -> Result<(), Failure> {
     })?;
     // A board at a port refuses it by its own costs.
     if let Some(refused) = plan.refused.filter(|_| args.port.port.is_none()) {
-        return Err(refusal(&name, &refused)
-            .hint("a lower --top-speed of this axis, or fewer steps a turn"));
+        return Err(PlayError::refused_job(&name, &refused)
+            .hint("a lower --top-speed of this axis, or fewer steps a turn")
+            .into());
     }
     if args.format == SheetFormat::Table {
         let on = args.port.port.as_ref().map_or("the virtual board".into(), |port| {
@@ -253,21 +246,13 @@ fn plan(
     planned.map_err(|error| failure(name, &error))
 }
 
-/// The failure for a job that the board refuses.
-fn refusal(name: &str, refused: &BoardRefusal) -> Failure {
-    let failure = Failure::new(format!("{name}: {}", refused.words(BOARD)));
-    failure.at(refused.words(BOARD), refused.line as usize)
-}
-
+/// The failure of a job. Axes that can't be planned are invalid options.
 fn failure(name: &str, error: &JobError) -> Failure {
-    let failure = Failure::new(format!("{name}: {error}"));
-    match error {
-        JobError::Code(code) => {
-            failure.at(code.fault.to_string(), code.line as usize).column(code.column)
-        }
-        JobError::Move(0, why) => Failure::usage(format!("the axes: {why}")),
-        JobError::Move(line, why) => failure.at(why.to_string(), *line as usize),
+    let failure = PlayError::job(name, error);
+    if matches!(error, JobError::Move(0, _)) {
+        return Failure::usage(failure.message);
     }
+    failure.into()
 }
 
 /// Prints the result of a run, with the JSON that only this kind of board has.

@@ -4,13 +4,12 @@ use stepwright::{Rate, Ticks};
 use stepwright_path::AxisPace;
 use stepwright_plan::gcode::JobPlan;
 use stepwright_play::cycle::PlayTape;
-use stepwright_play::gcode::{BegunJob, GcodeBoard, Lit, begin};
+use stepwright_play::gcode::{BegunJob, GcodeBoard, Lit, NAMES, begin};
 use stepwright_play::micros;
 use stepwright_play::stream::{PlayEnd, Streamed};
 use stepwright_plot::SpeedWay;
 use stepwright_sim::{Edge, Pin};
 
-use super::axes::NAMES;
 use super::terminal::Terminal;
 use crate::board::edge_files::EdgePaths;
 use crate::cycle::taken::{self, Taken};

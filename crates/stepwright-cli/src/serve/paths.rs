@@ -13,14 +13,15 @@ use stepwright_keeper::report::Trouble;
 use stepwright_path::AxisPace;
 use stepwright_serve::path::{FILE, PathDrawing, PathFile, PathListener, PathReader, PathTable};
 
-use crate::cycle::{drawing, live};
+use crate::cycle;
+use crate::cycle::voice::Aloud;
 use crate::failure::Failure;
 use crate::gcode;
 use crate::gcode::axes::AxesArgs;
-use crate::gcode::live::PageJob;
 use crate::interrupt;
 use crate::machine::{MachineArgs, MachineAxes};
-use crate::order::target::PortArgs;
+use crate::order::target::{PortArgs, RATE};
+use stepwright_play::page::{PageJob, draw_cycles, play_cycles, play_cycles_on};
 use stepwright_play::stream::{PlayEnd, PlayOrder, PlayWish};
 
 /// The examples, from the folders `examples/cycles` and `examples/gcode`.
@@ -180,7 +181,7 @@ impl PathReader for PathFiles {
 
     fn draw(&self, file: &PathFile) -> Result<PathDrawing, Declined> {
         let drawn = match Kind::of(file) {
-            Kind::Job => gcode::drawing::draw(&job(file, self.axes()?)),
+            Kind::Job => job(file, self.axes()?).draw(),
             Kind::Cycles if file.laser.is_some() => {
                 return Err(Declined::range(format!("{} is no job: it has no laser", file.name)));
             }
@@ -191,9 +192,9 @@ impl PathReader for PathFiles {
                     .allowed(format!("at most {CYCLES} bytes"))
                     .remedy(jobs));
             }
-            Kind::Cycles => drawing::draw(&file.name, &file.text),
+            Kind::Cycles => draw_cycles(&file.name, &file.text, &Aloud),
         };
-        let drawn = drawn.map_err(|failure| declined(&failure, file))?;
+        let drawn = drawn.map_err(|error| declined(&error.into(), file))?;
         Ok(PathDrawing { id: file.id(), ..drawn })
     }
 
@@ -291,6 +292,12 @@ fn play(
     tell: &PathListener,
 ) {
     let mut hear = |seconds: f64, places: &[i64], wish: PlayWish| {
+        // If the server ends, the run brakes, and by a second Ctrl-C it stops.
+        match (interrupt::presses(), interrupt::asked()) {
+            (2.., _) => order.kill(),
+            (_, true) => order.stop(),
+            _ => {}
+        }
         let state = match wish {
             PlayWish::Go => "running",
             PlayWish::Hold => "held",
@@ -300,12 +307,14 @@ fn play(
         tell(last.clone());
     };
     let played = match player {
-        Player::Virtual => live::play(&file.name, &file.text, order, &mut hear),
-        Player::Board(port) => live::play_on(&port, &file.name, &file.text, order, &mut hear),
-        Player::Job(axes) => gcode::live::play(&job(file, axes), order, &mut hear),
-        Player::Stream(axes, port) => {
-            gcode::live::play_on(&PortArgs::at(port), &job(file, axes), order, &mut hear)
+        Player::Virtual => {
+            play_cycles(&file.name, &file.text, order, &mut hear).map_err(Failure::from)
         }
+        Player::Board(port) => cycle::meet(&port, RATE)
+            .and_then(|board| Ok(play_cycles_on(board, &file.name, &file.text, order, &mut hear)?)),
+        Player::Job(axes) => job(file, axes).play(order, &mut hear).map_err(Failure::from),
+        Player::Stream(axes, port) => gcode::port::meet(&PortArgs::at(port), "serve")
+            .and_then(|mut board| Ok(job(file, axes).play_on(&mut board, order, &mut hear)?)),
     };
     let (state, trouble) = match &played {
         Ok(PlayEnd::Done) => ("done", None),

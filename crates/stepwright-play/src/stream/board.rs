@@ -16,7 +16,7 @@ use stepwright_stream::credit::{Answered, CreditReader};
 use stepwright_stream::frame::FILL;
 use stepwright_stream::send::LinkTimes;
 
-use crate::{Mute, PlayError, PlayPlace, PlayVoice};
+use crate::{Mute, PlayError, PlayVoice};
 
 /// The first word of the board's answer to `?`.
 pub const GREETING: &str = "stepwright-stream";
@@ -110,8 +110,8 @@ impl StreamedBoard {
     pub fn admits(&self, plan: &JobPlan) -> Result<(), PlayError> {
         if let Some(refused) = plan.refused_by(&self.board) {
             let what = refused.words(&self.name);
-            let place = PlayPlace { what: what.clone(), line: refused.line as usize, motor: None };
-            return Err(PlayError { place: Some(Box::new(place)), ..PlayError::new(what) }
+            return Err(PlayError::new(what.clone())
+                .at(what, refused.line, None)
                 .hint("a lower speed of this axis, or fewer steps a turn"));
         }
         if plan.laser.is_none() || self.laser {

@@ -15,14 +15,11 @@ use std::collections::BinaryHeap;
 use std::time::{Duration, Instant};
 
 use stepwright_cyclefile::{CyclePlan, MOST, Task};
+use stepwright_keeper::drawing::{PathDrawing, PathLeg, PathMotor};
 use stepwright_path::Law;
-use stepwright_serve::path::{PathDrawing, PathLeg, PathMotor};
 
-use stepwright_play::cycle::{CyclePlayer, Onlooker, PlayAhead, PlayPart, PlayText};
-use stepwright_play::{PlayError, PlayFormat};
-
-use super::voice::Aloud;
-use crate::failure::Failure;
+use crate::cycle::{CyclePlayer, Onlooker, PlayAhead, PlayPart, PlayText};
+use crate::{PlayError, PlayFormat, PlayVoice};
 
 /// The most steps of a drawing.
 const STEPS: usize = 2_000_000;
@@ -118,11 +115,16 @@ impl Onlooker for Seen {
     }
 }
 
-/// Reads a file, and draws the motion of its motors.
+/// Reads a file of motor cycles with this name, and draws the motion of its motors. The voice may
+/// interrupt it.
 ///
 /// # Errors
 /// A mistake in the file; a cycle that is refused or cancelled; too many steps.
-pub fn draw(name: &str, text: &str) -> Result<PathDrawing, Failure> {
+pub fn draw_cycles(
+    name: &str,
+    text: &str,
+    voice: &dyn PlayVoice,
+) -> Result<PathDrawing, PlayError> {
     let text = PlayText::named(name, text);
     let mut plan = stepwright_cyclefile::read(&text)?;
     let hz = f64::from(plan.rate.hz());
@@ -133,7 +135,7 @@ pub fn draw(name: &str, text: &str) -> Result<PathDrawing, Failure> {
     let ways = plan.motors.iter().map(|motor| motor.distance.into()).collect();
     let mut seen = Seen { hz, begun: Instant::now(), ways, steps, count: 0, legs: Vec::new() };
     let seconds = {
-        let session = CyclePlayer::new(&plan, &text, (), PlayFormat::Silent, &Aloud, None, LIMIT);
+        let session = CyclePlayer::new(&plan, &text, (), PlayFormat::Silent, voice, None, LIMIT);
         let mut session = session.before(&mut seen);
         session.play(&mut stages)?;
         session.seconds()

@@ -2,18 +2,16 @@
 //! real board.
 
 use std::fmt::Display;
-use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use stepwright_cyclefile::MOST;
-use stepwright_play::cycle::{CyclePlayer, CyclesOnBoard, Onlooker, PlayAhead, PlayPart, PlayText};
-use stepwright_play::{PlayError, PlayFormat, PlayVoice};
+use stepwright_host::programs::CycleSession;
 
-use super::voice::Aloud;
-use crate::failure::Failure;
-use crate::order::target::RATE;
-use stepwright_play::stream::{PlayEnd, PlayOrder, PlayWish};
+use super::PageListener;
+use crate::cycle::{CyclePlayer, CyclesOnBoard, Onlooker, PlayAhead, PlayPart, PlayText};
+use crate::stream::{PlayEnd, PlayOrder, PlayWish};
+use crate::{Mute, PlayError, PlayFormat, PlayVoice};
 
 /// The time between two checks of the clock and the order.
 const LOOK: Duration = Duration::from_millis(2);
@@ -34,7 +32,7 @@ struct RealTime<'a> {
     braking: bool,
     killed: bool,
     told: Option<Instant>,
-    tell: &'a mut dyn FnMut(f64, &[i64], PlayWish),
+    tell: PageListener<'a>,
 }
 
 impl RealTime<'_> {
@@ -81,12 +79,12 @@ impl Onlooker for RealTime<'_> {
 ///
 /// # Errors
 /// A mistake in the file; a cycle that is refused or cancelled.
-pub fn play(
+pub fn play_cycles(
     name: &str,
     text: &str,
     order: &PlayOrder,
-    tell: &mut dyn FnMut(f64, &[i64], PlayWish),
-) -> Result<PlayEnd, Failure> {
+    tell: PageListener,
+) -> Result<PlayEnd, PlayError> {
     let text = PlayText::named(name, text);
     let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
@@ -103,7 +101,7 @@ pub fn play(
         tell,
     };
     let (played, ticks, braked) = {
-        let session = CyclePlayer::new(&plan, &text, (), PlayFormat::Silent, &Aloud, None, LIMIT);
+        let session = CyclePlayer::new(&plan, &text, (), PlayFormat::Silent, &Mute, None, LIMIT);
         let mut session = session.before(&mut time);
         let played = session.play(&mut stages);
         (played, session.now(), session.braked())
@@ -113,7 +111,7 @@ pub fn play(
         _ if time.killed => Ok(PlayEnd::Killed),
         Ok(()) if braked => Ok(PlayEnd::Stopped),
         Ok(()) => Ok(PlayEnd::Done),
-        Err(why) => Err(why.into()),
+        Err(why) => Err(why),
     }
 }
 
@@ -130,22 +128,21 @@ impl PlayVoice for Ordered<'_> {
     }
 }
 
-/// Plays a file on the board at this port, without hold. Calls `tell` some ten times a second with
+/// Plays a file on a board, without hold. Calls `tell` some ten times a second with
 /// the board's time in s, the motors' positions and the order that they obey.
 ///
 /// # Errors
-/// A mistake in the file; no such board at the port; a cycle that is refused or cancelled.
-pub fn play_on(
-    port: &Path,
+/// A mistake in the file; a cycle that is refused or cancelled.
+pub fn play_cycles_on(
+    board: CycleSession,
     name: &str,
     text: &str,
     order: &PlayOrder,
-    tell: &mut dyn FnMut(f64, &[i64], PlayWish),
-) -> Result<PlayEnd, Failure> {
+    tell: PageListener,
+) -> Result<PlayEnd, PlayError> {
     let text = PlayText::named(name, text);
     let mut plan = stepwright_cyclefile::read(&text)?;
     let mut stages = std::mem::take(&mut plan.stages);
-    let board = super::meet(port, RATE)?;
     let hz = f64::from(plan.rate.hz());
     let mut look = |ticks: u64, places: &[i64]| tell(ticks as f64 / hz, places, order.wish());
     let voice = Ordered(order);
@@ -156,6 +153,6 @@ pub fn play_on(
         (Ok(()), _) => Ok(PlayEnd::Done),
         (Err(_), PlayWish::Kill) => Ok(PlayEnd::Killed),
         (Err(_), PlayWish::Brake) => Ok(PlayEnd::Stopped),
-        (Err(why), _) => Err(why.into()),
+        (Err(why), _) => Err(why),
     }
 }

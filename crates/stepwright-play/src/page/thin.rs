@@ -11,14 +11,14 @@
 /// The axes' positions at a time, in mm and s, their speed along the path, and the power of a laser
 /// from 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Point {
+pub struct ThinPoint {
     pub time: f64,
     pub speed: f64,
     pub place: [f64; 3],
     pub power: f64,
 }
 
-impl Point {
+impl ThinPoint {
     fn values(&self) -> [f64; 5] {
         let [x, y, z] = self.place;
         [x, y, z, self.speed, self.power]
@@ -51,9 +51,9 @@ impl Tolerance {
 #[derive(Clone, Debug)]
 pub struct Thin {
     tolerance: Tolerance,
-    pub points: Vec<Point>,
+    pub points: Vec<ThinPoint>,
     /// The last point, if it is not kept yet.
-    last: Option<Point>,
+    last: Option<ThinPoint>,
     /// The possible slopes from the last kept point.
     cone: [[f64; 2]; 5],
 }
@@ -68,18 +68,18 @@ impl Thin {
 
     /// Adds a point. A point that is not later than the one before is ignored, unless the laser's
     /// power jumps there: then both are kept.
-    pub fn put(&mut self, point: Point) {
+    pub fn put(&mut self, point: ThinPoint) {
         let Some(from) = self.points.last().copied() else { return self.points.push(point) };
         let before = self.last.unwrap_or(from);
         if point.time <= before.time {
             // A smaller difference is a rounding error, or not visible.
             if (point.power - before.power).abs() > self.tolerance.power {
                 self.end();
-                self.points.push(Point { time: before.time, ..point });
+                self.points.push(ThinPoint { time: before.time, ..point });
             }
             return;
         }
-        let slopes = |from: &Point, off: f64| {
+        let slopes = |from: &ThinPoint, off: f64| {
             let (to, from) = (point.values(), (from.values(), from.time));
             let wide = self.tolerance.values();
             let slope = |n: usize| (to[n] + off * wide[n] - from.0[n]) / (point.time - from.1);
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     /// The value between two points.
-    fn between(points: &[Point], time: f64) -> [f64; 5] {
+    fn between(points: &[ThinPoint], time: f64) -> [f64; 5] {
         let next = points.partition_point(|point| point.time < time).clamp(1, points.len() - 1);
         let (a, b) = (&points[next - 1], &points[next]);
         let part = (time - a.time) / (b.time - a.time);
@@ -139,7 +139,7 @@ mod tests {
                 let corner = (time * 0.3).fract() * 20.0;
                 let place = [40.0 * time.sin(), corner, 5.0 * (time * time / 9.0).cos()];
                 let power = 0.5 + 0.5 * (3.0 * time).cos();
-                Point { time, speed: 30.0 + 25.0 * (2.0 * time).sin(), place, power }
+                ThinPoint { time, speed: 30.0 + 25.0 * (2.0 * time).sin(), place, power }
             })
             .collect();
         let mut before = all.len();
@@ -165,13 +165,13 @@ mod tests {
         let mut thin = Thin::new(NEAR);
         for n in 0..=100 {
             let time = f64::from(n);
-            thin.put(Point { time, speed: 5.0, place: [time, 2.0 * time, 0.0], power: 0.0 });
+            thin.put(ThinPoint { time, speed: 5.0, place: [time, 2.0 * time, 0.0], power: 0.0 });
         }
-        let stands = Point { speed: 0.0, place: [100.0, 200.0, 0.0], ..Point::default() };
+        let stands = ThinPoint { speed: 0.0, place: [100.0, 200.0, 0.0], ..ThinPoint::default() };
         // Not later than the point before: ignored.
-        thin.put(Point { time: 100.0, place: [0.0; 3], ..stands });
-        thin.put(Point { time: 100.5, ..stands });
-        thin.put(Point { time: 190.0, ..stands });
+        thin.put(ThinPoint { time: 100.0, place: [0.0; 3], ..stands });
+        thin.put(ThinPoint { time: 100.5, ..stands });
+        thin.put(ThinPoint { time: 190.0, ..stands });
         thin.end();
         let times: Vec<_> = thin.points.iter().map(|point| point.time).collect();
         assert_eq!(times, [0.0, 100.0, 100.5, 190.0]);
@@ -186,7 +186,7 @@ mod tests {
             let power = f64::from(line) / 2.0;
             for n in 0..=10 {
                 let time = f64::from(10 * line + n);
-                thin.put(Point { time, speed: 5.0, place: [time, 0.0, 0.0], power });
+                thin.put(ThinPoint { time, speed: 5.0, place: [time, 0.0, 0.0], power });
             }
         }
         thin.end();
@@ -194,7 +194,7 @@ mod tests {
         let kept = |thin: &Thin| thin.points.iter().map(|p| (p.time, p.power)).collect::<Vec<_>>();
         assert_eq!(kept(&thin), jumps);
         // A power that differs in its last digit is no jump.
-        thin.put(Point {
+        thin.put(ThinPoint {
             time: 30.0,
             speed: 5.0,
             place: [30.0, 0.0, 0.0],

@@ -1,10 +1,9 @@
 //! The facts of a job's plan, as text for a page.
 
-use stepwright_plan::gcode::JobPlan;
-use stepwright_plan::gcode::MoveSum;
-use stepwright_serve::path::PathFact;
+use stepwright_keeper::drawing::PathFact;
+use stepwright_plan::gcode::{JobPlan, MoveSum};
 
-use super::axes::NAMES;
+use crate::gcode::NAMES;
 
 /// The time, the extents, the moves, and the corners that cost most.
 pub fn of(plan: &JobPlan) -> Vec<PathFact> {

@@ -10,15 +10,15 @@
 use std::time::Instant;
 
 use stepwright_gcode::{Effect, MoveKind, Options, Reader};
+use stepwright_keeper::drawing::{PathDrawing, PathLeg, PathMotor};
 use stepwright_path::{AxisPace, LaserMove, Stretch};
 use stepwright_plan::gcode::{GcodeJob, JobPlan};
-use stepwright_serve::path::{PathDrawing, PathLeg, PathMotor};
 
-use super::axes::NAMES;
 use super::facts;
-use super::live::{NM, PageJob, WITHIN, long, wrong};
-use super::thin::{Point, Thin, Tolerance};
-use crate::failure::Failure;
+use super::job::{NM, PageJob, WITHIN, long};
+use super::thin::{Thin, ThinPoint, Tolerance};
+use crate::PlayError;
+use crate::gcode::{BOARD, NAMES};
 
 /// The most points of a drawing.
 const POINTS: usize = 20_000;
@@ -36,30 +36,32 @@ const APART: f64 = 1e-9;
 /// The number of stretches between two checks of the clock.
 const STRIDE: u32 = 1_000;
 
-/// Reads a job, and draws the motion of its axes, and the power of its laser if it has one.
-///
-/// # Errors
-/// The first error of the job; drawing takes too long.
-pub fn draw(file: &PageJob) -> Result<PathDrawing, Failure> {
-    let begun = Instant::now();
-    let (plan, kinds) = (file.planned()?, kinds(file.text));
-    let mut sketch = Sketch::new(&plan, &file.axes, &kinds);
-    let mut job = GcodeJob::on(file.text.bytes(), file.axes, &plan.terms).map_err(wrong)?;
-    let mut next = STRIDE;
-    while let Some((line, stretch)) =
-        job.stretch().map_err(|why| super::failure(file.name, &why))?
-    {
-        sketch.add(line, &stretch, job.laser_move());
-        next -= 1;
-        if next == 0 {
-            next = STRIDE;
-            if begun.elapsed() > WITHIN {
-                return Err(long());
+impl PageJob<'_> {
+    /// Reads the job, and draws the motion of its axes, and the power of its laser if it has one.
+    ///
+    /// # Errors
+    /// The first error of the job; drawing takes too long.
+    pub fn draw(&self) -> Result<PathDrawing, PlayError> {
+        let begun = Instant::now();
+        let (plan, kinds) = (self.planned()?, kinds(self.text));
+        let mut sketch = Sketch::new(&plan, &self.axes, &kinds);
+        let mut job = GcodeJob::on(self.text.bytes(), self.axes, &plan.terms)
+            .map_err(|why| PlayError::new(format!("the axes of the machine file: {why}")))?;
+        let mut next = STRIDE;
+        let failed = |why| PlayError::job(self.name, &why);
+        while let Some((line, stretch)) = job.stretch().map_err(failed)? {
+            sketch.add(line, &stretch, job.laser_move());
+            next -= 1;
+            if next == 0 {
+                next = STRIDE;
+                if begun.elapsed() > WITHIN {
+                    return Err(long());
+                }
             }
         }
+        sketch.rest(u32::MAX, plan.time);
+        Ok(sketch.drawing(&plan, &self.axes))
     }
-    sketch.rest(u32::MAX, plan.time);
-    Ok(sketch.drawing(&plan, &file.axes))
 }
 
 /// The kind of each line, by line number. If a line has several moves, the last one counts.
@@ -209,7 +211,7 @@ impl<'a> Sketch<'a> {
     fn put(&mut self, time: f64, speed: f64, place: [f64; 3], power: f64) {
         if let Some(part) = self.parts.last_mut() {
             part.peak = part.peak.max(speed);
-            part.way.put(Point { time, speed, place, power });
+            part.way.put(ThinPoint { time, speed, place, power });
         }
     }
 
@@ -246,7 +248,7 @@ impl<'a> Sketch<'a> {
             seconds: plan.time,
             places: vec![Vec::new(); NAMES.len()],
             facts: facts::of(plan),
-            refused: plan.refused.map(|refused| refused.words(super::BOARD)),
+            refused: plan.refused.map(|refused| refused.words(BOARD)),
             powers: plan.laser.map(|_| Vec::new()),
             ..PathDrawing::default()
         };

@@ -10,14 +10,15 @@ use pyo3::exceptions::{PyConnectionError, PyValueError};
 use pyo3::prelude::*;
 use stepwright_cyclefile::{CyclePlan, MOST, Stage};
 use stepwright_host::LinkError;
+use stepwright_host::link::bench::BenchRecorder;
 use stepwright_host::link::serial::{LeaseWait, SerialLink, Share};
 use stepwright_host::programs::{CycleSession, RowProblem};
 use stepwright_keeper::scope::ScopeSource;
 use stepwright_play::cycle::{CyclePlayer, CyclesOnBoard, Onlooker, PlayAhead, PlayPart, PlayText};
+use stepwright_play::edges::EdgeStore;
 use stepwright_play::{PlayError, PlayFormat};
 use stepwright_sim::Pin;
 
-use crate::edges::Edges;
 use crate::run::{Run, Silent, Way, playing};
 
 /// The time between two looks at the clock, in real time.
@@ -38,7 +39,7 @@ struct Follower<'a> {
     /// The start of real time; `None`: as fast as possible.
     since: Option<Instant>,
     asked: &'a AtomicBool,
-    edges: Edges,
+    edges: EdgeStore,
     braking: bool,
     ways: Vec<Way>,
 }
@@ -109,7 +110,7 @@ fn on_virtual(
     let hz = plan.rate.hz();
     let motors = 0..plan.names.len() as u8;
     let pins = motors.flat_map(|axis| PINS.map(|(pin, level)| (axis, pin, level)));
-    let edges = Edges::all(hz, pins);
+    let mut edges = EdgeStore::new(hz, usize::MAX, pins);
     let since = (!fast).then(Instant::now);
     let hz = f64::from(hz);
     let mut follower =
@@ -125,7 +126,7 @@ fn on_virtual(
         let (seconds, late) = (player.seconds(), player.late());
         (Run { facts, braked, error, seconds, late, ..Run::default() }, player.now())
     };
-    edges.pass(end);
+    edges.pass(end, &[]);
     let pins = Some(edges.record(end as f64, 0.0));
     Run { names: plan.names.clone(), unit: plan.unit.clone(), ways: follower.ways, pins, ..run }
 }

@@ -8,8 +8,8 @@ use stepwright_keeper::pulses::PlannedPins;
 use stepwright_keeper::report::{BoardSheet, LiveState, PlannedCurve};
 use stepwright_keeper::scope::ScopeSource;
 use stepwright_keeper::{Declined, Hand, Job, JobQueue, KeeperDesk, Wish};
+use stepwright_play::edges::EdgeStore;
 
-use crate::edges::Edges;
 use crate::ticket::{Stage, Ticket};
 use crate::track::Tracks;
 
@@ -44,7 +44,7 @@ pub enum Next {
 #[derive(Clone)]
 pub enum Probe {
     /// The pins of a virtual board.
-    Pins(Edges),
+    Pins(EdgeStore),
     /// The planned pulses, if the board is known only through a line.
     Plans(Arc<PlannedPins>),
 }

@@ -2,25 +2,21 @@
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
-use std::time::{Duration, Instant};
 
 use pyo3::exceptions::{PyConnectionError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use stepwright_host::Session;
+use stepwright_host::link::bench::BenchRecorder;
 use stepwright_host::link::serial::{LeaseWait, SerialLink, Share};
 use stepwright_keeper::scope::ScopeSource;
 use stepwright_path::{ArcFit, AxisPace, Route};
 use stepwright_plan::gcode::JobPlan;
-use stepwright_play::stream::{JobWatch, Place, PlayWish, StreamedBoard};
+use stepwright_play::edges::EdgeStore;
+use stepwright_play::stream::{JobWatch, Place, PlayEnd, PlayWish, StreamedBoard};
 use stepwright_play::{PlayError, gcode};
 use stepwright_sim::Pin;
 
-use crate::edges::Edges;
 use crate::run::{Run, Silent, Way, playing};
-
-/// The time between two looks at the clock, in real time.
-const LOOK: Duration = Duration::from_millis(2);
 
 /// The limits of an axis: step in mm, speed in mm/s, acceleration in mm/s², jump in speed in mm/s, jerk in
 /// mm/s³.
@@ -36,6 +32,17 @@ const NAMES: [&str; 3] = ["x", "y", "z"];
 /// STEP and DIR of a motor.
 const PINS: [(Pin, Option<bool>); 2] = [(Pin::Step, Some(false)), (Pin::Direction, None)];
 
+/// Brakes a run when a program asks for it.
+struct Asked<'a>(&'a AtomicBool);
+
+impl JobWatch for Asked<'_> {
+    fn wish(&mut self) -> PlayWish {
+        if self.0.load(Ordering::Relaxed) { PlayWish::Brake } else { PlayWish::Go }
+    }
+
+    fn tell(&mut self, _: &Place) {}
+}
+
 /// Runs a planned job that is not refused, until it ends, or is braked after `asked`.
 pub fn play(
     bytes: &[u8],
@@ -46,46 +53,36 @@ pub fn play(
 ) -> PyResult<Run> {
     let mut edges = None;
     let pins = (0..3).flat_map(|axis| PINS.map(|(pin, level)| (axis, pin, level)));
-    let recorder = |rate: stepwright::Rate| Ok(edges.insert(Edges::all(rate.hz(), pins)).clone());
+    let recorder = |rate: stepwright::Rate| {
+        Ok(edges.insert(EdgeStore::new(rate.hz(), usize::MAX, pins)).clone())
+    };
     let ran = gcode::begin(bytes.to_vec(), axes, plan, recorder, |mut job| {
-        let (hz, since) = (f64::from(job.rate.hz()), Instant::now());
-        let (mut ways, mut braked) = ([0.0; 3].map(Way::from), false);
+        let hz = f64::from(job.rate.hz());
+        let mut ways = [0.0; 3].map(Way::from);
         let (path, mut seen) = (job.path, [0; 3]);
         let mut power = plan.laser.map(|_| Way::from(0.0));
-        while job.is_running() {
-            if asked.load(Ordering::Relaxed) && !braked {
-                braked = true;
-                job.brake();
+        let ended = job.play(fast, &mut Asked(asked), |board, lit| {
+            for change in lit {
+                let time = change.time.saturating_sub(path) as f64 / hz;
+                power.iter_mut().for_each(|power| power.see(time, change.power));
             }
-            let limit = match fast {
-                true => u64::MAX,
-                false => job.from + (since.elapsed().as_secs_f64() * hz) as u64,
-            };
-            let more = job.pass(limit, |board, lit| {
-                for change in lit {
-                    let time = change.time.saturating_sub(path) as f64 / hz;
-                    power.iter_mut().for_each(|power| power.see(time, change.power));
+            let now = board.now();
+            for axis in 0..3 {
+                let at = board.cycle().position(axis as u8).unwrap_or(0);
+                if std::mem::replace(&mut seen[axis], at) != at {
+                    let rose = board.with_recorder(|edges| edges.take_rise(axis));
+                    let time = rose.unwrap_or(now).saturating_sub(path) as f64 / hz;
+                    ways[axis].see(time, at as f64 * axes[axis].step);
                 }
-                let now = board.now();
-                for axis in 0..3 {
-                    let at = board.cycle().position(axis as u8).unwrap_or(0);
-                    if std::mem::replace(&mut seen[axis], at) != at {
-                        let rose = board.with_recorder(|edges| edges.take_rise(axis));
-                        let time = rose.unwrap_or(now).saturating_sub(path) as f64 / hz;
-                        ways[axis].see(time, at as f64 * axes[axis].step);
-                    }
-                }
-            });
-            if !more && job.is_running() {
-                thread::sleep(LOOK);
             }
-        }
+        });
+        let braked = matches!(ended, Ok(PlayEnd::Stopped));
         // A job that only dwells moves nothing.
         let seconds = if job.passed() > 0 { job.passed() as f64 / hz } else { plan.time };
-        let error = job.checked().err();
+        let error = ended.err();
         let late = job.board.cycle().late();
         let end = job.board.now();
-        job.board.with_recorder(|edges| edges.pass(end));
+        job.board.with_recorder(|edges| edges.pass(end, &[]));
         let (names, unit) = (NAMES.map(str::to_owned).into(), "mm".to_owned());
         let ways = ways.into();
         Ok::<_, PlayError>((
@@ -99,14 +96,14 @@ pub fn play(
 
 /// A program that follows a job on a board, and brakes it by Ctrl-C.
 struct Watch<'a> {
-    asked: &'a AtomicBool,
+    asked: Asked<'a>,
     axes: &'a [AxisPace; 3],
     ways: [Way; 3],
 }
 
 impl JobWatch for Watch<'_> {
     fn wish(&mut self) -> PlayWish {
-        if self.asked.load(Ordering::Relaxed) { PlayWish::Brake } else { PlayWish::Go }
+        self.asked.wish()
     }
 
     fn tell(&mut self, place: &Place) {
@@ -134,7 +131,7 @@ pub fn stream(
         PyConnectionError::new_err(why.message + &hint)
     };
     let mut board = StreamedBoard::meet(session, baud, &Silent(asked)).map_err(lost)?;
-    let mut watch = Watch { asked, axes: &axes, ways: [0.0; 3].map(Way::from) };
+    let mut watch = Watch { asked: Asked(asked), axes: &axes, ways: [0.0; 3].map(Way::from) };
     let played = board.play(bytes.to_vec(), axes, plan, &mut watch);
     let seconds =
         watch.ways.iter().filter_map(|way| way.times.last()).fold(0.0f64, |a, b| a.max(*b));

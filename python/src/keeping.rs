@@ -6,17 +6,21 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use stepwright_host::link::Link;
+use stepwright_host::link::bench::{Bench, TimerWidth};
 use stepwright_host::link::serial::{SerialLink, Share};
 use stepwright_host::link::simulated::VirtualLink;
 use stepwright_host::link::tcp::TcpLink;
 use stepwright_host::link::{OpenError, lease};
 use stepwright_host::{LinkError, Session};
 use stepwright_keeper::{Declined, Keeper, KeptBoard};
+use stepwright_play::edges::EdgeStore;
 use stepwright_protocol::LeaseMillis;
-use stepwright_sim::Switch;
+use stepwright_sim::{Description, Switch};
 
 use crate::desk::{Desk, Met, Next, Probe};
-use crate::machine::Machine;
+
+/// The most edges of a recording: 48 MB, or 100 s of an axis at 10,000 steps/s. The oldest are dropped.
+const KEPT: usize = 2_000_000;
 
 /// The way to a board.
 pub enum Way {
@@ -90,9 +94,12 @@ fn open(way: &Way, desk: &Arc<Desk>) -> Result<Session, Declined> {
             (Box::new(link), name)
         }
         Way::Virtual { fast, switches } => {
-            let machine = Machine::new(switches.clone());
-            desk.probe(Probe::Pins(machine.edges()));
-            (Box::new(VirtualLink::new(machine, *fast)), "the virtual board".to_owned())
+            let description = Description::uno();
+            let edges = EdgeStore::new(description.board.rate.hz(), KEPT, description.pins());
+            edges.end();
+            desk.probe(Probe::Pins(edges.clone()));
+            let bench = Bench::new(description, TimerWidth::Narrow, edges).with_switches(switches);
+            (Box::new(VirtualLink::new(bench, *fast)), "the virtual board".to_owned())
         }
     };
     let mut session = Session::new(Box::new(Clocked { link, desk: desk.clone() }));

@@ -11,7 +11,6 @@
 //! | `desk` | the desk between Python's threads and the board's |
 //! | `ticket` | a given order and its result |
 //! | `keeping` | the board's thread |
-//! | `machine`, `edges` | the virtual board, with switches; the edges of its pins |
 //! | `track` | the data of a recorder |
 //! | `units` | texts with units, as steps |
 //! | `machine_file` | the values of `stepwright.toml` |
@@ -24,12 +23,10 @@
 mod bell;
 mod cycles;
 mod desk;
-mod edges;
 mod gcode;
 mod jobs;
 mod keeping;
 mod kept;
-mod machine;
 mod machine_file;
 mod plan;
 mod run;

@@ -82,6 +82,11 @@ impl Failure {
         Failure::new(format!("can't {what} {}: {error}", path.display()))
     }
 
+    /// A recording that could not be written at its end.
+    pub fn recording(error: io::Error) -> Failure {
+        error.downcast().unwrap_or_else(|error| Failure::new(error.to_string()))
+    }
+
     /// Adds what the user can do about it.
     pub fn hint(self, hint: impl Into<String>) -> Failure {
         Failure { hint: Some(hint.into()), ..self }

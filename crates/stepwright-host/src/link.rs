@@ -3,6 +3,8 @@
 //!
 //! All links carry bytes and nothing else: a virtual board gets the same bytes as a board on a real line.
 
+#[cfg(feature = "virtual")]
+pub mod bench;
 #[cfg(all(unix, feature = "serial"))]
 mod door;
 #[cfg(all(unix, feature = "serial"))]

@@ -14,6 +14,7 @@
 //! | `stream` | G-code jobs on a real one |
 //! | `cycle` | motor cycles, on the virtual board and on a real one |
 //! | `page` | drawings of such files, and runs that a page follows |
+//! | `edges` | the last edges of a virtual board's pins |
 //! | `error` | why a file can't be played, with its place |
 //! | `voice` | output during the playing, and interruption |
 
@@ -21,6 +22,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cycle;
+pub mod edges;
 mod error;
 pub mod gcode;
 pub mod page;

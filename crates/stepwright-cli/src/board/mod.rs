@@ -1,8 +1,6 @@
 //! `stepwright board`: a virtual board as a separate program.
 
-pub mod bench;
 pub mod edge_files;
-pub mod edges;
 #[cfg(unix)]
 mod pty;
 pub mod recording;
@@ -17,13 +15,17 @@ use crate::failure::Failure;
 use crate::interrupt::{self, While};
 use crate::quantity::whole_in;
 use crate::say;
-use bench::{Bench, Width};
 use edge_files::EdgePaths;
 use recording::{Heading, Recording};
+use stepwright_host::link::bench::{Bench, TimerWidth};
 use stepwright_host::link::pace::Paced;
+use stepwright_host::link::simulated::Simulated;
 use stepwright_plot::PlotFile;
 use stepwright_sim::Switch;
 use stepwright_units::measure::hertz;
+
+/// The board, whose time passes.
+type Board = Paced<Bench<Recording>>;
 
 /// Run a virtual board, on standard input and output or on a pseudo-terminal
 #[derive(clap::Args)]
@@ -106,8 +108,8 @@ struct Way {
 }
 
 impl Args {
-    fn width(&self) -> Width {
-        if self.timer_bits == "16" { Width::Narrow } else { Width::Wide }
+    fn width(&self) -> TimerWidth {
+        if self.timer_bits == "16" { TimerWidth::Narrow } else { TimerWidth::Wide }
     }
 
     fn description(&self) -> Result<Description, Failure> {
@@ -118,7 +120,7 @@ impl Args {
         })?;
         // The default timer: the third axis' timer and the costs of a step are also those of an
         // Uno.
-        if (rate, self.width()) == (uno.board.rate, Width::Narrow) {
+        if (rate, self.width()) == (uno.board.rate, TimerWidth::Narrow) {
             return Ok(Description { axes: self.axes, ..uno });
         }
         // The same time in ticks of this rate, rounded up, so that a step never costs less.
@@ -147,7 +149,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
     let served = if args.way.stdio { stdio::serve(&mut board) } else { serve_pty(&mut board) };
     board.board.report().iter().for_each(say::note);
     let cut = interrupt::asked() && board.board.is_busy();
-    served.and(board.board.finish())?;
+    served.and(board.board.finish().map_err(Failure::recording))?;
     if cut {
         return Err(Failure::interrupted("the board was ended while a motor moved")
             .hint("`stepwright stop --port PATH` brakes it before"));
@@ -156,11 +158,11 @@ pub fn run(args: Args) -> Result<(), Failure> {
 }
 
 #[cfg(unix)]
-fn serve_pty(board: &mut Paced<Bench>) -> Result<(), Failure> {
+fn serve_pty(board: &mut Board) -> Result<(), Failure> {
     pty::serve(board)
 }
 
 #[cfg(not(unix))]
-fn serve_pty(_: &mut Paced<Bench>) -> Result<(), Failure> {
+fn serve_pty(_: &mut Board) -> Result<(), Failure> {
     Err(Failure::new("this system has no pseudo-terminals").hint("use --stdio"))
 }

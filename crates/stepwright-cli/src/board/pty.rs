@@ -7,18 +7,17 @@ use std::io::{self, Write};
 use std::thread;
 use std::time::Duration;
 
-use super::bench::Bench;
+use super::Board;
 use crate::failure::Failure;
 use crate::pty::{Pty, SLICE, failed};
 use crate::{interrupt, say};
-use stepwright_host::link::pace::Paced;
 use stepwright_host::link::simulated::Simulated;
 
 /// The most bytes of answers that wait for a reader; the rest is lost.
 const WAITING: usize = 64 * 1024;
 
 /// Serves each program that opens the path, until Ctrl-C.
-pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
+pub fn serve(board: &mut Board) -> Result<(), Failure> {
     let mut pty = Pty::open().map_err(failed)?;
     let mut out = io::stdout().lock();
     // A program may read the path and then close its end of the pipe: keep serving.

@@ -1,9 +1,11 @@
 //! The recordings of a virtual board: its edges as files, and the motion of its motors as a plot.
 
+use std::io;
+
+use stepwright_host::link::bench::BenchRecorder;
 use stepwright_sim::{AXES, Description, Edge, Pin, Recorder, Shaft};
 
 use super::edge_files::{EdgeFiles, EdgePaths};
-use super::edges::EdgeStore;
 use crate::failure::Failure;
 use crate::plot;
 use crate::quantity::MachineUnit;
@@ -29,7 +31,6 @@ pub struct Recording {
     shafts: [Shaft; AXES],
     files: EdgeFiles,
     plot: Option<(PlotFile, Heading, Traces)>,
-    edges: Option<EdgeStore>,
 }
 
 impl Recording {
@@ -53,26 +54,11 @@ impl Recording {
         for (axis, shaft) in (0..).zip(&mut shafts) {
             *shaft = Shaft::of(description, axis);
         }
-        Ok(Recording { files, plot, edges: None, shafts })
-    }
-
-    /// Also keeps the last edges in this store.
-    pub fn keep(self, edges: EdgeStore) -> Recording {
-        Recording { edges: Some(edges), ..self }
-    }
-
-    /// The store of the last edges.
-    pub fn kept(&self) -> Option<&EdgeStore> {
-        self.edges.as_ref()
-    }
-
-    /// The position of an axis' shaft by its edges alone, independent of the board's position.
-    pub fn shaft(&self, axis: u8) -> i64 {
-        self.shafts.get(usize::from(axis)).map_or(0, Shaft::position)
+        Ok(Recording { files, plot, shafts })
     }
 
     /// Finishes the files at `time` ticks.
-    pub fn finish(&mut self, time: u64) -> Result<(), Failure> {
+    fn write(&mut self, time: u64) -> Result<(), Failure> {
         self.files.finish(time)?;
         if let Some((file, heading, traces)) = self.plot.take() {
             let series = traces.series(traces.first());
@@ -106,10 +92,15 @@ impl Recorder for Recording {
                 _ => {}
             }
         }
-        self.edges.edge(edge);
     }
 
     fn laser(&mut self, time: u64, power: u8) {
         self.files.laser(time, f64::from(power) / 255.0);
+    }
+}
+
+impl BenchRecorder for Recording {
+    fn finish(&mut self, now: u64) -> io::Result<()> {
+        self.write(now).map_err(io::Error::other)
     }
 }

@@ -4,17 +4,16 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
-use super::bench::Bench;
+use super::Board;
 use crate::failure::Failure;
 use crate::{files, interrupt, say};
-use stepwright_host::link::pace::Paced;
 use stepwright_host::link::simulated::Simulated;
 
 /// The interval of the checks for Ctrl-C, and the longest time that passes at once.
 const SLICE: Duration = Duration::from_millis(10);
 
 /// Carries out the input until it ends, then runs to rest.
-pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
+pub fn serve(board: &mut Board) -> Result<(), Failure> {
     let typed = io::stdin().is_terminal();
     if typed {
         say::note(
@@ -58,7 +57,7 @@ pub fn serve(board: &mut Paced<Bench>) -> Result<(), Failure> {
 }
 
 /// Lets time pass while there is no input.
-fn pass(board: &mut Paced<Bench>) {
+fn pass(board: &mut Board) {
     if !board.is_fast() {
         board.catch_up();
     } else if board.board.is_busy() {
@@ -67,7 +66,7 @@ fn pass(board: &mut Paced<Bench>) {
 }
 
 /// Runs until all axes are at rest. Brakes axes that run without end.
-fn rest(board: &mut Paced<Bench>) -> Result<(), Failure> {
+fn rest(board: &mut Board) -> Result<(), Failure> {
     let endless = board.board.is_endless();
     if endless {
         say::note("at the end of the input a motor runs without end: braking it");
@@ -96,7 +95,7 @@ impl Answers {
         Answers { out, read }
     }
 
-    fn receive(&mut self, board: &mut Paced<Bench>) -> Result<(), Failure> {
+    fn receive(&mut self, board: &mut Board) -> Result<(), Failure> {
         for byte in board.board.take_answers() {
             let bytes: &[u8] = if self.read && byte == b'\r' { b"\r\n" } else { &[byte] };
             self.out.write_all(bytes).map_err(closed)?;

@@ -10,7 +10,6 @@ use clap::ValueEnum;
 use stepwright_protocol::{AxisId, LeaseMillis};
 
 use super::motion::RampArgs;
-use crate::board::bench::{Bench, Width};
 use crate::board::edge_files::EdgePaths;
 use crate::board::recording::{Heading, Recording};
 use stepwright_play::PlayError;
@@ -19,6 +18,7 @@ use crate::failure::Failure;
 use crate::interrupt::{self, Ends};
 use crate::quantity::whole_in;
 use crate::{programs, say};
+use stepwright_host::link::bench::{Bench, TimerWidth};
 #[cfg(unix)]
 use stepwright_host::link::guest::{self, GuestLink};
 #[cfg(unix)]
@@ -209,7 +209,7 @@ impl VirtualArgs {
         let description = Description::uno();
         let plot = virt.plot.as_ref().map(|file| (file, heading));
         let recording = Recording::begin(&description, virt.edges(), plot)?;
-        let bench = Bench::new(description, Width::Narrow, recording).with_switches(switches);
+        let bench = Bench::new(description, TimerWidth::Narrow, recording).with_switches(switches);
         let mut session = conversation(Box::new(VirtualLink::new(bench, virt.fast)));
         met(&mut session)?;
         Ok(session)
@@ -340,10 +340,7 @@ pub fn trouble(session: &mut Session) -> impl FnOnce(LinkError) -> Failure + use
 
 /// Finishes the link of a session.
 pub fn finish(session: &mut Session) -> Result<(), Failure> {
-    session.link().finish().map_err(|error| match error.downcast::<Failure>() {
-        Ok(failure) => failure,
-        Err(error) => Failure::new(error.to_string()),
-    })
+    session.link().finish().map_err(Failure::recording)
 }
 
 /// A session in which the first Ctrl-C brakes.

@@ -11,20 +11,19 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use stepwright_host::link::Link;
+use stepwright_host::link::bench::{Bench, TimerWidth};
 use stepwright_host::link::serial::Share;
 use stepwright_host::link::simulated::VirtualLink;
 use stepwright_host::{LinkError, Session};
 use stepwright_keeper::report::MachineSheet;
+use stepwright_keeper::scope::LONGEST;
 use stepwright_keeper::{Declined, Keeper, KeptBoard};
+use stepwright_play::edges::EdgeStore;
 use stepwright_protocol::{AxisId, LeaseMillis};
 use stepwright_serve::ServeDesk;
 use stepwright_sim::{AxisDrive, Description, Switch};
 
 use super::tap::TappedLink;
-use crate::board::bench::{Bench, Width};
-use crate::board::edge_files::EdgePaths;
-use crate::board::edges::EdgeStore;
-use crate::board::recording::Recording;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::order::target::{self, PortArgs};
@@ -32,6 +31,9 @@ use crate::order::target::{self, PortArgs};
 /// The lease while an axis runs without end: the board brakes if it hears nothing from the server
 /// for this time.
 const LEASE: LeaseMillis = LeaseMillis::clamped(1000);
+
+/// The number of edges of a virtual board that are kept: 10 s of one axis at 10,000 steps/s.
+const KEPT: usize = 200_000;
 
 /// The time between two attempts to connect to a lost board.
 const AGAIN: Duration = Duration::from_millis(500);
@@ -69,10 +71,11 @@ fn open(board: &ServedBoard, desk: &Arc<ServeDesk>) -> Result<Session, Failure> 
         Some(path) => Box::new(target::serial(path, port.baud, Share::Host)?),
         None => {
             let description = Description::uno().with_drives(&board.drives);
-            let edges = EdgeStore::new(&description);
+            let hz = description.board.rate.hz();
+            let edges = EdgeStore::new(hz, KEPT, description.pins());
+            let edges = edges.with_enable().for_seconds(LONGEST);
             desk.probe(Arc::new(edges.clone()));
-            let recording = Recording::begin(&description, EdgePaths::default(), None)?.keep(edges);
-            let bench = Bench::new(description, Width::Narrow, recording);
+            let bench = Bench::new(description, TimerWidth::Narrow, edges);
             Box::new(VirtualLink::new(bench.with_switches(&board.switches), false))
         }
     };

@@ -1,20 +1,60 @@
-//! A virtual board of either timer width, with its recordings.
+//! A virtual board of either timer width, with any of the programs, limit switches and a recorder.
 
 use std::io;
 
 use stepwright::Axis;
 use stepwright::timer::Count;
-use stepwright_host::link::simulated::Simulated;
-use stepwright_sim::{AXES, Description, LawBoard, Queues, StreamBoard, VirtualBoard};
-use stepwright_sim::{Switched, run_switched};
+use stepwright_sim::{
+    AXES, Description, Edge, LawBoard, Queues, Recorder, Shaft, StreamBoard, Switch, Switched,
+    VirtualBoard, run_switched,
+};
 
-use super::recording::Recording;
-use crate::failure::Failure;
-use stepwright_sim::Switch;
+use super::simulated::Simulated;
+
+/// A recorder of a board on a bench.
+pub trait BenchRecorder: Recorder {
+    /// Time has passed to this tick. `enables` are the changes of the enable pin meanwhile: times and
+    /// levels.
+    fn pass(&mut self, now: u64, enables: &[(u64, bool)]) {
+        let _ = (now, enables);
+    }
+
+    /// Ends the recording at this tick.
+    ///
+    /// # Errors
+    /// The recording can't be written.
+    fn finish(&mut self, now: u64) -> io::Result<()> {
+        let _ = now;
+        Ok(())
+    }
+}
+
+impl BenchRecorder for () {}
+
+/// The shafts of the motors, which move switches.
+struct Shafts([Shaft; AXES]);
+
+impl Shafts {
+    fn of(description: &Description) -> Shafts {
+        let mut shafts = [Shaft::default(); AXES];
+        for (axis, shaft) in (0..).zip(&mut shafts) {
+            *shaft = Shaft::of(description, axis);
+        }
+        Shafts(shafts)
+    }
+}
+
+impl Recorder for Shafts {
+    fn edge(&mut self, edge: Edge) {
+        if let Some(shaft) = self.0.get_mut(usize::from(edge.axis)) {
+            shaft.follow(edge);
+        }
+    }
+}
 
 /// Width of a board's step timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Width {
+pub enum TimerWidth {
     /// 16 bits, as on an Uno.
     Narrow,
     /// 32 bits, as on most 32-bit chips.
@@ -22,7 +62,7 @@ pub enum Width {
 }
 
 /// The functions of a virtual board that do not depend on its timer width and program.
-trait Board {
+trait Board<R> {
     fn now(&self) -> u64;
     fn receive(&mut self, byte: u8);
     fn take_answers(&mut self) -> Vec<u8>;
@@ -47,10 +87,10 @@ trait Board {
     fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
         Vec::new()
     }
-    fn recording(&mut self) -> &mut Recording;
+    fn recorder(&mut self) -> &mut (Shafts, R);
 }
 
-impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
+impl<C: Count, R: Recorder> Board<R> for VirtualBoard<'static, C, (Shafts, R)> {
     fn now(&self) -> u64 {
         VirtualBoard::now(self)
     }
@@ -87,13 +127,13 @@ impl<C: Count> Board for VirtualBoard<'static, C, Recording> {
     fn take_enable_changes(&mut self) -> Vec<(u64, bool)> {
         VirtualBoard::take_enable_changes(self)
     }
-    fn recording(&mut self) -> &mut Recording {
+    fn recorder(&mut self) -> &mut (Shafts, R) {
         self.recorder()
     }
 }
 
 /// The program `laws`: one motor, driven by a ramp law.
-impl Board for LawBoard<'static, Recording> {
+impl<R: Recorder> Board<R> for LawBoard<'static, (Shafts, R)> {
     fn now(&self) -> u64 {
         LawBoard::now(self)
     }
@@ -112,12 +152,12 @@ impl Board for LawBoard<'static, Recording> {
     fn position(&mut self, axis: u8) -> Option<i64> {
         if axis == 0 { LawBoard::position(self, axis) } else { Some(0) }
     }
-    fn recording(&mut self) -> &mut Recording {
+    fn recorder(&mut self) -> &mut (Shafts, R) {
         self.recorder()
     }
 }
 
-impl Switched for dyn Board {
+impl<R> Switched for dyn Board<R> {
     fn now(&self) -> u64 {
         Board::now(self)
     }
@@ -125,7 +165,7 @@ impl Switched for dyn Board {
         Board::run_until(self, time);
     }
     fn shaft(&mut self, axis: u8) -> i64 {
-        self.recording().shaft(axis)
+        self.recorder().0.0.get(usize::from(axis)).map_or(0, Shaft::position)
     }
     fn set_switch(&mut self, axis: u8, high: bool) {
         Board::set_switch(self, axis, high);
@@ -133,7 +173,7 @@ impl Switched for dyn Board {
 }
 
 /// The program `stream`: motion streamed by a host.
-impl Board for StreamBoard<'static, Recording> {
+impl<R: Recorder> Board<R> for StreamBoard<'static, (Shafts, R)> {
     fn now(&self) -> u64 {
         StreamBoard::now(self)
     }
@@ -158,53 +198,57 @@ impl Board for StreamBoard<'static, Recording> {
     fn set_switch(&mut self, axis: u8, high: bool) {
         self.set_input(axis, !high);
     }
-    fn recording(&mut self) -> &mut Recording {
+    fn recorder(&mut self) -> &mut (Shafts, R) {
         self.recorder()
     }
 }
 
-/// A virtual board that is switched on.
-pub struct Bench {
-    board: Box<dyn Board>,
+/// A virtual board that is switched on. The memory of its queues is never freed.
+pub struct Bench<R> {
+    board: Box<dyn Board<R>>,
     description: Description,
     /// Axes whose position was at some time not 0, or unknown.
     moved: [bool; AXES],
     switches: Vec<Switch>,
 }
 
-/// The memory of the queues, never freed: there is one board in a process.
 fn queues() -> &'static mut Queues {
     Box::leak(Box::default())
 }
 
-impl Bench {
-    /// Switches a board on.
-    pub fn new(description: Description, width: Width, recording: Recording) -> Bench {
-        let board: Box<dyn Board> = match width {
-            Width::Narrow => {
-                Box::new(VirtualBoard::<u16, _>::new(queues(), description, recording))
+impl<R: BenchRecorder + 'static> Bench<R> {
+    /// Switches on a controller.
+    pub fn new(description: Description, width: TimerWidth, recorder: R) -> Bench<R> {
+        let recorder = (Shafts::of(&description), recorder);
+        let board: Box<dyn Board<R>> = match width {
+            TimerWidth::Narrow => {
+                Box::new(VirtualBoard::<u16, _>::new(queues(), description, recorder))
             }
-            Width::Wide => Box::new(VirtualBoard::<u32, _>::new(queues(), description, recording)),
+            TimerWidth::Wide => {
+                Box::new(VirtualBoard::<u32, _>::new(queues(), description, recorder))
+            }
         };
         Bench::of(board, description)
     }
 
     /// Switches on a board with the program `laws`.
-    pub fn laws(description: Description, recording: Recording) -> Bench {
-        Bench::of(Box::new(LawBoard::new(queues(), description, recording)), description)
+    pub fn laws(description: Description, recorder: R) -> Bench<R> {
+        let recorder = (Shafts::of(&description), recorder);
+        Bench::of(Box::new(LawBoard::new(queues(), description, recorder)), description)
     }
 
     /// Switches on a board with the program `stream`.
-    pub fn stream(description: Description, recording: Recording) -> Bench {
-        Bench::of(Box::new(StreamBoard::new(queues(), description, recording)), description)
+    pub fn stream(description: Description, recorder: R) -> Bench<R> {
+        let recorder = (Shafts::of(&description), recorder);
+        Bench::of(Box::new(StreamBoard::new(queues(), description, recorder)), description)
     }
 
-    fn of(board: Box<dyn Board>, description: Description) -> Bench {
+    fn of(board: Box<dyn Board<R>>, description: Description) -> Bench<R> {
         Bench { board, description, moved: [false; AXES], switches: Vec::new() }
     }
 
     /// Adds limit switches.
-    pub fn with_switches(mut self, switches: &[Switch]) -> Bench {
+    pub fn with_switches(mut self, switches: &[Switch]) -> Bench<R> {
         self.switches = switches.to_vec();
         self
     }
@@ -250,15 +294,9 @@ impl Bench {
         lines.push(state(0));
         lines
     }
-
-    /// Finishes the recordings.
-    pub fn finish(&mut self) -> Result<(), Failure> {
-        let now = self.board.now();
-        self.board.recording().finish(now)
-    }
 }
 
-impl Simulated for Bench {
+impl<R: BenchRecorder + 'static> Simulated for Bench<R> {
     fn hz(&self) -> u32 {
         self.description.board.rate.hz()
     }
@@ -275,9 +313,7 @@ impl Simulated for Bench {
         let rate = self.description.board.rate;
         run_switched(&mut *self.board, &self.switches, rate, time);
         let (now, enables) = (self.board.now(), self.board.take_enable_changes());
-        if let Some(edges) = self.board.recording().kept() {
-            edges.pass(now, &enables);
-        }
+        self.board.recorder().1.pass(now, &enables);
         if self.board.is_busy() {
             self.notice();
         }
@@ -292,6 +328,7 @@ impl Simulated for Bench {
     }
 
     fn finish(&mut self) -> io::Result<()> {
-        Bench::finish(self).map_err(io::Error::other)
+        let now = self.board.now();
+        self.board.recorder().1.finish(now)
     }
 }

@@ -33,13 +33,13 @@ impl Board {
             return Board::connect(address);
         }
         let path = path.as_ref();
-        let link = SerialLink::open(path, 115_200, Share::Host, |path| {
-            #[cfg(unix)]
-            return crate::link::lease::let_run_out(path, |_| (), || false);
-            #[cfg(not(unix))]
-            return crate::link::serial::LeaseWait::Over;
-        });
-        let mut session = Session::new(Box::new(link.map_err(Error::Open)?));
+        #[cfg(unix)]
+        let free = |path: &std::path::Path| crate::link::lease::let_run_out(path, |_| (), || false);
+        #[cfg(not(unix))]
+        let free = |_: &std::path::Path| crate::link::serial::LeaseWait::Over;
+        let link = SerialLink::open(path, 115_200, Share::Host, free).map_err(Error::Open)?;
+        #[cfg_attr(not(unix), expect(unused_mut))]
+        let mut session = Session::new(Box::new(link));
         #[cfg(unix)]
         if let Some(host) = crate::link::host::Host::open(path) {
             session.serve(Box::new(host));

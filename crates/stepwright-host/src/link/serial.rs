@@ -15,6 +15,9 @@ const WRITE_LIMIT: Duration = Duration::from_millis(500);
 /// How long to wait for a program that only asks a question and then frees the port.
 const TURN: Duration = Duration::from_millis(500);
 
+/// How long a board may be silent before DTR is raised, on a system that opens ports with DTR low.
+const CALL: Duration = Duration::from_millis(300);
+
 /// How a port is shared with other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
@@ -43,6 +46,8 @@ pub struct SerialLink {
     port: SerialPort,
     path: PathBuf,
     opened: Instant,
+    /// Whether the board was heard, or DTR is high.
+    called: bool,
 }
 
 impl SerialLink {
@@ -57,7 +62,7 @@ impl SerialLink {
         share: Share,
         lease: impl FnOnce(&Path) -> LeaseWait,
     ) -> Result<SerialLink, OpenError> {
-        let mut port = SerialPort::open(path, baud).map_err(OpenError::Io)?;
+        let mut port = open(path, baud)?;
         keep_dtr(&port);
         let alone = share != Share::Anyhow;
         if alone && !becomes_ours(&port) {
@@ -72,7 +77,8 @@ impl SerialLink {
             let _ = port.discard_buffers();
         }
         let _ = port.set_write_timeout(WRITE_LIMIT);
-        Ok(SerialLink { port, path: path.to_owned(), opened: Instant::now() })
+        let (path, opened) = (path.to_owned(), Instant::now());
+        Ok(SerialLink { port, path, opened, called: !cfg!(windows) })
     }
 }
 
@@ -86,6 +92,33 @@ impl SerialLink {
         // Time for the boot loader to begin.
         thread::sleep(Duration::from_millis(50));
         let _ = self.port.discard_buffers();
+        self.called = true;
+    }
+
+    /// Raises DTR if the board is silent. On Windows a port is opened with DTR low. So no Arduino is reset, and
+    /// its position stays known; but a Pico takes its USB port as closed, and does not answer.
+    fn call(&mut self) {
+        if !self.called && self.opened.elapsed() >= CALL {
+            self.called = true;
+            // A port without modem lines needs no call.
+            let _ = self.port.set_dtr(true).and_then(|()| self.port.set_rts(true));
+        }
+    }
+}
+
+/// Opens a port. On Windows an open port is exclusive, so this waits for a program that only asks a question.
+fn open(path: &Path, baud: u32) -> Result<SerialPort, OpenError> {
+    let begin = Instant::now();
+    loop {
+        match SerialPort::open(path, baud) {
+            Err(error) if cfg!(windows) && error.kind() == ErrorKind::PermissionDenied => {
+                if begin.elapsed() >= TURN {
+                    return Err(OpenError::InUse);
+                }
+                thread::sleep(Duration::from_millis(20));
+            }
+            opened => return opened.map_err(OpenError::Io),
+        }
     }
 }
 
@@ -123,7 +156,7 @@ fn becomes_ours(port: &SerialPort) -> bool {
     true
 }
 
-/// On other systems an open port is exclusive anyway.
+/// An open port is exclusive.
 #[cfg(not(unix))]
 fn is_taken(_: &SerialPort) -> bool {
     false
@@ -150,13 +183,20 @@ impl Link for SerialLink {
     }
 
     fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        let limit = if self.called { limit } else { limit.min(CALL) };
         self.port.set_read_timeout(limit.max(Duration::from_millis(1)))?;
         match self.port.read(buffer) {
             // A port that is readable without a byte has been unplugged.
             Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
-            Ok(count) => Ok(count),
+            Ok(count) => {
+                self.called = true;
+                Ok(count)
+            }
             Err(error) => match error.kind() {
-                ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock => Ok(0),
+                ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock => {
+                    self.call();
+                    Ok(0)
+                }
                 _ => Err(error),
             },
         }

@@ -13,7 +13,9 @@ use crate::failure::{Failure, unless_closed};
 Examples:
   stepwright completions bash > ~/.local/share/bash-completion/completions/stepwright
   stepwright completions zsh  > ~/.zfunc/_stepwright
-  stepwright completions fish > ~/.config/fish/completions/stepwright.fish")]
+  stepwright completions fish > ~/.config/fish/completions/stepwright.fish
+In PowerShell, a line of the file $PROFILE:
+  stepwright completions powershell | Out-String | Invoke-Expression")]
 pub struct Args {
     /// Your shell
     shell: Shell,

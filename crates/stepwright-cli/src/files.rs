@@ -34,7 +34,10 @@ pub fn read_from(from: impl Read, path: &Path, most: usize) -> Result<String, Fa
         let at = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
         let what = format!("can't read {}: line {line} is not text in UTF-8", path.display());
-        Failure::new(what).hint("is it the file that you mean?")
+        Failure::new(what).hint(match error.as_bytes() {
+            [0xFF, 0xFE, ..] => "it is UTF-16, as Windows PowerShell's > writes: save it as UTF-8",
+            _ => "is it the file that you mean?",
+        })
     })
 }
 

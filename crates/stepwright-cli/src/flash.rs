@@ -40,10 +40,10 @@ Examples:
 pub struct Args {
     /// The board
     board: Board,
-    /// Serial port of the board
+    /// Serial port of the board: /dev/ttyACM0, COM3
     #[arg(long, value_name = "PATH", conflicts_with = "drive", required_if_eq_any([("board", "uno"), ("board", "nano"), ("board", "mega")]))]
     port: Option<PathBuf>,
-    /// Drive of a Pico, if there are several
+    /// Drive of a Pico, if there are several: /media/me/RPI-RP2, E:\
     #[arg(long, value_name = "PATH")]
     drive: Option<PathBuf>,
     /// Which firmware

@@ -9,6 +9,9 @@
 //! | TTIN, TTOU | nothing: a terminal suspends no command that is in its background |
 //! | STOP | the process stops; the board goes on with its order, and so does the command when it is continued |
 //!
+//! On Windows a closed window, Ctrl-Break, a logoff and a shutdown end the command like HUP. Windows waits
+//! some seconds; then the process ends, and a board that was told to brake goes on braking.
+//!
 //! Under `nohup` a closed terminal ends nothing. Signals for a fault in the process itself, after
 //! which it could not continue (SEGV, BUS, ILL, FPE), are left alone.
 
@@ -164,11 +167,31 @@ mod signals {
     }
 }
 
-#[cfg(not(unix))]
+#[cfg(windows)]
 mod signals {
+    use std::{io, thread};
+
+    use windows_sys::Win32::System::Console::{
+        CTRL_BREAK_EVENT, CTRL_C_EVENT, SetConsoleCtrlHandler,
+    };
+    use windows_sys::core::BOOL;
+
     use super::While;
 
-    pub fn listen(_: While) -> Result<(), ctrlc::Error> {
-        ctrlc::set_handler(|| super::come(true))
+    pub fn listen(_: While) -> io::Result<()> {
+        // SAFETY: a static function, which Windows calls on a thread of its own.
+        match unsafe { SetConsoleCtrlHandler(Some(handle), 1) } {
+            0 => Err(io::Error::last_os_error()),
+            _ => Ok(()),
+        }
+    }
+
+    extern "system" fn handle(event: u32) -> BOOL {
+        super::come(event == CTRL_C_EVENT);
+        // After all other events Windows ends the process when this returns, or after some seconds.
+        while ![CTRL_C_EVENT, CTRL_BREAK_EVENT].contains(&event) {
+            thread::park();
+        }
+        1
     }
 }

@@ -57,10 +57,11 @@ use failure::{Failure, unless_closed};
 Begin without any hardware:
   stepwright move 4000              a virtual motor moves, and you see how
   stepwright board --pty            a virtual board behind a serial port of its own
+                                    (not on Windows; `stepwright serve` is a page)
 
 Then with a board:
   stepwright ports                  list the ports
-  stepwright move 4000 --port PATH
+  stepwright move 4000 --port PATH  /dev/ttyUSB0, or COM3 on Windows
 
 Exit status:
   0    done

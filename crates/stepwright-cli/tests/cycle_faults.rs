@@ -224,6 +224,9 @@ fn a_file_has_a_bound() {
     stepwright(&["cycle", scratch.path()]).assert(0, "X.pos=7");
     std::fs::write(scratch.path(), b"# fine\n\n# \xff\n").unwrap();
     stepwright(&["cycle", scratch.path()]).assert_error("line 3 is not text in UTF-8");
+    std::fs::write(scratch.path(), b"\xff\xfe#\0\n\0").unwrap();
+    let said = stepwright(&["cycle", scratch.path()]).stderr;
+    assert!(said.contains(" hint: it is UTF-16, as Windows PowerShell's >"), "{said}");
 }
 
 /// A motor is drawn where it stands, before its first step and behind its last one.

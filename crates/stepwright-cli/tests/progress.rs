@@ -77,6 +77,14 @@ fn a_dumb_terminal_gets_plain_lines() {
     assert!(lines.iter().all(|line| line.ends_with(" s left")), "{lines:?}");
 }
 
+/// A key that a terminal sends as several bytes is one key.
+#[test]
+fn an_arrow_has_no_function_in_a_move() {
+    let keys = [("s left", "\x1b[C")];
+    let seen = shown("xterm", 80, &["move", "1000", "--accel", "10000"], &keys);
+    assert_eq!(seen.matches("keys: + faster").count(), 2, "{seen:?}");
+}
+
 /// Seconds left, before and after the speed is changed by keys.
 #[test]
 fn after_a_change_the_time_left_is_that_of_the_new_motion() {

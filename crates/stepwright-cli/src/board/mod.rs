@@ -132,6 +132,10 @@ impl Args {
 
 /// Runs the virtual board until its input ends or Ctrl-C is pressed.
 pub fn run(args: Args) -> Result<(), Failure> {
+    if args.way.pty && !cfg!(unix) {
+        return Err(Failure::usage("this system has no pseudo-terminals")
+            .hint("--stdio, or `stepwright serve`: a virtual board for a browser and over HTTP"));
+    }
     let description = args.description()?.with_drives(&args.drive);
     let width = args.width();
     let heading = Heading { title: "The virtual board".to_owned(), ..Heading::default() };
@@ -164,5 +168,6 @@ fn serve_pty(board: &mut Board) -> Result<(), Failure> {
 
 #[cfg(not(unix))]
 fn serve_pty(_: &mut Board) -> Result<(), Failure> {
-    Err(Failure::new("this system has no pseudo-terminals").hint("use --stdio"))
+    // Refused before.
+    Ok(())
 }

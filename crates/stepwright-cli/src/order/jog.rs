@@ -41,7 +41,7 @@ Keys:
 
 Most terminals don't report a released key, but repeat a held one: the motor brakes
 0.7 s after a single press, 0.25 s after the last repeat. In kitty, foot, WezTerm,
-Ghostty and others it brakes when the key is released.
+Ghostty and others, and on Windows, it brakes when the key is released.
 
 Ctrl-C brakes and ends, a second one kills. The board brakes by itself if it receives
 nothing from this command for the time of --lease, also if the command is killed or the
@@ -174,9 +174,10 @@ impl Drop for Releases {
     }
 }
 
-/// Sends a sequence to the terminal. Errors are ignored: no motor waits for it.
+/// Sends a sequence to the terminal. Errors are ignored: no motor waits for it. A console of Windows reports
+/// releases unasked.
 fn say_raw(word: &str) {
-    if terminal::has_sequences() {
+    if cfg!(unix) && terminal::has_sequences() {
         let mut err = io::stderr().lock();
         let _ = err.write_all(word.as_bytes()).and_then(|()| err.flush());
     }

@@ -3,9 +3,12 @@
 //! On a terminal each key is read as it is pressed; elsewhere there are no keys.
 //! Ctrl-C keeps its function.
 
+use std::iter;
+
 use stepwright_host::Conversation;
 use stepwright_protocol::{Command, MilliSpeed, Order, Refusal};
 
+use super::held::{Decoder, Key};
 use super::terminal::{self, Keys};
 
 /// The keys, for the user.
@@ -27,6 +30,7 @@ pub enum Act {
 /// The control of a moving motor by keys.
 pub struct KeyControl {
     keys: Option<Keys>,
+    decoder: Decoder,
     /// The top speed of the travel in progress, and the lowest it can have, in
     /// 0.001 steps/s.
     top: u32,
@@ -42,7 +46,8 @@ impl KeyControl {
         let (top, start) = (order.top.millisteps(), order.start.millisteps());
         let able = terminal::is_there() && talk.info().is_some();
         let keys = if able { Keys::listen() } else { None };
-        KeyControl { keys, top, least: start.min(top).max(1), wanted: top }
+        let decoder = Decoder::default();
+        KeyControl { keys, decoder, top, least: start.min(top).max(1), wanted: top }
     }
 
     /// Whether there are keys.
@@ -52,12 +57,15 @@ impl KeyControl {
 
     /// The action of the next key.
     pub fn act(&mut self) -> Option<Act> {
-        let key = self.keys.as_ref().and_then(Keys::next)?;
+        let keys = self.keys.as_ref()?;
+        // A sequence is one key.
+        let key = iter::from_fn(|| keys.next()).find_map(|byte| self.decoder.take(byte))?;
         let step = part(self.top);
         self.wanted = match key {
-            b'+' | b'=' => self.top.saturating_add(step).min(MilliSpeed::LARGEST.get()),
-            b'-' | b'_' => self.top.saturating_sub(step).max(self.least),
-            b's' | b'S' | b' ' => return Some(Act::Stop),
+            Key::Sign(b'+' | b'=') => self.top.saturating_add(step).min(MilliSpeed::LARGEST.get()),
+            Key::Sign(b'-' | b'_') => self.top.saturating_sub(step).max(self.least),
+            Key::Sign(b's' | b'S' | b' ') => return Some(Act::Stop),
+            Key::Up(_) => return None,
             _ => return Some(Act::Help),
         };
         Some(Act::Say(changed_top(self.wanted)))

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::json;
 use serial2::SerialPort;
 
-use super::target::Format;
+use super::target::{Format, STAYS};
 use crate::failure::Failure;
 use crate::say;
 
@@ -33,10 +33,9 @@ pub fn run(args: Args) -> Result<(), Failure> {
         say::result(port.display());
     }
     if ports.is_empty() {
-        say::note(
-            "no serial port found: is the board plugged in, with a cable that carries data? \
-             Without a board, `stepwright board --pty` makes a port to try things on",
-        );
+        say::note(format_args!(
+            "no serial port found: is the board plugged in, with a cable that carries data? {STAYS}"
+        ));
     }
     Ok(())
 }

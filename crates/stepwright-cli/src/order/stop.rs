@@ -21,7 +21,8 @@ use stepwright_host::{LinkError, Session};
 #[command(after_help = "\
 Brakes every axis, or that of --axis, waits until it rests, and prints its position:
 `axis 1 position 4000 ready`, a line for each; `position 4000 ready` with --axis.
-Ctrl-C while it waits kills. It also works while another program uses the port.
+Ctrl-C while it waits kills. It also works while another program uses the port, but not on
+Windows.
 
 With --axis the other axes go on if the board answers, or the stepwright that has the port.
 If neither does, other axes may be braked too.
@@ -43,8 +44,8 @@ pub struct StopArgs {
 /// Stop all axes at once; the position of one that moved becomes unknown
 #[derive(clap::Args)]
 #[command(after_help = "\
-It also works while another program uses the port. An axis that was moving has lost its
-position. `stepwright zero` sets it to 0: where the axis stands at a known place, or to be
+It also works while another program uses the port, but not on Windows. An axis that was
+moving has lost its position. `stepwright zero` sets it to 0: where the axis stands at a known place, or to be
 able to move it to one.
 
 Example:

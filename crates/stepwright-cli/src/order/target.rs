@@ -7,7 +7,9 @@ use std::thread;
 use std::time::Duration;
 
 use clap::ValueEnum;
-use stepwright_protocol::{AxisId, LeaseMillis};
+use stepwright_protocol::AxisId;
+#[cfg(unix)]
+use stepwright_protocol::LeaseMillis;
 
 use super::motion::RampArgs;
 use crate::board::edge_files::EdgePaths;
@@ -16,8 +18,10 @@ use stepwright_play::PlayError;
 
 use crate::failure::Failure;
 use crate::interrupt::{self, Ends};
+use crate::programs;
 use crate::quantity::whole_in;
-use crate::{programs, say};
+#[cfg(unix)]
+use crate::say;
 use stepwright_host::link::bench::{Bench, TimerWidth};
 #[cfg(unix)]
 use stepwright_host::link::guest::{self, GuestLink};
@@ -44,6 +48,14 @@ const ENDING: Duration = Duration::from_millis(50);
 /// The rate of the boards' serial ports in bits/s.
 pub const RATE: u32 = 115_200;
 
+/// How to have a virtual board that stays.
+pub const STAYS: &str = if cfg!(unix) {
+    "A virtual board that stays: run `stepwright board --pty` in another terminal and give the path \
+     it says"
+} else {
+    "A virtual board that stays: `stepwright serve`, for a browser and over HTTP"
+};
+
 /// How results are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -57,7 +69,7 @@ pub enum Format {
 #[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Board")]
 pub struct PortArgs {
-    /// Serial port of the board, or the path that `stepwright board --pty` says
+    /// Serial port of the board: /dev/ttyUSB0, COM3; or the path that `stepwright board --pty` says
     #[arg(long, value_name = "PATH")]
     pub port: Option<PathBuf>,
     /// Speed of the serial port in bits/s (8 data bits, no parity, 1 stop bit)
@@ -148,10 +160,7 @@ impl PortArgs {
     pub fn open(&self, order: &str, share: Share) -> Result<Session, Failure> {
         let Some(path) = &self.port else {
             return Err(Failure::usage(format!("`stepwright {order}` needs a board: --port PATH"))
-                .hint(
-                    "`stepwright ports` lists the serial ports. A virtual board that stays: \
-                     run `stepwright board --pty` in another terminal and give the path it says",
-                ));
+                .hint(format!("`stepwright ports` lists the serial ports. {STAYS}")));
         };
         let mut session = conversation(Box::new(serial(path, self.baud, share)?));
         if share == Share::Host {
@@ -175,10 +184,8 @@ impl PortArgs {
     pub fn stays(&self) -> Result<(), Failure> {
         match self.port {
             Some(_) => Ok(()),
-            None => Err(Failure::usage("--detach needs a board that stays: --port PATH").hint(
-                "a virtual board of `stepwright board --pty` stays; one without --port ends \
-                 with this program",
-            )),
+            None => Err(Failure::usage("--detach needs a board that stays: --port PATH")
+                .hint(format!("a virtual board without --port ends with this program. {STAYS}"))),
         }
     }
 
@@ -368,6 +375,11 @@ pub fn serial(path: &Path, baud: u32, share: Share) -> Result<SerialLink, Failur
             let name = path.display();
             Failure::interrupted(format!("{name}: interrupted before a line was said"))
         }
+        OpenError::InUse if cfg!(windows) => Failure::new(format!("{} is in use", path.display()))
+            .hint(
+                "on Windows one program at a time has a port: a move is braked by Ctrl-C in its own \
+                 window. `stepwright serve` lets several programs and pages use a board",
+            ),
         OpenError::InUse => Failure::new(format!("{} is in use", path.display())).hint(
             "another program is talking to this board; wait for it, or end it. \
              `stepwright stop` and `stepwright kill` get through all the same; `status`, \

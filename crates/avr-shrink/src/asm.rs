@@ -18,8 +18,10 @@ pub(crate) enum Line {
 pub(crate) struct Code {
     /// The mnemonic, such as `ldd`.
     pub name: String,
-    /// The operands, such as `r24, Y+3`.
-    pub operands: String,
+    /// The first operand, such as `r24`, or nothing.
+    pub a: String,
+    /// The second operand, such as `Y+3`, or nothing.
+    pub b: String,
 }
 
 impl Code {
@@ -28,7 +30,8 @@ impl Code {
         let (name, operands) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         // The linker shortens a call whose target is near.
         let name = if name == "rcall" { "call" } else { name };
-        Code { name: name.into(), operands: operands.trim().into() }
+        let (a, b) = operands.split_once(',').unwrap_or((operands, ""));
+        Code { name: name.into(), a: a.trim().into(), b: b.trim().into() }
     }
 
     /// Whether it is the instruction in `text`.
@@ -51,13 +54,14 @@ impl Code {
 
     /// Whether its target is given by a distance, as in `rjmp .-4`.
     fn is_relative(&self) -> bool {
-        self.operands.starts_with('.') && !self.operands.starts_with(".L")
+        self.a.starts_with('.') && !self.a.starts_with(".L")
     }
 }
 
 impl fmt::Display for Code {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "\t{}\t{}", self.name, self.operands)
+        let Code { name, a, b } = self;
+        write!(f, "\t{name}\t{a}{}{b}", if b.is_empty() { "" } else { ", " })
     }
 }
 

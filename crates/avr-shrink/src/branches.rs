@@ -38,7 +38,7 @@ fn end_in_calls(function: &mut Function) {
     for n in (1..function.lines.len().saturating_sub(1)).rev() {
         let [Line::Code(call), Line::Code(end)] = &function.lines[n..n + 2] else { continue };
         if call.name == "call" && end.name == "ret" && !function.is_skipped(n) {
-            let jump = Code { name: "jmp".into(), operands: call.operands.clone() };
+            let jump = Code { name: "jmp".into(), ..call.clone() };
             function.lines.splice(n..n + 2, [Line::Code(jump)]);
         }
     }
@@ -53,12 +53,12 @@ fn turn_first(function: &mut Function) -> bool {
             continue;
         };
         let Some(other) = opposite(&branch.name) else { continue };
-        if jump.name != "rjmp" || branch.operands != *next || function.is_skipped(n) {
+        if jump.name != "rjmp" || branch.a != *next || function.is_skipped(n) {
             continue;
         }
         let reaches = |to: &i32| (-REACH - 1..=REACH).contains(&(to - at[n] - 1));
-        if labels.get(&*jump.operands).is_some_and(reaches) {
-            let turned = Code { name: other.into(), operands: jump.operands.clone() };
+        if labels.get(&*jump.a).is_some_and(reaches) {
+            let turned = Code { name: other.into(), ..jump.clone() };
             function.lines.splice(n..n + 2, [Line::Code(turned)]);
             return true;
         }
@@ -120,7 +120,7 @@ mod tests {
         lines
             .map(|line| match line {
                 Line::Label(label) => format!("{label}:"),
-                Line::Code(code) => format!("{} {}", code.name, code.operands).trim().into(),
+                Line::Code(code) => crate::tests::plain(code),
                 Line::Other(text) => text.clone(),
             })
             .filter(|line| line != "nop")

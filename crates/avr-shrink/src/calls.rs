@@ -63,7 +63,7 @@ impl Calls {
         // The first line is the label.
         add(&mut self.taken, &function.name, live[0]);
         for (n, code) in function.code().filter(|(_, code)| code.name == "call") {
-            add(&mut self.given, &code.operands, live[n]);
+            add(&mut self.given, &code.a, live[n]);
         }
         more
     }
@@ -105,9 +105,9 @@ fn open(program: &mut Program) -> HashSet<String> {
                     match line {
                         Line::Label(_) => {}
                         Line::Code(code) if known && code.name == "call" => {
-                            called.insert(code.operands.clone());
+                            called.insert(code.a.clone());
                         }
-                        Line::Code(code) => mentions(&code.operands, &mut open),
+                        Line::Code(code) => mentions(&code.to_string(), &mut open),
                         Line::Other(text) => mentions(text, &mut open),
                     }
                 }

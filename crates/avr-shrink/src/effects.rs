@@ -71,19 +71,13 @@ pub(crate) struct Effect {
 }
 
 /// The number of a register.
-pub(crate) fn register(text: &str) -> Option<u8> {
+pub(crate) fn register(text: &str) -> Option<usize> {
     let number = text.strip_prefix('r')?.parse().ok()?;
     (number < 32).then_some(number)
 }
 
-/// The operands.
-pub(crate) fn operands(code: &Code) -> (&str, &str) {
-    let (a, b) = code.operands.split_once(',').unwrap_or((&code.operands, ""));
-    (a.trim(), b.trim())
-}
-
 /// Both registers of a pair.
-const fn pair(low: u8) -> Set {
+const fn pair(low: usize) -> Set {
     3 << low
 }
 
@@ -99,6 +93,8 @@ fn pointer(text: &str) -> Option<(Set, Set)> {
     Some((pair(low), if changes { pair(low) } else { 0 }))
 }
 
+/// The effect of a label or a comment.
+pub(crate) const NOTHING: Effect = Effect { kind: Kind::Outward, reads: 0, writes: 0, sure: 0 };
 /// The effect of hand-written assembly, which leaves r1 0.
 pub(crate) const UNKNOWN: Effect =
     Effect { kind: Kind::Outward, reads: EVERYTHING, writes: EVERYTHING & !2, sure: 0 };
@@ -106,7 +102,7 @@ pub(crate) const UNKNOWN: Effect =
 /// The effect of an instruction; `None` if it is not known.
 pub(crate) fn effect(code: &Code) -> Option<Effect> {
     use Kind::{Branch, Jump, Leave, Outward, Plain, Skip};
-    let (a, b) = operands(code);
+    let (a, b) = (&*code.a, &*code.b);
     let one = |text: &str| register(text).map(|r| 1 << r);
     let two = |text: &str| register(text).map(pair);
     let of = |kind, reads, writes| Effect { kind, reads, writes, sure: writes };

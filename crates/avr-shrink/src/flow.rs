@@ -1,29 +1,20 @@
-//! The control flow of a function: its blocks, and the registers and flags that are read later.
+//! The control flow of a function, line by line, and the registers and flags that are read later.
 
 use std::collections::HashMap;
 
 use super::asm::{Function, Line, instruction};
 use super::calls::Calls;
-use super::effects::{Effect, GIVEN, Kind, Set, TAKEN, UNKNOWN, effect};
+use super::effects::{Effect, GIVEN, Kind, NOTHING, Set, TAKEN, UNKNOWN, effect};
 
-/// Consecutive lines with one entry, and all exits at the end.
-#[derive(Debug)]
-pub(crate) struct Block {
-    pub lines: std::ops::Range<usize>,
-    /// The blocks that follow.
-    pub next: Vec<usize>,
-    /// The blocks before it.
-    pub before: Vec<usize>,
-}
-
-/// A function's blocks.
+/// The control flow of a function.
 #[derive(Debug)]
 pub(crate) struct Flow {
-    pub blocks: Vec<Block>,
-    /// The effect of each line; `None` for labels.
-    pub effects: Vec<Option<Effect>>,
-    /// The lines after an instruction that may skip them: they are not changed.
-    pub pinned: Vec<bool>,
+    /// The effect of each line.
+    pub effects: Vec<Effect>,
+    /// The lines that may follow each line.
+    pub next: Vec<Vec<usize>>,
+    /// The lines that may precede each line.
+    pub before: Vec<Vec<usize>>,
 }
 
 impl Flow {
@@ -36,137 +27,76 @@ impl Flow {
                 labels.insert(name.as_str(), n);
             }
         }
-        let mut effects = Vec::with_capacity(lines.len());
-        for line in lines {
-            effects.push(match line {
-                Line::Label(_) => None,
+        let mut flow =
+            Flow { effects: Vec::new(), next: Vec::new(), before: vec![Vec::new(); lines.len()] };
+        for (n, line) in lines.iter().enumerate() {
+            let effect = match line {
+                Line::Label(_) => NOTHING,
                 Line::Code(code) => {
-                    let mut effect = effect(code)?;
-                    match &*code.name {
-                        "call" if !code.operands.starts_with("__") => {
-                            effect.reads &= !TAKEN;
-                            effect.reads |= calls.taken(&code.operands);
+                    let effect = effect(code)?;
+                    let reads = match &*code.name {
+                        "call" if !code.a.starts_with("__") => {
+                            effect.reads & !TAKEN | calls.taken(&code.a)
                         }
-                        "ret" => {
-                            effect.reads &= !GIVEN;
-                            effect.reads |= calls.given(&function.name);
-                        }
-                        _ => {}
-                    }
-                    Some(effect)
+                        "ret" => effect.reads & !GIVEN | calls.given(&function.name),
+                        _ => effect.reads,
+                    };
+                    Effect { reads, ..effect }
                 }
                 Line::Other(text) => by_hand(text),
-            });
-        }
-        // Saving a register does not use it: the caller gets it back.
-        for (effect, line) in effects.iter_mut().zip(lines).skip(1) {
-            match (effect, line) {
-                (Some(effect), Line::Code(code)) if code.name == "push" => effect.reads = 0,
-                _ => break,
-            }
-        }
-        let kind = |n: usize| effects[n].map(|effect: Effect| effect.kind);
-        let mut pinned = vec![false; lines.len()];
-        let mut begins = vec![false; lines.len() + 1];
-        begins[0] = true;
-        for n in 0..lines.len() {
-            match kind(n) {
-                None => begins[n] = true,
-                Some(Kind::Branch | Kind::Jump | Kind::Leave) => begins[n + 1] = true,
-                Some(Kind::Skip) => {
-                    if !matches!(lines.get(n + 1), Some(Line::Code(_))) {
-                        return None;
-                    }
-                    begins[n + 1] = true;
-                    *begins.get_mut(n + 2)? = true;
-                    pinned[n + 1] = true;
-                }
-                _ => {}
-            }
-        }
-        let starts: Vec<usize> = (0..lines.len()).filter(|&n| begins[n]).collect();
-        let mut at = vec![0; lines.len()];
-        let mut blocks = Vec::new();
-        for (index, &start) in starts.iter().enumerate() {
-            let end = starts.get(index + 1).copied().unwrap_or(lines.len());
-            at[start..end].fill(index);
-            blocks.push(Block { lines: start..end, next: Vec::new(), before: Vec::new() });
-        }
-        for index in 0..blocks.len() {
-            let last = blocks[index].lines.end - 1;
-            let target = || match &lines[last] {
-                Line::Code(code) => labels.get(code.operands.as_str()).map(|&n| at[n]),
-                _ => None,
             };
-            let mut next = Vec::new();
-            match kind(last) {
-                Some(Kind::Leave) => {}
-                Some(Kind::Jump) => next.push(target()?),
-                Some(Kind::Branch) => next.extend([target()?, index + 1]),
-                Some(Kind::Skip) => next.extend([index + 1, index + 2]),
-                _ => next.push(index + 1),
-            }
+            let target = || labels.get(&*line.code()?.a).copied();
+            let mut next = match effect.kind {
+                Kind::Plain | Kind::Outward => vec![n + 1],
+                Kind::Branch => vec![target()?, n + 1],
+                Kind::Jump => vec![target()?],
+                // What it skips must be one instruction.
+                Kind::Skip => lines.get(n + 1)?.code().map(|_| vec![n + 1, n + 2])?,
+                Kind::Leave => Vec::new(),
+            };
             // A function that never returns may end in a call.
-            next.retain(|&block| block < blocks.len());
-            for &block in &next {
-                blocks[block].before.push(index);
-            }
-            blocks[index].next = next;
+            next.retain(|&next| next < lines.len());
+            next.iter().for_each(|&next| flow.before[next].push(n));
+            flow.next.push(next);
+            flow.effects.push(effect);
         }
-        Some(Flow { blocks, effects, pinned })
+        Some(flow)
     }
 
     /// The registers and flags that are read after each line.
     pub fn live(&self) -> Vec<Set> {
-        let mut begin = vec![0; self.blocks.len()];
-        let mut behind = vec![0; self.effects.len()];
+        let mut live = vec![0; self.effects.len()];
         let mut changed = true;
         while changed {
             changed = false;
-            for (index, block) in self.blocks.iter().enumerate().rev() {
-                let mut live = block.next.iter().fold(0, |live, &next| live | begin[next]);
-                for n in block.lines.clone().rev() {
-                    behind[n] = live;
-                    if let Some(effect) = self.effects[n] {
-                        live = live & !effect.sure | effect.reads;
-                    }
-                }
-                changed |= begin[index] != live;
-                begin[index] = live;
+            for n in (0..live.len()).rev() {
+                let next = self.next[n].iter();
+                let after = next.fold(0, |set, &next| set | self.begins(next, &live));
+                changed |= live[n] != after;
+                live[n] = after;
             }
         }
-        behind
+        live
     }
 
-    /// Whether r1 is certainly 0 at a line: a product changes it until it is cleared. Hand-written
-    /// assembly leaves it 0.
-    pub fn has_zero(&self, function: &Function, line: usize) -> bool {
-        let zero = |lines: std::ops::Range<usize>| {
-            function.lines[lines.clone()].iter().zip(lines).fold(true, |zero, (text, n)| {
-                let code = text.code().zip(self.effects[n]);
-                match code.filter(|(_, effect)| effect.writes & 2 != 0) {
-                    Some((code, _)) => code.is("clr r1") || code.is("eor r1, r1"),
-                    None => zero,
-                }
-            })
-        };
-        let here = self.blocks.iter().find(|block| block.lines.contains(&line));
-        self.blocks.iter().all(|block| zero(block.lines.clone()))
-            && here.is_some_and(|block| zero(block.lines.start..line))
+    /// The registers and flags that are read from a line on.
+    pub fn begins(&self, line: usize, live: &[Set]) -> Set {
+        let effect = self.effects[line];
+        live[line] & !effect.sure | effect.reads
     }
 }
 
 /// The effect of a hand-written line: none for a comment. It may write everything; its reads are
 /// known if the instruction is.
-fn by_hand(text: &str) -> Option<Effect> {
+fn by_hand(text: &str) -> Effect {
     let text = text.trim();
     if text.starts_with(';') {
-        return None;
+        return NOTHING;
     }
     let known = instruction(text).filter(|code| !matches!(&*code.name, "call" | "push" | "pop"));
     let known = known.and_then(|code| effect(&code));
     let known = known.filter(|effect| matches!(effect.kind, Kind::Plain | Kind::Outward));
-    Some(Effect { reads: known.map_or(UNKNOWN.reads, |effect| effect.reads), ..UNKNOWN })
+    Effect { reads: known.map_or(UNKNOWN.reads, |effect| effect.reads), ..UNKNOWN }
 }
 
 #[cfg(test)]
@@ -185,14 +115,13 @@ mod tests {
     }
 
     #[test]
-    fn blocks_follow_each_other_as_the_branches_say() {
-        let body = "ldi r18, 9\n.L1:\ndec r18\nbrne .L1\nrjmp .L3\n.L2:\nnop\n.L3:\nret";
+    fn lines_follow_each_other_as_the_branches_say() {
+        let body = "ldi r18, 9\n.L1:\nsbrc r18, 0\ndec r18\nbrne .L1\nrjmp .L3\n.L3:\nret";
         let flow = Flow::of(&function(body), &Calls::default()).unwrap();
-        let next: Vec<_> = flow.blocks.iter().map(|block| block.next.clone()).collect();
-        // f, the loop, its end, an unreachable block, and the return.
-        assert_eq!(next, [vec![1], vec![1, 2], vec![4], vec![4], vec![]]);
-        assert_eq!(flow.blocks[1].before, [0, 1]);
-        assert_eq!(flow.blocks[4].before, [2, 3]);
+        let next: [&[usize]; 9] = [&[1], &[2], &[3], &[4, 5], &[5], &[2, 6], &[7], &[8], &[]];
+        assert_eq!(flow.next, next);
+        assert_eq!(flow.before[2], [1, 5]);
+        assert_eq!(flow.before[5], [3, 4]);
     }
 
     #[test]
@@ -206,10 +135,9 @@ mod tests {
     }
 
     #[test]
-    fn what_may_be_skipped_is_pinned_and_overwrites_nothing_for_sure() {
+    fn what_may_be_skipped_overwrites_nothing_for_sure() {
         let body = "ldi r26, 1\nsbrc r20, 0\nldi r26, 2\nout 10, r26\nret";
         let flow = Flow::of(&function(body), &Calls::default()).unwrap();
-        assert_eq!(flow.pinned, [false, false, false, true, false, false]);
         assert!(reads(flow.live()[1], 26));
     }
 
@@ -232,13 +160,5 @@ mod tests {
         for body in ["des 3\nret", "sbrc r20, 0\n.L1:\nret", "brne .L9\nret"] {
             assert!(Flow::of(&function(body), &Calls::default()).is_none(), "{body}");
         }
-    }
-
-    #[test]
-    fn what_is_saved_at_the_beginning_is_not_read() {
-        let body = "push r16\nldi r16, 1\npush r16\npop r16\npop r16\nret";
-        let flow = Flow::of(&function(body), &Calls::default()).unwrap();
-        let pushed = [1, 3].map(|n| reads(flow.effects[n].unwrap().reads, 16));
-        assert_eq!(pushed, [false, true]);
     }
 }

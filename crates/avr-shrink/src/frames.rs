@@ -120,7 +120,7 @@ impl Frame {
                 "ret" => {}
                 // Not a function of C's convention, or a function that ends in another.
                 "reti" | "ijmp" | "jmp" => return None,
-                "rjmp" if !code.operands.starts_with(".L") => return None,
+                "rjmp" if !code.a.starts_with(".L") => return None,
                 _ => continue,
             }
             let pops = end.checked_sub(saved.len())?;
@@ -162,7 +162,7 @@ impl Frame {
 /// The register operand of this instruction on this line.
 fn operand(lines: &[Line], at: usize, name: &str) -> Option<u8> {
     let code = lines.get(at)?.code().filter(|code| code.name == name)?;
-    code.operands.strip_prefix('r')?.parse().ok()
+    code.a.strip_prefix('r')?.parse().ok()
 }
 
 /// Whether the line is this instruction.
@@ -183,7 +183,7 @@ fn subtracted(lines: &[Line], at: usize) -> Option<(u8, usize)> {
         "subi" if is(lines, at + 1, "sbci r29, 0") => 2,
         _ => return None,
     };
-    Some((code.operands.strip_prefix("r28, ")?.parse().ok()?, taken))
+    (code.a == "r28").then_some((code.b.parse().ok()?, taken))
 }
 
 /// The routines for these lowest registers.
@@ -255,7 +255,7 @@ mod tests {
         let mut program = Program::parse(&text);
         share(&mut program, &Spared::default());
         let code = program.functions_mut().flat_map(|function| function.code());
-        let lines = code.map(|(_, code)| format!("{} {}", code.name, code.operands)).collect();
+        let lines = code.map(|(_, code)| crate::tests::plain(code)).collect();
         (lines, program.to_string().contains("avr_shrink_saves"))
     }
 

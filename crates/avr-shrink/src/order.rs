@@ -103,7 +103,7 @@ fn units(text: &str) -> (Vec<&str>, Vec<Unit<'_>>, Labels<'_>) {
         } else if let Some(code) = instruction(line) {
             let must = line.trim_start().starts_with('r');
             if ["call", "jmp", "rjmp"].contains(&&*code.name) {
-                unit.calls.push((unit.bytes, code.operands, must));
+                unit.calls.push((unit.bytes, code.a, must));
                 // Most become short.
                 unit.bytes += 2;
             } else {

@@ -1,232 +1,104 @@
 //! Turns a condition that is made a byte and tested again into a branch.
 //!
 //! ```text
-//!   ldi  r24, 1              cp   r18, r20
-//!   cp   r18, r20            cpc  r19, r21
-//!   cpc  r19, r21            movw r30, r6
-//!   brlo .L1                 brlo .L5
-//!   mov  r24, r1       →
-//! .L1:
-//!   movw r30, r6
-//!   cpi  r24, 0
+//!   ldi  r24, 1              ldi  r24, 1
+//!   cp   r18, r20            cp   r18, r20
+//!   cpc  r19, r21            cpc  r19, r21
+//!   brlo .L1                 brlo .L1
+//!   mov  r24, r1       →     mov  r24, r1
+//! .L1:                     .L1:
+//!   movw r30, r6             movw r30, r6
+//!   cpi  r24, 0              brlo .L5
 //!   brne .L5
 //! ```
 //!
-//! It also removes a comparison of a byte with 0 if the flags already have its result. A comparison
-//! of a pair of registers with 0 becomes one instruction: `sbiw r24, 0`, or `or r18, r19` if one of
-//! them is not read later.
+//! If the byte is not read then, `copies` removes it, and its branch.
+//!
+//! A comparison of a pair of registers with 0 becomes one instruction: `sbiw r24, 0`, or
+//! `or r18, r19` if one of them is not read later.
 
 use super::asm::{Code, Function, Line, Program};
 use super::branches::opposite;
 use super::calls::Calls;
-use super::effects::{ARITHMETIC, CARRY, FLAGS, Kind, SIGN, Set, ZERO, operands, register};
+use super::effects::{ARITHMETIC, CARRY, Kind, SIGN, Set, ZERO, register};
 use super::flow::Flow;
+use super::values::{Value, Values, slots};
 
-/// Processes all functions.
-pub(crate) fn branch(program: &mut Program) {
-    let calls = Calls::of(program);
-    for function in program.functions_mut() {
-        while asked(function, &calls) || compared(function, &calls) {}
-    }
-}
-
-/// Removes one byte of a condition. Returns whether there was one.
-fn asked(function: &mut Function, calls: &Calls) -> bool {
+/// Removes one test of a condition's byte. Returns whether there was one.
+pub(crate) fn branch(function: &mut Function, calls: &Calls) -> bool {
     let Some(flow) = Flow::of(function, calls) else { return false };
     let live = flow.live();
+    let Some(values) = Values::of(function, &flow, &live) else { return false };
     for n in 0..function.lines.len() {
-        if let Some(found) = Asked::at(function, &flow, &live, n) {
-            found.replace(function, n);
-            return true;
+        let branches = asked(function, &flow, &values, n)
+            .and_then(|truth| Some((truth, users(&flow, &live, n)?)));
+        let Some((truth, users)) = branches else { continue };
+        for at in users {
+            if let Line::Code(code) = &mut function.lines[at] {
+                let same = code.name == "brne";
+                code.name = if same { truth } else { opposite(truth).unwrap_or_default() }.into();
+            }
         }
+        function.lines.remove(n);
+        return true;
     }
     false
 }
 
-/// A byte of a condition, with the branches that replace it.
-struct Asked {
-    /// The line of the label after the other constant.
-    label: usize,
-    /// The lines that test the byte.
-    tests: Vec<usize>,
-    /// The branches on the condition itself, each with its line.
-    new: Vec<(usize, Code)>,
+/// The branch that is taken if the byte which a line compares with 0 is 1. Its flags are still
+/// there.
+fn asked(function: &Function, flow: &Flow, values: &Values, n: usize) -> Option<&'static str> {
+    let code = function.lines[n].code()?;
+    let before = values.before[n]?;
+    let (slot, joint) = before[register(&code.a)?].merged()?;
+    // The branch, and one instruction that it jumps over.
+    let &[branch, over] = &*flow.before[joint] else { return None };
+    let constant = |line: usize| values.after[line].map(|after| after[slot]);
+    let taken = match (constant(branch)?, constant(over)?) {
+        (Value::Constant(1), Value::Constant(0)) => true,
+        (Value::Constant(0), Value::Constant(1)) => false,
+        _ => return None,
+    };
+    let asks = code.name == "cpi" && code.b == "0" && !function.is_skipped(n);
+    let is_short = over == branch + 1 && flow.before[over] == [branch];
+    let flags = values.before[branch]?;
+    let are_there = slots(flow.effects[branch].reads).all(|flag| flags[flag] == before[flag]);
+    let other = opposite(&function.lines[branch].code()?.name)?;
+    let truth = if taken { opposite(other)? } else { other };
+    (asks && is_short && are_there).then_some(truth)
 }
 
-impl Asked {
-    /// Finds one at a line with its first branch.
-    fn at(function: &Function, flow: &Flow, live: &[Set], n: usize) -> Option<Asked> {
-        let lines = &function.lines;
-        let first = lines[n].code()?;
-        let other = opposite(&first.name)?;
-        let byte = lines.get(n + 1)?.code()?;
-        let Line::Label(label) = lines.get(n + 2)? else { return None };
-        let at = register(operands(byte).0)?;
-        let not_taken = constant(byte)?;
-        if *label != first.operands || flow.pinned[n] || !flow.has_zero(function, n + 1) {
+/// The branches that read the flags of a line. `None` if flags of other instructions may reach them,
+/// or if something other than a branch on the zero flag reads them.
+fn users(flow: &Flow, live: &[Set], line: usize) -> Option<Vec<usize>> {
+    let (mut users, mut passed) = (Vec::new(), vec![line]);
+    let mut reached = flow.next[line].clone();
+    let mut at = 0;
+    while let Some(&n) = reached.get(at) {
+        at += 1;
+        let effect = flow.effects[n];
+        if effect.reads & ARITHMETIC != 0 {
+            if effect.kind != Kind::Branch || effect.reads != ZERO {
+                return None;
+            }
+            users.push(n);
+        }
+        // Other flags from here on, or flags that are not read.
+        if live[n] & ARITHMETIC & !effect.sure == 0 {
+            continue;
+        }
+        if effect.writes & ARITHMETIC != 0 {
             return None;
         }
-        // Nothing else jumps to the label.
-        let comes = |line: &Line| line.code().is_some_and(|code| code.operands == *label);
-        if lines.iter().filter(|line| comes(line)).count() != 1 {
-            return None;
-        }
-        let mask: Set = 1 << at;
-        let mut back = n;
-        let taken = loop {
-            back = back.checked_sub(1)?;
-            let effect = flow.effects[back]?;
-            if !matches!(effect.kind, Kind::Plain | Kind::Outward) {
-                return None;
-            }
-            if effect.writes & mask != 0 {
-                let code = lines[back].code().filter(|_| flow.has_zero(function, back))?;
-                break constant(code)?;
-            }
-            if effect.reads & mask != 0 {
-                return None;
-            }
-        };
-        if taken + not_taken != 1 {
-            return None;
-        }
-        let mut tests = Vec::new();
-        let mut ahead = n + 3;
-        loop {
-            let effect = flow.effects[ahead]?;
-            let code = lines[ahead].code()?;
-            let (a, b) = operands(code);
-            if register(a) == Some(at)
-                && (code.is(&format!("cpi r{at}, 0"))
-                    || code.name == "tst"
-                    || code.name == "andi" && b == "1")
-            {
-                tests.push(ahead);
-            } else if effect.kind == Kind::Branch {
-                break;
-            } else if !matches!(effect.kind, Kind::Plain | Kind::Outward)
-                || effect.writes & (mask | FLAGS) != 0
-                || effect.reads & (mask | FLAGS) != 0
-            {
-                return None;
-            }
-            ahead += 1;
-        }
-        if tests.is_empty() || live[ahead] & mask != 0 {
-            return None;
-        }
-        let mut new = Vec::new();
-        for at in users(flow, live, ahead)? {
-            let code = lines[at].code()?;
-            let name = match (&*code.name, taken) {
-                ("brne", 1) | ("breq", 0) => first.name.clone(),
-                ("brne", 0) | ("breq", 1) => other.to_string(),
-                _ => return None,
-            };
-            new.push((at, Code { name, operands: code.operands.clone() }));
-        }
-        Some(Asked { label: n + 2, tests, new })
-    }
-
-    /// Replaces the byte by a branch.
-    fn replace(self, function: &mut Function, n: usize) {
-        for (at, code) in self.new {
-            function.lines[at] = Line::Code(code);
-        }
-        let mut line = 0;
-        function.lines.retain(|_| {
-            let gone = (n..=self.label).contains(&line) || self.tests.contains(&line);
-            line += 1;
-            !gone
-        });
-    }
-}
-
-/// The lines from a branch on that read the same flags. `None` if flags of other instructions may
-/// reach them, or if something other than a branch reads them.
-fn users(flow: &Flow, live: &[Set], branch: usize) -> Option<Vec<usize>> {
-    let place = |n: usize| flow.blocks.iter().position(|block| block.lines.contains(&n));
-    let (mut users, mut left, mut ended) = (Vec::new(), vec![(place(branch)?, branch)], Vec::new());
-    let mut begun: Vec<usize> = Vec::new();
-    while let Some((index, from)) = left.pop() {
-        let block = &flow.blocks[index];
-        let mut is_left = true;
-        for (n, live) in (from..block.lines.end).zip(&live[from..]) {
-            let Some(effect) = flow.effects[n] else { continue };
-            match effect.kind {
-                Kind::Branch if effect.reads == ZERO => users.push(n),
-                Kind::Plain | Kind::Outward | Kind::Jump | Kind::Leave => {}
-                _ => return None,
-            }
-            if effect.kind != Kind::Branch && effect.reads & ARITHMETIC != 0 {
-                return None;
-            }
-            // Other flags from here on, or flags that are not read.
-            if live & ARITHMETIC & !effect.sure == 0 {
-                is_left = false;
-                break;
-            }
-            if effect.writes & ARITHMETIC != 0 {
-                return None;
-            }
-        }
-        if is_left {
-            ended.push(index);
-            for &next in &block.next {
-                let start = flow.blocks[next].lines.start;
-                // For a label: the flags that are read from there on.
-                let unread = flow.effects[start].is_none() && live[start] & ARITHMETIC == 0;
-                if !unread && !begun.contains(&next) {
-                    begun.push(next);
-                    left.push((next, start));
-                }
+        passed.push(n);
+        for &next in &flow.next[n] {
+            if flow.begins(next, live) & ARITHMETIC != 0 && !reached.contains(&next) {
+                reached.push(next);
             }
         }
     }
-    let alone = |&block: &usize| flow.blocks[block].before.iter().all(|one| ended.contains(one));
-    begun.iter().all(alone).then_some(users)
-}
-
-/// The 0 or 1 that an instruction puts into its register, while r1 is 0.
-fn constant(code: &Code) -> Option<u8> {
-    let (_, b) = operands(code);
-    match (&*code.name, b) {
-        ("mov", "r1") | ("ldi", "0") | ("clr", _) => Some(0),
-        ("ldi", "1") => Some(1),
-        _ => None,
-    }
-}
-
-/// Removes one comparison with 0. Returns whether there was one.
-fn compared(function: &mut Function, calls: &Calls) -> bool {
-    let Some(flow) = Flow::of(function, calls) else { return false };
-    let live = flow.live();
-    for block in &flow.blocks {
-        // The last instruction that set flags.
-        let mut last: Option<(usize, u8)> = None;
-        for n in block.lines.clone() {
-            let (Some(effect), Some(code)) = (flow.effects[n], function.lines[n].code()) else {
-                last = None;
-                continue;
-            };
-            let (a, _) = operands(code);
-            let asks = code.name == "tst" || code.name == "cpi" && code.operands.ends_with(", 0");
-            if let (true, Some((m, register))) = (asks, last)
-                && self::register(a) == Some(register)
-                && !flow.pinned[n]
-                && live[n] & lost(function, m) == 0
-            {
-                function.lines.remove(n);
-                return true;
-            }
-            if effect.writes & FLAGS != 0 {
-                last = says(code).map(|register| (n, register));
-            } else if last.is_some_and(|(_, register)| effect.writes >> register & 1 != 0) {
-                last = None;
-            }
-        }
-    }
-    false
+    let alone = |&n: &usize| flow.before[n].iter().all(|before| passed.contains(before));
+    reached.iter().all(alone).then_some(users)
 }
 
 /// Compares pairs of registers with 0 by one instruction, in all functions. It comes after all
@@ -242,15 +114,17 @@ pub(crate) fn shorten(program: &mut Program) {
 fn shorter(function: &mut Function, calls: &Calls) -> bool {
     let Some(flow) = Flow::of(function, calls) else { return false };
     let live = flow.live();
-    let is = |n: usize, text: String| function.lines[n].code().is_some_and(|code| code.is(&text));
+    let Some(values) = Values::of(function, &flow, &live) else { return false };
     let found = (1..function.lines.len() - 1).find_map(|n| {
-        let low = register(operands(function.lines[n].code()?).0)?;
-        let high = low + 1;
-        let compares = is(n, format!("cp r{low}, r1")) && is(n + 1, format!("cpc r{high}, r1"));
-        if !compares || flow.pinned[n] || !flow.has_zero(function, n) {
+        let is_zero = |text: &str| Some(values.before[n]?[register(text)?] == Value::Constant(0));
+        let (first, second) = (function.lines[n].code()?, function.lines[n + 1].code()?);
+        let (low, high) = (register(&first.a)?, register(&second.a)?);
+        let compare = first.name == "cp" && second.name == "cpc" && high == low + 1;
+        let with_zero = is_zero(&first.b)? && is_zero(&second.b)?;
+        if !compare || !with_zero || function.is_skipped(n) {
             return None;
         }
-        let unread = |register: u8| live[n + 1] & (1 << register | CARRY | SIGN) == 0;
+        let unread = |register: usize| live[n + 1] & (1 << register | CARRY | SIGN) == 0;
         let new = match low {
             // All flags are the same.
             24 | 26 | 28 | 30 => format!("sbiw r{low}, 0"),
@@ -265,45 +139,39 @@ fn shorter(function: &mut Function, calls: &Calls) -> bool {
     true
 }
 
-/// The register whose comparison with 0 the flags show.
-fn says(code: &Code) -> Option<u8> {
-    let sets = [
-        "and", "andi", "or", "ori", "eor", "add", "sub", "subi", "inc", "dec", "lsr", "lsl", "tst",
-        "cpi",
-    ];
-    let (a, b) = operands(code);
-    (sets.contains(&&*code.name) && (code.name != "cpi" || b == "0")).then(|| register(a))?
-}
-
-/// The flags that differ from those of a comparison with 0.
-fn lost(function: &Function, n: usize) -> Set {
-    let logic = ["and", "andi", "or", "ori", "eor", "tst"];
-    match function.lines[n].code() {
-        Some(code) if code.name == "cpi" => 0,
-        Some(code) if logic.contains(&&*code.name) => CARRY,
-        _ => CARRY | SIGN,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simplify;
     use crate::tests;
 
     fn left(body: &str) -> String {
-        tests::left(body, branch)
+        tests::left(body, simplify)
     }
 
     #[test]
     fn a_condition_is_a_branch() {
-        let asked = "ldi r26, 1; cp r18, r20; brlo .L1; mov r26, r1\n.L1:; movw r30, r6; \
+        let asked = "ldi r26, 1; cp r18, r20; brlo .L1; mov r26, r1\n.L1:; std Y+1, r6; \
                      cpi r26, 0; brne .L7; ldi r24, 1";
-        let branches = "ldi r26, 1; cp r18, r20; movw r30, r6; brlo .L7; ldi r24, 1";
+        let branches = "cp r18, r20; std Y+1, r6; brlo .L7; ldi r24, 1";
         assert_eq!(left(asked), branches);
         assert_eq!(left(&asked.replace("brne", "breq")), branches.replace("brlo", "brsh"));
-        // The byte is read later.
+        // The byte is read later: only its test goes.
         let read = asked.replace("ldi r24, 1", "mov r24, r26");
-        assert_eq!(left(&read), read.replace("\n.L1:", ""));
+        let without = read.replace("\n.L1:", "").replace("cpi r26, 0; brne", "brlo");
+        assert_eq!(left(&read), without);
+        for other in [
+            // The condition is not there any more, or was not tested on each path.
+            asked.replace("std", "add r22, r20; std"),
+            asked.replace("brlo", "sbrc r20, 0; brlo"),
+            format!("cpi r20, 9; breq .L1; {asked}"),
+            // No byte of a condition, or another test.
+            asked.replace("r26, r1", "r26, r21"),
+            asked.replace("r26, 0", "r26, 1"),
+            asked.replace("cpi", "sbrc r20, 0; cpi"),
+        ] {
+            assert!(left(&other).contains("cpi r26"), "{other}");
+        }
     }
 
     #[test]
@@ -312,19 +180,16 @@ mod tests {
         let asked = "brne .L2; movw r22, r6\n.L2:; std Y+1, r22; breq .L3; movw r24, r8\n.L3:";
         let left = |asked: &str| left(&format!("{made}; {asked}; std Y+2, r24"));
         let branches = "brlo .L2; movw r22, r6; std Y+1, r22; brsh .L3; movw r24, r8; std Y+2, r24";
-        assert_eq!(left(asked), format!("cp r18, r20; ldi r26, 1; {branches}"));
+        assert_eq!(left(asked), format!("cp r18, r20; {branches}"));
         for other in [
             // The flags are read by something other than a branch, or by another branch.
             asked.replace("std Y+1", "adc r25, r1; std Y+1"),
             asked.replace("breq", "brlo"),
-            // The flags are those of another instruction, here, on one path, or in part.
-            asked.replace("std Y+1", "inc r26; std Y+1"),
+            // The flags are those of another instruction, on one path, or in part.
             asked.replace("movw r22, r6", "inc r22"),
-            asked.replace("std Y+1", "clc; std Y+1"),
+            asked.replace("std Y+1", "clc; std Y+1") + "; rol r24",
             // Another jump goes there.
             format!("{asked}; cp r24, r25; brmi .L2"),
-            // The byte is read later.
-            asked.replace("movw r24, r8", "mov r24, r26"),
         ] {
             assert!(left(&other).contains("cpi r26, 0"), "{other}");
         }

@@ -1,0 +1,175 @@
+//! The values of registers and flags at each line of a function.
+//!
+//! A value is a constant, the result of an instruction, or a merge of values where paths join. A
+//! copy has the value of its source, and a flag that is set by a comparison is known by what was
+//! compared. An instruction is *idle* if it changes nothing that is read later: the values are those
+//! of the function without its idle instructions.
+
+use super::asm::{Code, Function};
+use super::effects::{ARITHMETIC, Effect, Kind, Set, ZERO, register};
+use super::flow::Flow;
+
+/// A value, named by where it comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Value {
+    Constant(u8),
+    /// Made at a point in a register or a flag. `bit`: it is known to be 0 or 1.
+    Made {
+        point: u32,
+        slot: u8,
+        bit: bool,
+    },
+    /// A flag after the comparison of what was made there with a number.
+    Compared {
+        point: u32,
+        slot: u8,
+        number: u8,
+    },
+}
+
+/// The point at which a line begins, and values merge; behind it is that of the line's results.
+const fn begins(line: usize) -> u32 {
+    2 * line as u32
+}
+
+impl Value {
+    /// The value that a line leaves in a register or a flag.
+    const fn result(line: usize, slot: usize) -> Value {
+        Value::Made { point: begins(line) + 1, slot: slot as u8, bit: false }
+    }
+
+    /// The register, and the line at whose beginning it was merged.
+    pub const fn merged(self) -> Option<(usize, usize)> {
+        match self {
+            Value::Made { point, slot, .. } if point % 2 == 0 => {
+                Some((slot as usize, point as usize / 2))
+            }
+            _ => None,
+        }
+    }
+
+    const fn is_bit(self) -> bool {
+        matches!(self, Value::Constant(0 | 1) | Value::Made { bit: true, .. })
+    }
+}
+
+/// The values of the registers and the flags, by their bits in a [`Set`].
+pub(crate) type State = [Value; 36];
+
+/// The values in a function.
+#[derive(Debug)]
+pub(crate) struct Values {
+    /// Before each line; `None` if it is never reached.
+    pub before: Vec<Option<State>>,
+    /// After each line.
+    pub after: Vec<Option<State>>,
+    /// The lines that change nothing that is read later.
+    pub idle: Vec<bool>,
+}
+
+impl Values {
+    /// The values in a function; `None` if they are not found soon.
+    pub fn of(function: &Function, flow: &Flow, live: &[Set]) -> Option<Values> {
+        let count = function.lines.len();
+        let mut values = Values {
+            before: vec![None; count],
+            after: vec![None; count],
+            idle: vec![false; count],
+        };
+        for _ in 0..200 {
+            let mut changed = false;
+            for (n, effect) in flow.effects.iter().enumerate() {
+                let ways = flow.before[n].iter().filter_map(|&before| values.after[before]);
+                let mut ways: Vec<State> = ways.collect();
+                if n == 0 {
+                    ways.push(begin());
+                }
+                let Some(before) = merge(&ways, n) else { continue };
+                let mut after = step(&before, n, function.lines[n].code(), effect);
+                let differs = |slot: &usize| before[*slot] != after[*slot];
+                values.idle[n] = effect.kind == Kind::Plain
+                    && !function.is_skipped(n)
+                    && !slots(effect.writes & live[n]).any(|slot| differs(&slot));
+                if values.idle[n] {
+                    after = before;
+                }
+                changed |= values.after[n] != Some(after);
+                (values.before[n], values.after[n]) = (Some(before), Some(after));
+            }
+            if !changed {
+                return Some(values);
+            }
+        }
+        None
+    }
+}
+
+/// The registers and flags of a set.
+pub(crate) fn slots(set: Set) -> impl Iterator<Item = usize> {
+    (0..36).filter(move |slot| set >> slot & 1 != 0)
+}
+
+/// The values at the beginning of a function.
+fn begin() -> State {
+    let mut state = std::array::from_fn(|slot| Value::result(0, slot));
+    state[1] = Value::Constant(0);
+    state
+}
+
+/// The values where paths join at a line.
+fn merge(ways: &[State], line: usize) -> Option<State> {
+    let (first, others) = ways.split_first()?;
+    let mut state = *first;
+    for slot in 0..state.len() {
+        if others.iter().any(|way| way[slot] != first[slot]) {
+            let bit = ways.iter().all(|way| way[slot].is_bit());
+            state[slot] = Value::Made { point: begins(line), slot: slot as u8, bit };
+        }
+    }
+    Some(state)
+}
+
+/// The values after a line.
+fn step(before: &State, line: usize, code: Option<&Code>, effect: &Effect) -> State {
+    let mut after = *before;
+    slots(effect.writes).for_each(|slot| after[slot] = Value::result(line, slot));
+    let Some(code) = code else { return after };
+    let Some(a) = register(&code.a) else { return after };
+    let number = number(&code.b);
+    match (&*code.name, register(&code.b)) {
+        ("mov", Some(b)) => after[a] = before[b],
+        ("movw", Some(b)) => (after[a], after[a + 1]) = (before[b], before[b + 1]),
+        ("ldi", _) => after[a] = number.map_or(after[a], Value::Constant),
+        ("clr", _) => after[a] = Value::Constant(0),
+        ("eor", Some(b)) if a == b => after[a] = Value::Constant(0),
+        ("or" | "eor" | "add" | "sub", Some(b)) if before[b] == Value::Constant(0) => {
+            after[a] = before[a];
+        }
+        ("andi", _) if before[a].is_bit() && number.is_some_and(|mask| mask % 2 == 1) => {
+            after[a] = before[a];
+        }
+        _ => {}
+    }
+    // The flags that are those of a comparison with this number.
+    let (flags, number) = match &*code.name {
+        "cpi" => (ARITHMETIC, number),
+        "tst" => (ARITHMETIC, Some(0)),
+        // The zero flag of some instructions is that of several bytes.
+        _ if effect.writes & !ARITHMETIC == 1 << a && effect.reads & ZERO == 0 => (ZERO, Some(0)),
+        _ => (0, None),
+    };
+    if let (Value::Made { point, slot, .. }, Some(number)) = (after[a], number) {
+        let compared = Value::Compared { point, slot, number };
+        slots(flags & effect.writes).for_each(|flag| after[flag] = compared);
+    }
+    after
+}
+
+/// A number of 8 bits.
+fn number(text: &str) -> Option<u8> {
+    let number: i32 = match text.strip_prefix("0x") {
+        Some(digits) => i32::from_str_radix(digits, 16).ok()?,
+        None => text.parse().ok()?,
+    };
+    (-128..256).contains(&number).then_some(number as u8)
+}

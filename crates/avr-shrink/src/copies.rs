@@ -80,6 +80,23 @@ mod tests {
     }
 
     #[test]
+    fn what_may_differ_is_put_there() {
+        // On the third path to the label.
+        let third = "ldi r24, 7; cp r18, r20; brlo .L1; breq .L1; ldi r24, 9\n.L1:; \
+                     out 10, r24; ldi r24, 7";
+        assert!(left(third).ends_with("out 10, r24; ldi r24, 7"));
+    }
+
+    #[test]
+    fn a_branch_to_the_next_line_goes() {
+        let branch = "cp r18, r20; breq .L1\n.L1:; out 10, r24";
+        assert_eq!(left(branch), "out 10, r24");
+        // Otherwise another instruction would be skipped.
+        let skipped = branch.replace("breq", "sbrc r20, 0; breq");
+        assert!(left(&skipped).contains("breq"));
+    }
+
+    #[test]
     fn what_nobody_reads_is_not_computed() {
         assert_eq!(left("ldi r26, 7; add r26, r20; in r27, 10"), "in r27, 10");
         let read = "ldi r26, 7; add r26, r20; out 10, r26";

@@ -59,7 +59,7 @@ fn asked(function: &Function, flow: &Flow, values: &Values, n: usize) -> Option<
         (Value::Constant(0), Value::Constant(1)) => false,
         _ => return None,
     };
-    let asks = code.name == "cpi" && code.b == "0" && !function.is_skipped(n);
+    let asks = code.name == "cpi" && code.b == "0";
     let is_short = over == branch + 1 && flow.before[over] == [branch];
     let flags = values.before[branch]?;
     let are_there = slots(flow.effects[branch].reads).all(|flag| flags[flag] == before[flag]);
@@ -69,7 +69,7 @@ fn asked(function: &Function, flow: &Flow, values: &Values, n: usize) -> Option<
 }
 
 /// The branches that read the flags of a line. `None` if flags of other instructions may reach them,
-/// or if something other than a branch on the zero flag reads them.
+/// as behind one that may be skipped, or if something other than a branch on the zero flag reads them.
 fn users(flow: &Flow, live: &[Set], line: usize) -> Option<Vec<usize>> {
     let (mut users, mut passed) = (Vec::new(), vec![line]);
     let mut reached = flow.next[line].clone();
@@ -168,7 +168,7 @@ mod tests {
             // No byte of a condition, or another test.
             asked.replace("r26, r1", "r26, r21"),
             asked.replace("r26, 0", "r26, 1"),
-            asked.replace("cpi", "sbrc r20, 0; cpi"),
+            asked.replace("cpi r26, 0", "sbrc r20, 0; cpi r26, 0; cp r18, r19"),
         ] {
             assert!(left(&other).contains("cpi r26"), "{other}");
         }
@@ -188,6 +188,7 @@ mod tests {
             // The flags are those of another instruction, on one path, or in part.
             asked.replace("movw r22, r6", "inc r22"),
             asked.replace("std Y+1", "clc; std Y+1") + "; rol r24",
+            asked.replace("std Y+1", "sbrc r20, 0; clc; std Y+1"),
             // Another jump goes there.
             format!("{asked}; cp r24, r25; brmi .L2"),
         ] {
@@ -235,8 +236,9 @@ mod tests {
             "and r24, r19; cpi r25, 0; breq .L7",
             "and r24, r19; cpi r24, 1; breq .L7",
             "and r24, r19; cpi r24, 0; brlo .L7",
-            // The zero flag of all bytes so far.
+            // The zero flag of several bytes.
             "sbc r24, r19; cpi r24, 0; breq .L7",
+            "sbiw r24, 3; cpi r24, 0; breq .L7",
             // The carry is read, here or there.
             "and r24, r19; cpi r24, 0; breq .L7; brlo .L7",
             "add r24, r19; cpi r24, 0; breq .L7; mov r20, r21; adc r20, r20",

@@ -28,8 +28,6 @@ impl Code {
     /// Reads `ldd r24, Y+3`.
     pub fn parse(text: &str) -> Code {
         let (name, operands) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-        // The linker shortens a call whose target is near.
-        let name = if name == "rcall" { "call" } else { name };
         let (a, b) = operands.split_once(',').unwrap_or((operands, ""));
         Code { name: name.into(), a: a.trim().into(), b: b.trim().into() }
     }
@@ -205,24 +203,6 @@ pub(crate) fn label(line: &str) -> Option<&str> {
     line.split(';').next().unwrap_or("").trim().strip_suffix(':')
 }
 
-/// A symbol without the parts that differ between build folders: the hashes of its crates, and
-/// back-references. Sorted by it, the functions of a program have the same order wherever it is
-/// built.
-pub(crate) fn key(symbol: &str) -> String {
-    let mut key = String::new();
-    let mut rest = symbol;
-    while let Some(first) = rest.chars().next() {
-        let mark = rest.strip_prefix("Cs").or(rest.strip_prefix('B'));
-        let number = mark.and_then(|mark| mark.split_once('_'));
-        rest = match number {
-            Some((digits, behind)) if digits.chars().all(|c| c.is_ascii_alphanumeric()) => behind,
-            _ => &rest[first.len_utf8()..],
-        };
-        key.push(first);
-    }
-    key
-}
-
 /// Reads a line of a function; `foreign` is true inside hand-written assembly.
 fn line(text: &str, foreign: &mut bool) -> Option<Line> {
     let trimmed = text.trim();
@@ -294,22 +274,8 @@ DATA:
     }
 
     #[test]
-    fn a_key_is_the_same_in_every_folder() {
-        let here = "_RNvMNtCsaB1_10stepwright5groupNtB4_5Group4haltCs9x_5slave";
-        let there = "_RNvMNtCsaB1cD_10stepwright5groupNtB6z_5Group4haltCs1_5slave";
-        assert_eq!(key(here), key(there));
-        assert_ne!(key(here), key(&here.replace("halt", "stop")));
-        assert_eq!(key("memcpy"), "memcpy");
-    }
-
-    #[test]
     fn the_rest_is_written_as_it_was() {
         let written = Program::parse(TEXT).to_string();
         assert_eq!(written, TEXT.replace(",unique,3", "").replace(" ; one", ""));
-    }
-
-    #[test]
-    fn a_short_call_is_a_call() {
-        assert_eq!(Code::parse("rcall f").to_string(), "\tcall\tf");
     }
 }

@@ -11,7 +11,7 @@
 
 use std::collections::HashMap;
 
-use super::asm::{instruction, key, label};
+use super::asm::{instruction, label};
 
 /// The reach of a short call, in bytes.
 const REACH: i32 = 4_090;
@@ -22,44 +22,53 @@ const MOVES: u32 = 8_000;
 #[derive(Debug, Default)]
 struct Unit<'a> {
     name: &'a str,
-    /// The lines, without the directives that open the section.
+    /// The lines, without the directive that opens the section.
     lines: Vec<&'a str>,
     bytes: i32,
-    /// The calls and jumps: the position, the label, and whether it must be in reach.
-    calls: Vec<(i32, String, bool)>,
 }
 
-/// A call of another unit, from a position in one to a position in the other.
-struct Call {
-    from: usize,
-    at: i32,
-    to: usize,
-    there: i32,
-    /// The source has a short call.
-    must: bool,
-}
+/// A unit, and the bytes before a place in it.
+type Place = (usize, i32);
 
 /// Orders the code of a program.
 pub(crate) fn order(text: &str) -> String {
-    let (rest, units, labels) = units(text);
-    // libgcc's functions come after everything else.
-    let last = units.len();
-    let mut calls = Vec::new();
-    for (from, unit) in units.iter().enumerate() {
-        for (at, label, must) in &unit.calls {
-            let known = labels.get(&**label).copied();
-            let (to, there) = known.unwrap_or((last, 0));
-            // Distances within a unit, as in `.-4`, do not change.
-            if to != from && (known.is_some() || !must) {
-                calls.push(Call { from, at: *at, to, there, must: *must });
+    let (mut ordered, mut units) = (String::new(), Vec::<Unit>::new());
+    let (mut labels, mut calls) = (HashMap::new(), Vec::new());
+    let mut in_code = false;
+    for line in text.lines() {
+        let words = line.split(|c: char| c.is_whitespace() || c == ',');
+        let mut words = words.filter(|word| !word.is_empty());
+        if let Some(".section" | ".text" | ".data" | ".bss") = words.next() {
+            let name = words.next().filter(|name| name.starts_with(".text."));
+            in_code = name.is_some();
+            units.extend(name.map(|name| Unit { name, ..Unit::default() }));
+            if in_code {
+                continue;
             }
         }
+        let Some((index, unit)) = units.iter_mut().enumerate().last().filter(|_| in_code) else {
+            ordered += &format!("{line}\n");
+            continue;
+        };
+        unit.lines.push(line);
+        if let Some(label) = label(line) {
+            labels.insert(label.to_string(), (index, unit.bytes));
+        } else if let Some(code) = instruction(line) {
+            // Most of those that the linker can shorten become short.
+            let is_long = ["call", "jmp"].iter().any(|name| line.trim_start().starts_with(name));
+            let words = if is_long { 1 } else { code.words() };
+            if is_long {
+                calls.push(((index, unit.bytes), code.a));
+            }
+            unit.bytes += 2 * words;
+        }
     }
-    let mut order: Vec<usize> = (0..last).collect();
+    // libgcc's functions come after everything else.
+    let place = |label: &String| labels.get(label).copied().unwrap_or((units.len(), 0));
+    let calls: Vec<_> = calls.iter().map(|(from, label)| (*from, place(label))).collect();
+    let mut order: Vec<usize> = (0..units.len()).collect();
     order.sort_by_cached_key(|&unit| key(units[unit].name));
-    let sizes: Vec<i32> = units.iter().map(|unit| unit.bytes).collect();
-    search(&mut order, &sizes, &calls);
-    let mut ordered: String = rest.iter().map(|line| format!("{line}\n")).collect();
+    search(&mut order, &units, &calls);
     for (place, &unit) in order.iter().enumerate() {
         // A linker script that sorts by other names keeps the order of these.
         ordered += &format!("\t.section\t.text.ordered.{place:04},\"ax\",@progbits\n");
@@ -68,107 +77,54 @@ pub(crate) fn order(text: &str) -> String {
     ordered
 }
 
-/// The unit of each label, and its position there.
-type Labels<'a> = HashMap<&'a str, (usize, i32)>;
-
-/// The lines of a text outside code, the units, and the labels.
-fn units(text: &str) -> (Vec<&str>, Vec<Unit<'_>>, Labels<'_>) {
-    let (mut rest, mut units, mut labels) = (Vec::new(), Vec::new(), HashMap::new());
-    let mut names: HashMap<&str, usize> = HashMap::new();
-    // The unit of the present section.
-    let mut open: Option<usize> = None;
-    for line in text.lines() {
-        let words = line.split(|c: char| c.is_whitespace() || c == ',');
-        let mut words = words.filter(|word| !word.is_empty());
-        if let Some(".section" | ".text" | ".data" | ".bss") = words.next() {
-            let name = words.next().filter(|name| name.starts_with(".text."));
-            open = name.map(|name| {
-                *names.entry(name).or_insert_with(|| {
-                    units.push(Unit { name, ..Unit::default() });
-                    units.len() - 1
-                })
-            });
-            if open.is_some() {
-                continue;
-            }
-        }
-        let Some(index) = open else {
-            rest.push(line);
-            continue;
-        };
-        let unit = &mut units[index];
-        unit.lines.push(line);
-        if let Some(label) = label(line) {
-            labels.insert(label, (index, unit.bytes));
-        } else if let Some(code) = instruction(line) {
-            let must = line.trim_start().starts_with('r');
-            if ["call", "jmp", "rjmp"].contains(&&*code.name) {
-                unit.calls.push((unit.bytes, code.a, must));
-                // Most become short.
-                unit.bytes += 2;
-            } else {
-                unit.bytes += 2 * code.words();
-            }
-        }
-    }
-    (rest, units, labels)
+/// The parts of a symbol that are the same in each build folder: without the hashes of crates, and
+/// back-references.
+fn key(symbol: &str) -> Vec<String> {
+    let cut = |part: &str, mark: &str| part.split(mark).next().unwrap_or_default().to_string();
+    symbol.split('_').map(|part| cut(&cut(part, "Cs"), "B")).collect()
 }
 
 /// Searches for a better order.
-fn search(order: &mut Vec<usize>, sizes: &[i32], calls: &[Call]) {
-    let count = order.len();
-    if count < 2 {
-        return;
-    }
-    let mut now = cost(order, sizes, calls);
-    let mut best = (now, order.clone());
+fn search(order: &mut [usize], units: &[Unit], calls: &[(Place, Place)]) {
     let mut seed = 0x2545_F491_4F6C_DD1D_u64;
     let mut random = move |below: usize| {
         seed ^= seed << 13;
         seed ^= seed >> 7;
         seed ^= seed << 17;
-        (seed >> 33) as usize % below.max(1)
+        (seed >> 33) as usize % below
     };
-    let moves = MOVES * count as u32;
+    let mut now = cost(order, units, calls);
+    let moves = MOVES * units.len() as u32;
     for step in 0..moves {
-        let length = 1 + random(4).min(count - 1);
-        let from = random(count - length + 1);
-        let moved: Vec<usize> = order.drain(from..from + length).collect();
-        let to = random(order.len() + 1);
-        order.splice(to..to, moved);
-        let then = cost(order, sizes, calls);
+        // Up to four units change places with those between here and there.
+        let (here, there) = (random(order.len()), random(order.len()));
+        let between = &mut order[here.min(there)..=here.max(there)];
+        let many = (1 + random(4)).min(between.len());
+        let many = if here < there { many } else { between.len() - many };
+        between.rotate_left(many);
+        let then = cost(order, units, calls);
         // Accepts a worse order with a probability that falls with time.
         let heat = 2_000.0 * (1.0 - f64::from(step) / f64::from(moves)).powi(3);
-        let chance = (-((then - now) as f64) / heat.max(1e-9)).exp();
-        if then <= now || (random(1 << 20) as f64) < chance * f64::from(1 << 20) {
+        let chance = (f64::from(now - then) / heat).exp();
+        if chance * f64::from(1 << 20) > random(1 << 20) as f64 {
             now = then;
-            if now < best.0 {
-                best = (now, order.clone());
-            }
         } else {
-            let moved: Vec<usize> = order.drain(to..to + length).collect();
-            order.splice(from..from, moved);
+            order[here.min(there)..=here.max(there)].rotate_right(many);
         }
     }
-    *order = best.1;
 }
 
 /// The cost of an order: each call out of reach counts, plus a little for its distance.
-fn cost(order: &[usize], sizes: &[i32], calls: &[Call]) -> i64 {
-    let (mut at, mut here) = (vec![0; sizes.len() + 1], 0);
+fn cost(order: &[usize], units: &[Unit], calls: &[(Place, Place)]) -> i32 {
+    let (mut begins, mut here) = (vec![0; units.len() + 1], 0);
     for &unit in order {
-        at[unit] = here;
-        here += sizes[unit];
+        begins[unit] = here;
+        here += units[unit].bytes;
     }
-    at[sizes.len()] = here;
-    let mut cost = 0;
-    for call in calls {
-        let misses = (at[call.from] + call.at - at[call.to] - call.there).abs() - REACH;
-        if misses > 0 {
-            cost += if call.must { 1_000_000 } else { 1_000 } + i64::from(misses / 64);
-        }
-    }
-    cost
+    begins[units.len()] = here;
+    let at = |place: &Place| begins[place.0] + place.1;
+    let misses = calls.iter().map(|(from, to)| (at(from) - at(to)).abs() - REACH);
+    misses.filter(|&miss| miss > 0).map(|miss| 1_000 + miss / 64).sum()
 }
 
 #[cfg(test)]
@@ -217,5 +173,14 @@ mod tests {
             text + &function(&format!("f{n}"), &[&format!("f{}", (n * 4 + 1) % 9)], 700)
         });
         assert_eq!(order(&text), order(&text));
+    }
+
+    #[test]
+    fn a_key_is_the_same_in_every_folder() {
+        let here = "_RNvMNtCsaB1_10stepwright5groupNtB4_5Group4haltCs9x_5slave";
+        let there = "_RNvMNtCsaB1cD_10stepwright5groupNtB6z_5Group4haltCs1_5slave";
+        assert_eq!(key(here), key(there));
+        assert_ne!(key(here), key(&here.replace("halt", "stop")));
+        assert_eq!(key("memcpy"), ["memcpy"]);
     }
 }

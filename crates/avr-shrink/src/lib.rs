@@ -28,7 +28,7 @@
 //!     \tmov\tr30, r24\n\tsts\tLEVEL, r30\n\tret\n.Lfunc_end0:\n";
 //! let small = shrink(function, &Spared::default())?;
 //! assert!(small.contains("sts\tLEVEL, r24") && !small.contains("mov"));
-//! # Ok::<(), avr_shrink::UnknownFunction>(())
+//! # Ok::<(), String>(())
 //! ```
 
 mod asm;
@@ -42,8 +42,6 @@ pub mod link;
 mod order;
 mod truths;
 mod values;
-
-use std::fmt;
 
 /// Functions that the stages treat specially, each identified by a part of its symbol.
 ///
@@ -68,36 +66,24 @@ impl Spared {
     }
 
     /// Checks that each part occurs in a label of the program.
-    fn check(&self, text: &str) -> Result<(), UnknownFunction> {
+    fn check(&self, text: &str) -> Result<(), String> {
         let labels: Vec<&str> = text.lines().filter_map(asm::label).collect();
         let mut parts = self.busy.iter().chain(&self.whole);
-        let unknown = parts.find(|part| !labels.iter().any(|label| label.contains(&***part)));
-        unknown.map_or(Ok(()), |part| Err(UnknownFunction(part.clone())))
+        match parts.find(|part| !labels.iter().any(|label| label.contains(&***part))) {
+            None => Ok(()),
+            Some(part) => Err(format!(
+                "no function's symbol has `{part}` in it, which is to be spared: if the function \
+                 has another name now, name that; if it is gone or inlined, leave it out"
+            )),
+        }
     }
 }
-
-/// A part in [`Spared`] that occurs in no function's symbol.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnknownFunction(String);
-
-impl fmt::Display for UnknownFunction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let part = &self.0;
-        write!(
-            f,
-            "no function's symbol has `{part}` in it, which is to be spared: if the function has \
-             another name now, name that; if it is gone or inlined, leave it out"
-        )
-    }
-}
-
-impl std::error::Error for UnknownFunction {}
 
 /// Makes the assembly of a program smaller.
 ///
 /// # Errors
-/// A part in `spared` occurs in no symbol of the program.
-pub fn shrink(text: &str, spared: &Spared) -> Result<String, UnknownFunction> {
+/// A text for the user: a part in `spared` occurs in no symbol of the program.
+pub fn shrink(text: &str, spared: &Spared) -> Result<String, String> {
     spared.check(text)?;
     let mut program = asm::Program::parse(text);
     // Less is read by calls then.
@@ -148,7 +134,7 @@ mod tests {
         let text = "\t.type\t_R4plan,@function\n_R4plan:\n\tret\n.Lfunc_end0:\n";
         assert!(shrink(text, &spared).is_ok());
         let gone = shrink(&text.replace("plan", "idea"), &spared).unwrap_err();
-        assert!(gone.to_string().contains("no function's symbol has `4plan`"));
+        assert!(gone.contains("no function's symbol has `4plan`"));
     }
 
     #[test]

@@ -50,7 +50,7 @@ fn assemble(elf: &Path, chip: &str, spared: &Spared) -> Result<String, String> {
         format!("can't {what} {}: {error}; rustc needs `--emit=asm`", path.display())
     };
     let text = fs::read_to_string(&from).map_err(|error| failed("read", &from, error))?;
-    let small = shrink(&text, spared).map_err(|error| error.to_string())?;
+    let small = shrink(&text, spared)?;
     let to = elf.with_extension("small.s");
     fs::write(&to, small).map_err(|error| failed("write", &to, error))?;
     let object = elf.with_extension("small.o");

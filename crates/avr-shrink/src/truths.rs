@@ -50,10 +50,10 @@ pub(crate) fn branch(function: &mut Function, calls: &Calls) -> bool {
 fn asked(function: &Function, flow: &Flow, values: &Values, n: usize) -> Option<&'static str> {
     let code = function.lines[n].code()?;
     let before = values.before[n]?;
-    let (slot, joint) = before[register(&code.a)?].merged()?;
+    let byte = before[register(&code.a)?].origin().filter(|origin| origin.merged)?;
     // The branch, and one instruction that it jumps over.
-    let &[branch, over] = &*flow.before[joint] else { return None };
-    let constant = |line: usize| values.after[line].map(|after| after[slot]);
+    let &[branch, over] = &*flow.before[byte.line as usize] else { return None };
+    let constant = |line: usize| values.after[line].map(|after| after[usize::from(byte.slot)]);
     let taken = match (constant(branch)?, constant(over)?) {
         (Value::Constant(1), Value::Constant(0)) => true,
         (Value::Constant(0), Value::Constant(1)) => false,

@@ -9,47 +9,42 @@ use super::asm::{Code, Function};
 use super::effects::{ARITHMETIC, Effect, Kind, Set, ZERO, register};
 use super::flow::Flow;
 
+/// Where a value comes from: a register or a flag, at a point of the function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Origin {
+    pub line: u32,
+    pub slot: u8,
+    /// Merged where paths join at the line, not its result.
+    pub merged: bool,
+}
+
 /// A value, named by where it comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Value {
     Constant(u8),
-    /// Made at a point in a register or a flag. `bit`: it is known to be 0 or 1.
-    Made {
-        point: u32,
-        slot: u8,
-        bit: bool,
-    },
+    Made(Origin),
+    /// It is known to be 0 or 1.
+    Bit(Origin),
     /// A flag after the comparison of what was made there with a number.
-    Compared {
-        point: u32,
-        slot: u8,
-        number: u8,
-    },
-}
-
-/// The point at which a line begins, and values merge; behind it is that of the line's results.
-const fn begins(line: usize) -> u32 {
-    2 * line as u32
+    Compared(Origin, u8),
 }
 
 impl Value {
     /// The value that a line leaves in a register or a flag.
     const fn result(line: usize, slot: usize) -> Value {
-        Value::Made { point: begins(line) + 1, slot: slot as u8, bit: false }
+        Value::Made(Origin { line: line as u32, slot: slot as u8, merged: false })
     }
 
-    /// The register, and the line at whose beginning it was merged.
-    pub const fn merged(self) -> Option<(usize, usize)> {
+    /// Where the value of a register comes from.
+    pub const fn origin(self) -> Option<Origin> {
         match self {
-            Value::Made { point, slot, .. } if point % 2 == 0 => {
-                Some((slot as usize, point as usize / 2))
-            }
+            Value::Made(origin) | Value::Bit(origin) => Some(origin),
             _ => None,
         }
     }
 
     const fn is_bit(self) -> bool {
-        matches!(self, Value::Constant(0 | 1) | Value::Made { bit: true, .. })
+        matches!(self, Value::Constant(0 | 1) | Value::Bit(_))
     }
 }
 
@@ -123,7 +118,8 @@ fn merge(ways: &[State], line: usize) -> Option<State> {
     for slot in 0..state.len() {
         if others.iter().any(|way| way[slot] != first[slot]) {
             let bit = ways.iter().all(|way| way[slot].is_bit());
-            state[slot] = Value::Made { point: begins(line), slot: slot as u8, bit };
+            let origin = Origin { line: line as u32, slot: slot as u8, merged: true };
+            state[slot] = if bit { Value::Bit(origin) } else { Value::Made(origin) };
         }
     }
     Some(state)
@@ -158,8 +154,8 @@ fn step(before: &State, line: usize, code: Option<&Code>, effect: &Effect) -> St
         _ if effect.writes & !ARITHMETIC == 1 << a && effect.reads & ZERO == 0 => (ZERO, Some(0)),
         _ => (0, None),
     };
-    if let (Value::Made { point, slot, .. }, Some(number)) = (after[a], number) {
-        let compared = Value::Compared { point, slot, number };
+    if let Some((origin, number)) = after[a].origin().zip(number) {
+        let compared = Value::Compared(origin, number);
         slots(flags & effect.writes).for_each(|flag| after[flag] = compared);
     }
     after

@@ -75,7 +75,7 @@ fn try_one(seed: u64) -> Result<(), String> {
         busy: if random.one_in(3) { vec![MAIN.into()] } else { Vec::new() },
         whole: if random.one_in(3) { vec!["_Rf1".into()] } else { Vec::new() },
     };
-    let small = shrink(&text, &spared).map_err(|error| error.to_string())?;
+    let small = shrink(&text, &spared)?;
     let flashes = (&Flash::read(&text), &Flash::read(&small));
     for n in 0..6 {
         let start = any_state(&mut random);

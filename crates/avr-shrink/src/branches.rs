@@ -15,8 +15,6 @@
 //! **Gain**: 2 bytes each, and a cycle; for a return 4 cycles, and its place on the stack. No
 //! register and no flag is changed.
 
-use std::collections::HashMap;
-
 use super::asm::{Code, Function, Line, Program};
 
 /// The words that a branch reaches forward; backward one more.
@@ -47,7 +45,7 @@ fn end_in_calls(function: &mut Function) {
 /// Turns the first branch of a function that can be turned. Returns whether there was one.
 fn turn_first(function: &mut Function) -> bool {
     let lines = &function.lines;
-    let (at, labels) = places(lines);
+    let at = |line: usize| lines[..line].iter().map(words).sum::<i32>();
     for n in 0..lines.len().saturating_sub(2) {
         let [Line::Code(branch), Line::Code(jump), Line::Label(next)] = &lines[n..n + 3] else {
             continue;
@@ -56,8 +54,8 @@ fn turn_first(function: &mut Function) -> bool {
         if jump.name != "rjmp" || branch.a != *next || function.is_skipped(n) {
             continue;
         }
-        let reaches = |to: &i32| (-REACH - 1..=REACH).contains(&(to - at[n] - 1));
-        if labels.get(&*jump.a).is_some_and(reaches) {
+        let target = lines.iter().position(|line| *line == Line::Label(jump.a.clone()));
+        if target.is_some_and(|to| (-REACH - 1..=REACH).contains(&(at(to) - at(n) - 1))) {
             let turned = Code { name: other.into(), ..jump.clone() };
             function.lines.splice(n..n + 2, [Line::Code(turned)]);
             return true;
@@ -66,27 +64,18 @@ fn turn_first(function: &mut Function) -> bool {
     false
 }
 
-/// The position of each line, in words, and of each label.
-fn places(lines: &[Line]) -> (Vec<i32>, HashMap<&str, i32>) {
-    let (mut all, mut labels, mut here) = (Vec::new(), HashMap::new(), 0);
-    for line in lines {
-        all.push(here);
-        match line {
-            Line::Label(label) => {
-                labels.insert(&**label, here);
-            }
-            Line::Code(code) => here += code.words(),
-            // A comment, or a hand-written instruction; repetition may make it long.
-            Line::Other(text) => {
-                here += match text.trim().chars().next() {
-                    None | Some(';') => 0,
-                    Some('.') => 1000,
-                    Some(_) => 2,
-                }
-            }
-        }
+/// The most words that a line takes.
+fn words(line: &Line) -> i32 {
+    match line {
+        Line::Label(_) => 0,
+        Line::Code(code) => code.words(),
+        // A comment, or a hand-written instruction; repetition may make it long.
+        Line::Other(text) => match text.trim().chars().next() {
+            None | Some(';') => 0,
+            Some('.') => 1000,
+            Some(_) => 2,
+        },
     }
-    (all, labels)
 }
 
 /// The branch with the opposite condition.

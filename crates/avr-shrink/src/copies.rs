@@ -46,7 +46,7 @@ fn first(code: &Code, effect: Effect, state: &State) -> Option<Code> {
         let home = match state[register] {
             // r1 will do.
             Value::Constant(0) => 1,
-            value => usize::from(value.origin()?.slot),
+            value => value.origin()?.slot,
         };
         let is_read = (effect.reads & !effect.writes) >> register & 1 != 0;
         let fits = match &*code.name {

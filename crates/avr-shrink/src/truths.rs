@@ -52,8 +52,8 @@ fn asked(function: &Function, flow: &Flow, values: &Values, n: usize) -> Option<
     let before = values.before[n]?;
     let byte = before[register(&code.a)?].origin().filter(|origin| origin.merged)?;
     // The branch, and one instruction that it jumps over.
-    let &[branch, over] = &*flow.before[byte.line as usize] else { return None };
-    let constant = |line: usize| values.after[line].map(|after| after[usize::from(byte.slot)]);
+    let &[branch, over] = &*flow.before[byte.line] else { return None };
+    let constant = |line: usize| values.after[line].map(|after| after[byte.slot]);
     let taken = match (constant(branch)?, constant(over)?) {
         (Value::Constant(1), Value::Constant(0)) => true,
         (Value::Constant(0), Value::Constant(1)) => false,
@@ -68,8 +68,9 @@ fn asked(function: &Function, flow: &Flow, values: &Values, n: usize) -> Option<
     (asks && is_short && are_there).then_some(truth)
 }
 
-/// The branches that read the flags of a line. `None` if flags of other instructions may reach them,
-/// as behind one that may be skipped, or if something other than a branch on the zero flag reads them.
+/// The branches that read the flags of a line. `None` if flags of other instructions may reach
+/// them, as behind one that may be skipped, or if something other than a branch on the zero flag
+/// reads them.
 fn users(flow: &Flow, live: &[Set], line: usize) -> Option<Vec<usize>> {
     let (mut users, mut passed) = (Vec::new(), vec![line]);
     let mut reached = flow.next[line].clone();

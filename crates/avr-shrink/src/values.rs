@@ -12,8 +12,8 @@ use super::flow::Flow;
 /// Where a value comes from: a register or a flag, at a point of the function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Origin {
-    pub line: u32,
-    pub slot: u8,
+    pub line: usize,
+    pub slot: usize,
     /// Merged where paths join at the line, not its result.
     pub merged: bool,
 }
@@ -32,7 +32,7 @@ pub(crate) enum Value {
 impl Value {
     /// The value that a line leaves in a register or a flag.
     const fn result(line: usize, slot: usize) -> Value {
-        Value::Made(Origin { line: line as u32, slot: slot as u8, merged: false })
+        Value::Made(Origin { line, slot, merged: false })
     }
 
     /// Where the value of a register comes from.
@@ -118,7 +118,7 @@ fn merge(ways: &[State], line: usize) -> Option<State> {
     for slot in 0..state.len() {
         if others.iter().any(|way| way[slot] != first[slot]) {
             let bit = ways.iter().all(|way| way[slot].is_bit());
-            let origin = Origin { line: line as u32, slot: slot as u8, merged: true };
+            let origin = Origin { line, slot, merged: true };
             state[slot] = if bit { Value::Bit(origin) } else { Value::Made(origin) };
         }
     }

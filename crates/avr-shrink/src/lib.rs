@@ -6,14 +6,15 @@
 //!
 //! | file | stage |
 //! | --- | --- |
-//! | `copies` | removes copies of values that a register already holds, and unused computations |
+//! | `copies` | removes instructions that change nothing which is read later |
 //! | `truths` | turns a condition that is made a byte into a branch, compares a pair with 0 at once |
 //! | `branches` | turns a branch over a jump into a branch, a call before a return into a jump |
 //! | `frames` | shares one routine that saves the registers of all functions, and one that restores them |
 //! | `order` | places functions near those that call them, so that calls take one word |
 //!
 //! `asm` has the text of a program, `effects` the effect of an instruction, `flow` the control flow
-//! of a function, `calls` the registers that calls pass; [`link`] is the linker that rustc calls.
+//! of a function, `values` what its registers hold, `calls` the registers that calls pass;
+//! [`link`] is the linker that rustc calls.
 //!
 //! **Never changed**: hand-written assembly, which the compiler encloses in `;APP` and `;NO_APP`,
 //! or puts before the first function, or which is a whole function. So an interrupt that is timed

@@ -12,6 +12,7 @@
 //! | --- | --- |
 //! | `gcode` | G-code jobs on the virtual board |
 //! | `stream` | G-code jobs on a real one |
+//! | `timed` | orders of the timed driver, on the virtual board |
 //! | `cycle` | motor cycles, on the virtual board and on a real one |
 //! | `page` | drawings of such files, and runs that a page follows |
 //! | `edges` | the last edges of a virtual board's pins |
@@ -27,6 +28,7 @@ mod error;
 pub mod gcode;
 pub mod page;
 pub mod stream;
+pub mod timed;
 mod voice;
 
 pub use error::{PlayError, PlayPlace};

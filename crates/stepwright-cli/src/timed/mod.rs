@@ -4,16 +4,14 @@
 //! | --- | --- |
 //! | [`order`] | the options as an order |
 //! | [`wiring`] | `--drive`: the pins and their signals |
-//! | [`course`] | the result: steps, updates, dumps, calls |
 //! | [`port`] | the same on a real board |
-//! | `output` | the formats |
-//! | [`figure`] | the plot |
+//!
+//! The result, its formats and its plot are `stepwright_play::timed`.
 
-mod course;
-mod figure;
 mod order;
-mod output;
 mod port;
+#[cfg(test)]
+mod tests;
 mod wiring;
 
 use std::fs::File;
@@ -30,11 +28,12 @@ use crate::order::target;
 use crate::plot;
 use crate::quantity::whole_in;
 use crate::say;
-use course::{Course, Moments};
 use order::OrderArgs;
 use port::Board;
 use stepwright_host::link::serial::Share;
 use stepwright_machine::BAUD;
+use stepwright_play::timed::figure::{self, PlotWindow};
+use stepwright_play::timed::{Moments, TimedCourse, TimedPlay, output};
 use stepwright_plot::PlotFile;
 use wiring::WiringArgs;
 
@@ -108,7 +107,7 @@ pub struct Args {
     plot: Vec<PlotFile>,
     /// Time span of the plot, in ms from the call: 0..40
     #[arg(long, value_name = "FROM..TO", requires = "plot", help_heading = "Output")]
-    window: Option<figure::Window>,
+    window: Option<PlotWindow>,
 }
 
 /// How a motion is printed.
@@ -150,7 +149,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         return Ok(());
     }
     let wiring = args.wiring.wiring(board.as_ref().and_then(Board::arduino))?;
-    let play = course::Play {
+    let play = TimedPlay {
         hardware,
         latched: args.latched,
         order: &order,
@@ -159,7 +158,7 @@ pub fn run(args: Args) -> Result<(), Failure> {
         log: args.log.as_ref(),
     };
     let course = match (&mut board, wiring.wire) {
-        (None, _) => Course::play(&play)?,
+        (None, _) => TimedCourse::play(&play)?,
         (Some(board), Some(wire)) => {
             interrupt::listen(While::Holding)?;
             board.play(&play, args.on_timer, wire)?

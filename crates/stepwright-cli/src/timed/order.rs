@@ -1,6 +1,7 @@
 //! Converts the options to an order for the driver.
 
 use stepwright::Speed;
+use stepwright_play::timed::TimedOrder;
 use stepwright_sim::timed::published;
 use stepwright_timed::fit::Hardware;
 use stepwright_timed::{Control, SetSpeed};
@@ -58,34 +59,9 @@ pub struct OrderArgs {
     geometry: GeometryArgs,
 }
 
-/// An order, and the options for watching it.
-pub struct Order {
-    pub set_speed: SetSpeed,
-    /// The interval of the main program's checks in ms.
-    pub poll_ms: Option<u32>,
-    pub case: Option<u8>,
-    pub steps_per_turn: u32,
-}
-
-impl Order {
-    /// The time of the caller's clock at the call, in ms.
-    pub fn call_ms(&self) -> u32 {
-        if self.case.is_some() { published::CALL_MS } else { 0 }
-    }
-
-    /// The published log of a case.
-    pub fn log(&self) -> &'static [published::Row] {
-        match self.case {
-            Some(1) => published::CASE_1.log,
-            Some(2) => published::CASE_2.log,
-            _ => &[],
-        }
-    }
-}
-
 impl OrderArgs {
     /// The order for the core.
-    pub fn order(&self, hardware: &Hardware) -> Result<Order, Failure> {
+    pub fn order(&self, hardware: &Hardware) -> Result<TimedOrder, Failure> {
         let geometry = self.geometry.geometry()?;
         let steps_per_turn = geometry.steps_per_turn();
         if let Some(case) = self.case {
@@ -99,9 +75,10 @@ impl OrderArgs {
                 let bits = set_speed.control.bits() & !Control::IRQ_TIMING.bits();
                 set_speed.control = Control::from_bits(bits);
             }
-            return Ok(Order { set_speed, poll_ms, case: Some(case), steps_per_turn });
+            return Ok(TimedOrder { set_speed, poll_ms, case: Some(case), steps_per_turn });
         }
-        let stop = Order { set_speed: SetSpeed::STOP, poll_ms: None, case: None, steps_per_turn };
+        let stop =
+            TimedOrder { set_speed: SetSpeed::STOP, poll_ms: None, case: None, steps_per_turn };
         let top = match (&self.speed, self.top) {
             (None, Some(0)) => return Ok(stop),
             (Some(speed), _) => {
@@ -142,6 +119,6 @@ impl OrderArgs {
             update_ms: self.every_ms,
             mod_counts: self.updates.unwrap_or(0),
         };
-        Ok(Order { set_speed, poll_ms: self.poll_ms, case: None, steps_per_turn })
+        Ok(TimedOrder { set_speed, poll_ms: self.poll_ms, case: None, steps_per_turn })
     }
 }

@@ -7,13 +7,13 @@ use stepwright_timed::fit::Hardware;
 use stepwright_timed::line::{Line, NAME, Report, Unwired, Wire};
 use stepwright_timed::{Call, Code, Control};
 
-use super::course::{Course, Logged, Moments, Play, Update};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::order::target;
 use stepwright_host::Session;
 use stepwright_host::link::Link;
 use stepwright_host::programs::{RowProblem, TimedProblem, TimedSession};
+use stepwright_play::timed::{LoggedDump, Moments, SpeedUpdate, TimedCourse, TimedPlay, refused};
 use stepwright_protocol::Fault;
 
 /// The longest time between two polls of the motor, in ms.
@@ -82,11 +82,11 @@ impl Board {
     /// Carries out an order on a timer's motor, and stops the motor at the end.
     pub fn play<'a>(
         &mut self,
-        play: &Play<'a>,
+        play: &TimedPlay<'a>,
         timer: u8,
         wire: Wire,
-    ) -> Result<Course<'a>, Failure> {
-        let Play { hardware, latched, order, .. } = *play;
+    ) -> Result<TimedCourse<'a>, Failure> {
+        let TimedPlay { hardware, latched, order, .. } = *play;
         self.has(timer)?;
         let hz = self.0.hz();
         if hardware != Hardware::avr16(hz) {
@@ -103,7 +103,7 @@ impl Board {
         let code = self.0.set_speed(timer, order.set_speed, order.call_ms());
         let code = self.heard(code)?;
         if code.is_error() {
-            return Err(super::course::refused(code));
+            return Err(refused(code).into());
         }
         let watched = self.watch(play, timer, code, wire);
         // The motor is stopped even after a failure.
@@ -114,12 +114,12 @@ impl Board {
 
     fn watch<'a>(
         &mut self,
-        play: &Play<'a>,
+        play: &TimedPlay<'a>,
         timer: u8,
         code: Code,
         wire: Wire,
-    ) -> Result<Course<'a>, Failure> {
-        let mut course = Course::begin(play, code, wire.phase, wire.sequence.len());
+    ) -> Result<TimedCourse<'a>, Failure> {
+        let mut course = TimedCourse::begin(play, code, wire.phase, wire.sequence.len());
         let until = play.until_ms();
         let set_speed = &play.order.set_speed;
         let (mut logged, mut rests) = (0, None);
@@ -131,10 +131,10 @@ impl Board {
             let report = self.heard(report)?;
             let due = |n| play.log.and_then(|log: &Moments| log.at(n));
             while due(logged).is_some_and(|ms| ms <= f64::from(report.ms)) {
-                course.dumps.push(Logged { ms: report.ms.into(), dump: report.dump });
+                course.dumps.push(LoggedDump { ms: report.ms.into(), dump: report.dump });
                 logged += 1;
             }
-            course.look(report.ms, &report);
+            look(&mut course, report.ms, &report);
             // The callback comes with the next check, or never: the board may have been reset.
             let rested = report.ms.saturating_sub(*rests.get_or_insert(report.ms));
             if report.moving {
@@ -190,19 +190,17 @@ fn failure(name: &str, problem: TimedProblem) -> Failure {
     }
 }
 
-impl Course<'_> {
-    /// Records the speed that a board has reported.
-    fn look(&mut self, ms: u32, report: &Report) {
-        let (top, modification) = (report.dump.top, report.dump.modification);
-        if top == 0 || self.updates.last().is_some_and(|last| last.top == top) {
-            return;
-        }
-        if let Ok(fitted) = self.hardware.fit(top) {
-            let clock = u64::from(ms) * u64::from(self.hardware.hz()) / 1000;
-            let limit = self.order.set_speed.limit;
-            let steps = limit.saturating_sub(report.dump.steps_left) as usize;
-            self.updates.push(Update { clock, steps, top, modification, fitted });
-        }
+/// Records the speed that a board has reported.
+fn look(course: &mut TimedCourse, ms: u32, report: &Report) {
+    let (top, modification) = (report.dump.top, report.dump.modification);
+    if top == 0 || course.updates.last().is_some_and(|last| last.top == top) {
+        return;
+    }
+    if let Ok(fitted) = course.hardware.fit(top) {
+        let clock = u64::from(ms) * u64::from(course.hardware.hz()) / 1000;
+        let limit = course.order.set_speed.limit;
+        let steps = limit.saturating_sub(report.dump.steps_left) as usize;
+        course.updates.push(SpeedUpdate { clock, steps, top, modification, fitted });
     }
 }
 

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use clap::ValueEnum;
 use stepwright::drive::sequence::*;
 use stepwright::drive::{Arduino, BoardPin, PinFault, Sequence, Shield};
-use stepwright_sim::timed::Change;
+use stepwright_play::timed::{SignalLevel, TimedWiring, WiredSignal};
 use stepwright_timed::line::Wire;
 
 use crate::failure::Failure;
@@ -146,48 +146,9 @@ fn same_port(board: Arduino, pins: &[BoardPin]) -> Result<(char, Vec<u8>), PinFa
     }
 }
 
-/// The wiring of the motor.
-pub struct Wiring {
-    /// The name of the drive, if it was given.
-    pub name: Option<String>,
-    pub sequence: Sequence,
-    pub phase: u8,
-    pub signals: Vec<Signal>,
-    /// The wiring for a real board, if its pins are known.
-    pub wire: Option<Wire>,
-}
-
-impl Signal {
-    /// Whether the pin is high after this change.
-    pub fn is_high(&self, change: &Change) -> bool {
-        match self.what {
-            What::Line(bit) => change.levels >> bit & 1 != 0,
-            What::Enable => change.enabled,
-            What::Low => false,
-        }
-    }
-}
-
-/// A pin to show.
-pub struct Signal {
-    pub name: String,
-    pub what: What,
-}
-
-/// The source of a pin's level.
-#[derive(Clone, Copy)]
-pub enum What {
-    /// A bit of the lines.
-    Line(u8),
-    /// High while the drivers are on.
-    Enable,
-    /// Always low: a brake.
-    Low,
-}
-
 impl WiringArgs {
     /// The wiring on `board`, or else on the Arduino of the option.
-    pub fn wiring(&self, board: Option<Arduino>) -> Result<Wiring, Failure> {
+    pub fn wiring(&self, board: Option<Arduino>) -> Result<TimedWiring, Failure> {
         let board = board.unwrap_or(match self.board {
             BoardArg::Uno => Arduino::Uno,
             BoardArg::Mega => Arduino::Mega,
@@ -204,7 +165,7 @@ impl WiringArgs {
                 None => Failure::new(text).hint("is --board right?"),
             }
         };
-        let signal = |name: String, what| Signal { name, what };
+        let signal = |name: String, what| WiredSignal { name, what };
         let (name, sequence, signals, wire) = match &self.drive {
             None => {
                 let (port, on_port, mask) = Shield::FIRST.coils(board).map_err(refused)?;
@@ -214,14 +175,14 @@ impl WiringArgs {
                 let (port, on_port, mask) = shield.coils(board).map_err(refused)?;
                 let [a, b] = shield.direction;
                 let mut signals = vec![
-                    signal(a.to_string(), What::Line(0)),
-                    signal(b.to_string(), What::Line(1)),
+                    signal(a.to_string(), SignalLevel::Line(0)),
+                    signal(b.to_string(), SignalLevel::Line(1)),
                 ];
                 for pin in shield.enable {
-                    signals.push(signal(format!("{pin} en"), What::Enable));
+                    signals.push(signal(format!("{pin} en"), SignalLevel::Enable));
                 }
                 for pin in shield.brake.into_iter().flatten() {
-                    signals.push(signal(format!("{pin} br"), What::Low));
+                    signals.push(signal(format!("{pin} br"), SignalLevel::Low));
                 }
                 let name = format!("{name}, directions on port {port}");
                 (Some(name), SHIELD, signals, wire(port, mask, on_port, true))
@@ -229,7 +190,8 @@ impl WiringArgs {
             Some(DriveArg::Pins(name, sequence, pins)) => {
                 let (port, bits) = same_port(board, pins).map_err(refused)?;
                 let names = pins.iter().zip(&bits);
-                let signals = names.map(|(pin, bit)| signal(pin.to_string(), What::Line(*bit)));
+                let signals =
+                    names.map(|(pin, bit)| signal(pin.to_string(), SignalLevel::Line(*bit)));
                 let on_port = sequence.on_bits(&bits);
                 let mask = bits.iter().fold(0, |mask, bit| mask | 1 << bit);
                 let name = format!("{name}, on port {port}");
@@ -237,12 +199,13 @@ impl WiringArgs {
             }
             Some(DriveArg::Lines(name, sequence, lines)) => {
                 let named = (0..).zip(*lines);
-                let signals = named.map(|(bit, line)| signal((*line).into(), What::Line(bit)));
+                let signals =
+                    named.map(|(bit, line)| signal((*line).into(), SignalLevel::Line(bit)));
                 (Some((*name).to_owned()), *sequence, signals.collect(), None)
             }
             Some(DriveArg::Pattern(sequence, mask, port)) => {
                 let bits = (0..8).rev().filter(|bit| mask >> bit & 1 != 0);
-                let signals = bits.map(|bit| signal(format!("bit {bit}"), What::Line(bit)));
+                let signals = bits.map(|bit| signal(format!("bit {bit}"), SignalLevel::Line(bit)));
                 let wire = port.and_then(|port| wire(port, *mask, *sequence, false));
                 (Some("a pattern of one's own".to_owned()), *sequence, signals.collect(), wire)
             }
@@ -252,7 +215,7 @@ impl WiringArgs {
             return Err(Failure::new(format!("--phase {}: there is none", self.phase))
                 .hint(format!("this drive has phases 0 to {last}")));
         }
-        Ok(Wiring { name, sequence, phase, signals, wire })
+        Ok(TimedWiring { name, sequence, phase, signals, wire })
     }
 }
 

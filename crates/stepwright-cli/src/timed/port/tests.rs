@@ -4,13 +4,12 @@ use std::collections::VecDeque;
 use std::io;
 
 use stepwright_host::link::simulated::{VirtualLink, VirtualProgram};
+use stepwright_play::timed::{TimedOrder, TimedWiring};
 use stepwright_sim::timed::{TimedLineBoard, TimedMotor};
 use stepwright_timed::SetSpeed;
 use stepwright_timed::line::LONGEST;
 
 use super::*;
-use crate::timed::order::Order;
-use crate::timed::wiring::Wiring;
 
 const HZ: u32 = 16_000_000;
 /// A byte on the line, in ticks.
@@ -72,16 +71,16 @@ impl Link for Chip {
 
 const UNO: &str = "stepwright-timed uno hz=16000000 axes=0 can=sum timers=1";
 
-fn order(set_speed: SetSpeed, poll_ms: Option<u32>) -> Order {
-    Order { set_speed, poll_ms, case: None, steps_per_turn: 200 }
+fn order(set_speed: SetSpeed, poll_ms: Option<u32>) -> TimedOrder {
+    TimedOrder { set_speed, poll_ms, case: None, steps_per_turn: 200 }
 }
 
 /// Gives an order to a board, and examines the result.
 fn play<T>(
     about: &'static str,
     timer: u8,
-    order: &Order,
-    see: impl FnOnce(&Course) -> T,
+    order: &TimedOrder,
+    see: impl FnOnce(&TimedCourse) -> T,
 ) -> Result<T, Failure> {
     let mut board = Board::meet(Box::new(Chip::new(about)))?;
     let wire = Wire {
@@ -91,7 +90,7 @@ fn play<T>(
         shield: true,
         phase: 0,
     };
-    let wiring = Wiring {
+    let wiring = TimedWiring {
         name: None,
         sequence: wire.sequence,
         phase: 0,
@@ -101,7 +100,7 @@ fn play<T>(
     let log = Moments::Every(100.0, 200.0);
     let hardware = Hardware::avr16(HZ);
     let (latched, for_ms) = (false, None);
-    let play = Play { hardware, latched, order, wiring: &wiring, for_ms, log: Some(&log) };
+    let play = TimedPlay { hardware, latched, order, wiring: &wiring, for_ms, log: Some(&log) };
     board.play(&play, timer, wire).map(|course| see(&course))
 }
 

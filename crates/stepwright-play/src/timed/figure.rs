@@ -3,9 +3,8 @@
 
 use std::str::FromStr;
 
-use super::course::Course;
 use super::output::called;
-use super::wiring::{What, Wiring};
+use super::{SignalLevel, SpeedUpdate, TimedCourse, TimedWiring, WiredSignal};
 use stepwright_plot::{Curve, Figure, GAP, PALETTE, Panel, View, number};
 
 /// Signals are shown for this many steps, unless a window is chosen.
@@ -13,27 +12,27 @@ const FEW: usize = 16;
 
 /// `0..40`: ms after the call.
 #[derive(Clone, Copy, Debug)]
-pub struct Window {
+pub struct PlotWindow {
     from: f64,
     to: f64,
 }
 
-impl FromStr for Window {
+impl FromStr for PlotWindow {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Window, String> {
+    fn from_str(text: &str) -> Result<PlotWindow, String> {
         let (from, to) = text.split_once("..").ok_or("write FROM..TO in ms, like 0..40")?;
         let number = |text: &str| match text.trim().parse::<f64>() {
             Ok(ms) if (0.0..=1e8).contains(&ms) => Ok(ms),
             _ => Err(format!("{text:?} is no time in ms")),
         };
-        let window = Window { from: number(from)?, to: number(to)? };
+        let window = PlotWindow { from: number(from)?, to: number(to)? };
         if window.to > window.from { Ok(window) } else { Err("it ends before it begins".into()) }
     }
 }
 
 /// The figure of a course.
-pub fn draw(course: &Course, wiring: &Wiring, window: Option<Window>) -> Figure {
+pub fn draw(course: &TimedCourse, wiring: &TimedWiring, window: Option<PlotWindow>) -> Figure {
     let last = course.steps.last().map_or(1.0, |clock| course.ms(*clock));
     let end = if course.moving { course.ms(course.end) } else { last };
     let across = match window {
@@ -99,7 +98,7 @@ pub fn draw(course: &Course, wiring: &Wiring, window: Option<Window>) -> Figure 
     Figure { title: title(course), notes: notes(course), rows }
 }
 
-fn title(course: &Course) -> String {
+fn title(course: &TimedCourse) -> String {
     let steps = number(course.steps.len() as f64, 0);
     match course.order.case {
         Some(case) => format!("The Arduino driver, case {case}: {steps} steps"),
@@ -107,11 +106,11 @@ fn title(course: &Course) -> String {
     }
 }
 
-fn notes(course: &Course) -> Vec<String> {
+fn notes(course: &TimedCourse) -> Vec<String> {
     let order = &course.order.set_speed;
     let first = course.updates.first();
     let last = course.updates.last();
-    let speed = |update: Option<&super::course::Update>| {
+    let speed = |update: Option<&SpeedUpdate>| {
         update.map_or(String::new(), |u| format!("{:.3}", u.fitted.nanosteps() as f64 / 1e9))
     };
     let mut parts = vec![format!("virtual top {}", order.top)];
@@ -131,7 +130,7 @@ fn notes(course: &Course) -> Vec<String> {
 }
 
 /// The speed of each interval, and that of the log's tops.
-fn speeds(course: &Course, scale: f64) -> Vec<Curve> {
+fn speeds(course: &TimedCourse, scale: f64) -> Vec<Curve> {
     let mut points = vec![(0.0, 0.0)];
     for row in course.rows() {
         let before = course.ms(row.clock - row.delay) * scale;
@@ -156,7 +155,7 @@ fn speeds(course: &Course, scale: f64) -> Vec<Curve> {
 }
 
 /// The steps left over time, and those of the log.
-fn left(course: &Course, scale: f64) -> Vec<Curve> {
+fn left(course: &TimedCourse, scale: f64) -> Vec<Curve> {
     let limit = f64::from(course.order.set_speed.limit);
     let mut points = vec![(0.0, limit)];
     for row in course.rows() {
@@ -173,7 +172,7 @@ fn left(course: &Course, scale: f64) -> Vec<Curve> {
 }
 
 /// The dots of the published log.
-fn published(course: &Course, scale: f64, value: impl Fn(&[u32; 5]) -> f64) -> Option<Curve> {
+fn published(course: &TimedCourse, scale: f64, value: impl Fn(&[u32; 5]) -> f64) -> Option<Curve> {
     use stepwright_sim::timed::published::{DUMP_EVERY_MS, FIRST_DUMP_MS};
     let log = course.order.log();
     let at = |n: usize| (FIRST_DUMP_MS + DUMP_EVERY_MS * n as f64) * scale;
@@ -190,9 +189,14 @@ fn published(course: &Course, scale: f64, value: impl Fn(&[u32; 5]) -> f64) -> O
 }
 
 /// A curve for each pin, the first one on top.
-fn signals(course: &Course, wiring: &Wiring, scale: f64, shown: (f64, f64)) -> Vec<Curve> {
+fn signals(
+    course: &TimedCourse,
+    wiring: &TimedWiring,
+    scale: f64,
+    shown: (f64, f64),
+) -> Vec<Curve> {
     let (begin, end) = (shown.0.min(0.0) * scale, shown.1 * scale);
-    let lane = |(signal, at): (&super::wiring::Signal, usize)| {
+    let lane = |(signal, at): (&WiredSignal, usize)| {
         let base = (wiring.signals.len() - 1 - at) as f64;
         let mut points: Vec<(f64, f64)> = Vec::new();
         for change in &course.changes {
@@ -210,7 +214,7 @@ fn signals(course: &Course, wiring: &Wiring, scale: f64, shown: (f64, f64)) -> V
         Curve {
             name: signal.name.clone(),
             colour: match signal.what {
-                What::Line(_) => PALETTE[0],
+                SignalLevel::Line(_) => PALETTE[0],
                 _ => PALETTE[5],
             },
             points,
@@ -218,70 +222,4 @@ fn signals(course: &Course, wiring: &Wiring, scale: f64, shown: (f64, f64)) -> V
         }
     };
     wiring.signals.iter().zip(0..).map(lane).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Args, course};
-    use super::*;
-    use clap::Parser;
-
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        args: Args,
-    }
-
-    fn figure(line: &str) -> Figure {
-        let args = Line::parse_from(format!("timed {line}").split_whitespace()).args;
-        let hardware = args.clock.hardware().unwrap();
-        let order = args.order.order(&hardware).unwrap();
-        let wiring = args.wiring.wiring(None).unwrap();
-        let play = course::Play {
-            hardware,
-            latched: args.latched,
-            order: &order,
-            wiring: &wiring,
-            for_ms: args.for_ms,
-            log: args.log.as_ref(),
-        };
-        draw(&Course::play(&play).unwrap(), &wiring, args.window)
-    }
-
-    /// Every drive shows its pins below the speed, on the same time axis, including the call.
-    #[test]
-    fn pins_and_speed_are_on_one_time() {
-        for (drive, lanes) in [
-            ("shield", 6),
-            ("lower-shield", 4),
-            ("second-shield", 4),
-            ("unipolar:D4,D5,D6,D7", 4),
-            ("unipolar-half:D8,D9,D10,D11", 4),
-            ("bridge-half", 4),
-            ("l6219", 6),
-            ("l6219-quarter", 6),
-        ] {
-            let figure = figure(&format!("--speed 100 --steps 10 --drive {drive}"));
-            let [speed, pins] = [0, 1].map(|row| &figure.rows[row].1[0]);
-            assert_eq!(speed.view.x, pins.view.x, "{drive}");
-            let (from, to) = pins.view.x.unwrap();
-            assert!(from < 0.0 && to > 100.0, "{drive}: {from} to {to}");
-            assert_eq!((pins.lanes.len(), pins.curves.len()), (lanes, lanes), "{drive}");
-            for curve in &pins.curves {
-                let (first, last) = (curve.points[0], curve.points[curve.points.len() - 1]);
-                assert_eq!((first.0, last.0), (from, to), "{drive}: {}", curve.name);
-            }
-        }
-    }
-
-    /// Of many steps only the first 16 are shown, or those in the chosen window.
-    #[test]
-    fn of_many_steps_few_are_shown() {
-        let shown = |more: &str| {
-            let figure = figure(&format!("--speed 100 --steps 400 --drive shield {more}"));
-            figure.rows[1].1[0].view.x.unwrap()
-        };
-        assert_eq!(shown("").1, 165.0);
-        assert_eq!(shown("--plot x.svg --window 20..60"), (20.0, 60.0));
-    }
 }

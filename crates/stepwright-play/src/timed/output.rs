@@ -9,8 +9,7 @@ use stepwright_plan::tidy;
 use stepwright_sim::vcd::unit;
 use stepwright_timed::{Call, Control, Field, Status};
 
-use super::course::{Course, Logged};
-use super::wiring::Wiring;
+use super::{LoggedDump, TimedCourse, TimedWiring};
 use stepwright_plan::sheet::{Cell, Sheet, SheetFormat, quoted};
 
 /// Names of the control's bits, as in the Arduino driver's article.
@@ -60,7 +59,7 @@ pub fn called(call: Call) -> &'static str {
 }
 
 /// The summary: the order and its result.
-pub fn summary(out: &mut impl Write, course: &Course) -> io::Result<()> {
+pub fn summary(out: &mut impl Write, course: &TimedCourse) -> io::Result<()> {
     let order = &course.order.set_speed;
     let hz = course.hardware.hz();
     let bits = course.hardware.bits();
@@ -116,7 +115,7 @@ pub fn summary(out: &mut impl Write, course: &Course) -> io::Result<()> {
 }
 
 /// Every step in columns.
-pub fn table(out: &mut impl Write, course: &Course) -> io::Result<()> {
+pub fn table(out: &mut impl Write, course: &TimedCourse) -> io::Result<()> {
     let heads = ("step", "clock", "ms", "delay", "steps/s", "phase");
     let (a, b, c, d, e, f) = heads;
     writeln!(out, "{a:>10}{b:>14}{c:>14}{d:>12}{e:>14}{f:>7}")?;
@@ -129,7 +128,7 @@ pub fn table(out: &mut impl Write, course: &Course) -> io::Result<()> {
 }
 
 /// Every step; times in clocks. With a drive the level of each of its pins after the step.
-pub fn csv(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result<()> {
+pub fn csv(out: &mut impl Write, course: &TimedCourse, wiring: &TimedWiring) -> io::Result<()> {
     write!(out, "step,time,delay,speed,phase")?;
     wiring.signals.iter().try_for_each(|signal| write!(out, ",{}", quoted(&signal.name)))?;
     writeln!(out)?;
@@ -152,7 +151,7 @@ pub fn csv(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result
 }
 
 /// The changes of the pins, from the call on: clock, index of the signal, level.
-fn edges(course: &Course, wiring: &Wiring) -> impl Iterator<Item = (u64, usize, bool)> {
+fn edges(course: &TimedCourse, wiring: &TimedWiring) -> impl Iterator<Item = (u64, usize, bool)> {
     let mut before: Vec<Option<bool>> = vec![None; wiring.signals.len()];
     course.changes.iter().flat_map(move |change| {
         let levels = wiring.signals.iter().map(|signal| signal.is_high(change));
@@ -164,7 +163,7 @@ fn edges(course: &Course, wiring: &Wiring) -> impl Iterator<Item = (u64, usize, 
 }
 
 /// The pins' edges as MCAP, in ns from the call on, rounded down.
-pub fn mcap(out: impl Write, course: &Course, wiring: &Wiring) -> io::Result<()> {
+pub fn mcap(out: impl Write, course: &TimedCourse, wiring: &TimedWiring) -> io::Result<()> {
     let names: Vec<_> = wiring.signals.iter().map(|one| one.name.replace(' ', "_")).collect();
     let words = "the pins of the timed driver's virtual board";
     let mut file = McapWriter::new(out, names.iter().map(String::as_str), [], words)?;
@@ -176,7 +175,7 @@ pub fn mcap(out: impl Write, course: &Course, wiring: &Wiring) -> io::Result<()>
 }
 
 /// The pins' edges as a Value Change Dump, from the call on.
-pub fn vcd(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result<()> {
+pub fn vcd(out: &mut impl Write, course: &TimedCourse, wiring: &TimedWiring) -> io::Result<()> {
     writeln!(out, "$version stepwright {} $end", env!("CARGO_PKG_VERSION"))?;
     let hz = course.hardware.hz();
     let (units, name) = unit(hz.into());
@@ -200,8 +199,8 @@ pub fn vcd(out: &mut impl Write, course: &Course, wiring: &Wiring) -> io::Result
 
 /// The article's dumps in the format of its serial monitor: each line begins with the time after
 /// the call.
-pub fn dumps(out: &mut impl Write, course: &Course) -> io::Result<()> {
-    for Logged { ms, dump } in &course.dumps {
+pub fn dumps(out: &mut impl Write, course: &TimedCourse) -> io::Result<()> {
+    for LoggedDump { ms, dump } in &course.dumps {
         let whole = ms.round() as u64;
         let (hours, minutes) = (whole / 3_600_000, whole / 60_000 % 60);
         let (seconds, millis) = (whole / 1000 % 60, whole % 1000);
@@ -214,12 +213,12 @@ pub fn dumps(out: &mut impl Write, course: &Course) -> io::Result<()> {
 }
 
 /// The dumps as CSV, one a line.
-pub fn dumps_csv(out: &mut impl Write, course: &Course) -> io::Result<()> {
+pub fn dumps_csv(out: &mut impl Write, course: &TimedCourse) -> io::Result<()> {
     write!(out, "ms")?;
     let names = stepwright_timed::Dump::default().fields();
     names.iter().try_for_each(|(name, _)| write!(out, ",{name}"))?;
     writeln!(out)?;
-    for Logged { ms, dump } in &course.dumps {
+    for LoggedDump { ms, dump } in &course.dumps {
         write!(out, "{ms}")?;
         dump.fields().iter().try_for_each(|(_, field)| write!(out, ",{field}"))?;
         writeln!(out)?;
@@ -235,7 +234,7 @@ fn field(field: Field) -> Value {
 }
 
 /// The whole result as one JSON object; steps as clocks.
-pub fn json(out: &mut impl Write, course: &Course) -> io::Result<()> {
+pub fn json(out: &mut impl Write, course: &TimedCourse) -> io::Result<()> {
     let order = &course.order.set_speed;
     let updates = course.updates.iter().map(|update| {
         json!({
@@ -248,7 +247,7 @@ pub fn json(out: &mut impl Write, course: &Course) -> io::Result<()> {
             "speed": update.fitted.nanosteps() as f64 / 1e9,
         })
     });
-    let dumps = course.dumps.iter().map(|Logged { ms, dump }| {
+    let dumps = course.dumps.iter().map(|LoggedDump { ms, dump }| {
         let fields = dump.fields().map(|(name, value)| (name.to_owned(), field(value)));
         let mut members: serde_json::Map<_, _> = fields.into_iter().collect();
         members.insert("ms".into(), json!(ms));

@@ -6,9 +6,8 @@ use stepwright_sim::timed::{Change, TimedBoard};
 use stepwright_timed::fit::{Fitted, Hardware};
 use stepwright_timed::{Call, Code, Control, Dump, Model, Status};
 
-use super::order::Order;
-use super::wiring::Wiring;
-use crate::failure::Failure;
+use super::{TimedOrder, TimedWiring};
+use crate::PlayError;
 
 /// The most steps that are kept.
 const MOST: usize = 20_000_000;
@@ -53,25 +52,38 @@ impl Moments {
 }
 
 /// The order to play, and its options.
-pub struct Play<'a> {
+pub struct TimedPlay<'a> {
+    /// The timer.
     pub hardware: Hardware,
+    /// Whether a new top waits in the compare register, as in fast PWM.
     pub latched: bool,
-    pub order: &'a Order,
-    pub wiring: &'a Wiring,
+    /// The order.
+    pub order: &'a TimedOrder,
+    /// The wiring of the motor.
+    pub wiring: &'a TimedWiring,
+    /// How long to watch, in ms from the call; by default until the end.
     pub for_ms: Option<u32>,
+    /// When to print the debug dump.
     pub log: Option<&'a Moments>,
 }
 
 /// The result of an order.
-pub struct Course<'a> {
+pub struct TimedCourse<'a> {
+    /// The timer.
     pub hardware: Hardware,
+    /// Whether a new top waits in the compare register, as in fast PWM.
     pub latched: bool,
-    pub order: &'a Order,
+    /// The order.
+    pub order: &'a TimedOrder,
+    /// The driver's answer.
     pub code: Code,
-    pub updates: Vec<Update>,
-    pub dumps: Vec<Logged>,
+    /// The speeds in the order of time.
+    pub updates: Vec<SpeedUpdate>,
+    /// The debug dumps.
+    pub dumps: Vec<LoggedDump>,
     /// The callbacks, with their ms after the call.
     pub calls: Vec<(f64, Call)>,
+    /// The status at the end.
     pub status: Status,
     /// The number of steps made, if known.
     pub made: Option<u64>,
@@ -79,16 +91,19 @@ pub struct Course<'a> {
     pub steps: Vec<u64>,
     /// Whether a real board has carried out the order.
     pub on_board: bool,
+    /// The changes of the pins.
     pub changes: Vec<Change>,
     /// The phase before the first step.
     pub phase: u8,
+    /// The number of rows of the motor's pattern.
     pub rows: u8,
     /// The end of the watching in clocks, and whether the motor still moved then.
     pub end: u64,
+    /// Whether the motor still moves then.
     pub moving: bool,
 }
 
-impl Play<'_> {
+impl TimedPlay<'_> {
     /// The longest time to watch an order, in ms from the call.
     pub fn until_ms(&self) -> Option<u32> {
         let set_speed = &self.order.set_speed;
@@ -100,32 +115,38 @@ impl Play<'_> {
 }
 
 /// The failure for an order that the driver refused.
-pub fn refused(code: Code) -> Failure {
+pub fn refused(code: Code) -> PlayError {
     let text = code.to_string();
     let (what, todo) = text.split_once("; ").unwrap_or((&text, "see --help"));
-    Failure::new(what).hint(todo)
+    PlayError::new(what).hint(todo)
 }
 
 /// The speed from this clock on; the first one is the call's.
-pub struct Update {
+pub struct SpeedUpdate {
+    /// The clock from which it counts.
     pub clock: u64,
     /// Steps made by then.
     pub steps: usize,
+    /// The virtual top.
     pub top: u32,
+    /// The modification.
     pub modification: u32,
+    /// The interval on the timer.
     pub fitted: Fitted,
 }
 
 /// A dump and its ms after the call.
-pub struct Logged {
+pub struct LoggedDump {
+    /// The time of the dump in ms.
     pub ms: f64,
+    /// The dump.
     pub dump: Dump,
 }
 
-impl<'a> Course<'a> {
+impl<'a> TimedCourse<'a> {
     /// Plays an order.
-    pub fn play(play: &Play<'a>) -> Result<Course<'a>, Failure> {
-        let Play { hardware, latched, order, wiring, .. } = *play;
+    pub fn play(play: &TimedPlay<'a>) -> Result<TimedCourse<'a>, PlayError> {
+        let TimedPlay { hardware, latched, order, wiring, .. } = *play;
         let model = if latched { Model::Latched } else { Model::Ideal };
         let mut board = TimedBoard::new(hardware, model, wiring.sequence, order.call_ms());
         board.restore(wiring.phase);
@@ -133,7 +154,7 @@ impl<'a> Course<'a> {
         if code.is_error() {
             return Err(refused(code));
         }
-        let mut course = Course::begin(play, code, wiring.phase, wiring.sequence.len());
+        let mut course = TimedCourse::begin(play, code, wiring.phase, wiring.sequence.len());
         course.on_board = false;
         course.note(&mut board);
         course.watch(&mut board, play)?;
@@ -147,8 +168,8 @@ impl<'a> Course<'a> {
     }
 
     /// The course of an order that a board has accepted with this code.
-    pub fn begin(play: &Play<'a>, code: Code, phase: u8, rows: u8) -> Course<'a> {
-        Course {
+    pub fn begin(play: &TimedPlay<'a>, code: Code, phase: u8, rows: u8) -> TimedCourse<'a> {
+        TimedCourse {
             hardware: play.hardware,
             latched: play.latched,
             order: play.order,
@@ -169,7 +190,7 @@ impl<'a> Course<'a> {
     }
 
     /// Lets the board run: carries out events, checks and dumps in the order of time.
-    fn watch(&mut self, board: &mut TimedBoard, play: &Play) -> Result<(), Failure> {
+    fn watch(&mut self, board: &mut TimedBoard, play: &TimedPlay) -> Result<(), PlayError> {
         let until = play.until_ms().map_or(u64::MAX, |ms| board.clocks(ms.into()));
         let mut check = self.order.poll_ms.map(|ms| (ms, ms));
         let mut logged = 0;
@@ -200,11 +221,11 @@ impl<'a> Course<'a> {
             }
             self.note(board);
             if let Some((_, ms)) = dump.filter(|(at, _)| *at == next) {
-                self.dumps.push(Logged { ms, dump: board.dump() });
+                self.dumps.push(LoggedDump { ms, dump: board.dump() });
                 logged += 1;
             }
             if board.steps().len() > MOST {
-                return Err(Failure::new(format!("more than {MOST} steps"))
+                return Err(PlayError::new(format!("more than {MOST} steps"))
                     .hint("watch it for a shorter time: --for-ms 10000"));
             }
         }
@@ -223,7 +244,7 @@ impl<'a> Course<'a> {
         if let Ok(fitted) = self.hardware.fit(dump.top) {
             let Dump { top, modification, .. } = dump;
             let (clock, steps) = (board.now(), board.steps().len());
-            self.updates.push(Update { clock, steps, top, modification, fitted });
+            self.updates.push(SpeedUpdate { clock, steps, top, modification, fitted });
         }
     }
 
@@ -238,7 +259,7 @@ impl<'a> Course<'a> {
     }
 
     /// Number, clock, delay, speed and phase of each step.
-    pub fn rows(&self) -> impl Iterator<Item = Row> + '_ {
+    pub fn rows(&self) -> impl Iterator<Item = CourseStep> + '_ {
         let hz = f64::from(self.hardware.hz());
         let forward = !self.order.set_speed.control.has(Control::DIRECTION);
         let mut before = 0;
@@ -247,16 +268,21 @@ impl<'a> Course<'a> {
             let turned = (step % u64::from(self.rows)) as u8;
             let back = self.rows - turned;
             let phase = (self.phase + if forward { turned } else { back }) % self.rows;
-            Row { step, clock, delay, speed: hz / delay as f64, phase }
+            CourseStep { step, clock, delay, speed: hz / delay as f64, phase }
         })
     }
 }
 
 /// A step.
-pub struct Row {
+pub struct CourseStep {
+    /// Its number, from 1.
     pub step: u64,
+    /// The clock from which it counts.
     pub clock: u64,
+    /// The clocks since the step before, or the call.
     pub delay: u64,
+    /// The speed of this delay in steps/s.
     pub speed: f64,
+    /// The row to begin at.
     pub phase: u8,
 }

@@ -234,6 +234,13 @@ impl Maker<'_> {
             "bst r24, 3; bld r20, 1; eor r21, r20".into(),
             "sbiw r24, 3; cp r24, r1; cpc r25, r1".into(),
             "sub r22, r18; sbc r23, r19; cp r22, r1; cpc r23, r1".into(),
+            // The zero flag is that of both bytes, the sign that of the difference.
+            "sub r22, r18; sbc r23, r19; cpi r23, 0".into(),
+            "subi r24, 3; cpi r24, 0".into(),
+            // Pairs that are not compared with 0, or not always.
+            "cp r18, r20; cpc r19, r1".into(),
+            "cp r18, r1; cpc r21, r1".into(),
+            "sbrc r20, 0; cp r24, r1; cpc r25, r1".into(),
         ];
         let phrase = match self.random.below(phrases.len() + 3) {
             condition if condition >= phrases.len() => return self.condition(),
@@ -242,7 +249,8 @@ impl Maker<'_> {
         phrase.split("; ").for_each(|text| self.emit(text));
         if self.random.one_in(3) {
             let over = self.label();
-            self.emit(format!("brne {over}"));
+            let branch = self.random.of(&["brne", "brne", "brlt"]);
+            self.emit(format!("{branch} {over}"));
             self.simple();
             self.out.push(format!("{over}:"));
         }
@@ -256,9 +264,16 @@ impl Maker<'_> {
         let compare = self.random.of(&["cp", "sub"]);
         self.emit(format!("{compare} r{a}, r{b}"));
         let branch = self.random.of(&BRANCHES[..8]);
+        if self.random.one_in(8) {
+            self.emit(format!("sbrc r{b}, 0"));
+        }
         self.emit(format!("{branch} {made}"));
         self.emit(format!("mov r{byte}, r1"));
         self.out.push(format!("{made}:"));
+        // The flags may be others then.
+        if self.random.one_in(4) {
+            self.simple();
+        }
         let ask = self.random.of(&["cpi r{}, 0", "tst r{}", "andi r{}, 1"]);
         self.emit(ask.replace("{}", &byte.to_string()));
         for label in [first, second] {

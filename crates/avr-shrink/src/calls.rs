@@ -52,7 +52,6 @@ impl Calls {
     /// Examines a function once. Returns whether it reads more than was known.
     fn look(&mut self, function: &Function) -> bool {
         let Some(flow) = Flow::of(function, self) else { return false };
-        let live = flow.live();
         let mut more = false;
         let mut add = |sets: &mut HashMap<String, Set>, name: &str, read: Set| {
             if let Some(set) = sets.get_mut(name) {
@@ -61,9 +60,9 @@ impl Calls {
             }
         };
         // The first line is the label.
-        add(&mut self.taken, &function.name, live[0]);
+        add(&mut self.taken, &function.name, flow.live[0]);
         for (n, code) in function.code().filter(|(_, code)| code.name == "call") {
-            add(&mut self.given, &code.a, live[n]);
+            add(&mut self.given, &code.a, flow.live[n]);
         }
         more
     }

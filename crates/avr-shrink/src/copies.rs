@@ -17,21 +17,19 @@
 use super::asm::{Code, Function, Line};
 use super::calls::Calls;
 use super::effects::{Effect, register};
-use super::flow::Flow;
 use super::values::{State, Value, Values};
 
 /// Processes a function once. Returns whether it has changed.
 pub(crate) fn leave_out(function: &mut Function, calls: &Calls) -> bool {
-    let Some(flow) = Flow::of(function, calls) else { return false };
-    let Some(values) = Values::of(function, &flow, &flow.live()) else { return false };
+    let Some(values) = Values::of(function, calls) else { return false };
     let mut lines = Vec::new();
     for (n, line) in function.lines.iter().enumerate() {
         // A branch to the next line does nothing either.
-        if values.idle[n] || flow.next[n] == [n + 1, n + 1] && !function.is_skipped(n) {
+        if values.idle[n] || values.flow.next[n] == [n + 1, n + 1] && !function.is_skipped(n) {
             continue;
         }
         let better = line.code().zip(values.before[n].as_ref());
-        let better = better.and_then(|(code, state)| first(code, flow.effects[n], state));
+        let better = better.and_then(|(code, state)| first(code, values.flow.effects[n], state));
         lines.push(better.map_or_else(|| line.clone(), Line::Code));
     }
     let changed = lines != function.lines;

@@ -15,6 +15,8 @@ pub(crate) struct Flow {
     pub next: Vec<Vec<usize>>,
     /// The lines that may precede each line.
     pub before: Vec<Vec<usize>>,
+    /// The registers and flags that are read after each line.
+    pub live: Vec<Set>,
 }
 
 impl Flow {
@@ -27,8 +29,12 @@ impl Flow {
                 labels.insert(name.as_str(), n);
             }
         }
-        let mut flow =
-            Flow { effects: Vec::new(), next: Vec::new(), before: vec![Vec::new(); lines.len()] };
+        let mut flow = Flow {
+            effects: Vec::new(),
+            next: Vec::new(),
+            before: vec![Vec::new(); lines.len()],
+            live: vec![0; lines.len()],
+        };
         for (n, line) in lines.iter().enumerate() {
             let effect = match line {
                 Line::Label(_) => NOTHING,
@@ -60,29 +66,22 @@ impl Flow {
             flow.next.push(next);
             flow.effects.push(effect);
         }
-        Some(flow)
-    }
-
-    /// The registers and flags that are read after each line.
-    pub fn live(&self) -> Vec<Set> {
-        let mut live = vec![0; self.effects.len()];
         let mut changed = true;
         while changed {
             changed = false;
-            for n in (0..live.len()).rev() {
-                let next = self.next[n].iter();
-                let after = next.fold(0, |set, &next| set | self.begins(next, &live));
-                changed |= live[n] != after;
-                live[n] = after;
+            for n in (0..lines.len()).rev() {
+                let live = flow.next[n].iter().fold(0, |set, &next| set | flow.needs(next));
+                changed |= flow.live[n] != live;
+                flow.live[n] = live;
             }
         }
-        live
+        Some(flow)
     }
 
     /// The registers and flags that are read from a line on.
-    pub fn begins(&self, line: usize, live: &[Set]) -> Set {
+    pub fn needs(&self, line: usize) -> Set {
         let effect = self.effects[line];
-        live[line] & !effect.sure | effect.reads
+        self.live[line] & !effect.sure | effect.reads
     }
 }
 
@@ -127,7 +126,7 @@ mod tests {
     #[test]
     fn what_a_loop_reads_is_read_later() {
         let body = "ldi r26, 9\nldi r27, 9\n.L1:\nout 10, r26\nldi r27, 1\nbrne .L1\nret";
-        let live = Flow::of(&function(body), &Calls::default()).unwrap().live();
+        let live = Flow::of(&function(body), &Calls::default()).unwrap().live;
         // After the second line: the loop reads r26, and overwrites r27.
         assert!(reads(live[2], 26) && !reads(live[2], 27));
         // After the branch the loop may begin again.
@@ -138,14 +137,14 @@ mod tests {
     fn what_may_be_skipped_overwrites_nothing_for_sure() {
         let body = "ldi r26, 1\nsbrc r20, 0\nldi r26, 2\nout 10, r26\nret";
         let flow = Flow::of(&function(body), &Calls::default()).unwrap();
-        assert!(reads(flow.live()[1], 26));
+        assert!(reads(flow.live[1], 26));
     }
 
     #[test]
     fn a_persons_instruction_reads_what_it_says() {
         let body = |by_hand: &str| {
             let function = function(&format!("ldi r26, 1\n;APP\n{by_hand}\n;NO_APP\nret"));
-            reads(Flow::of(&function, &Calls::default()).unwrap().live()[1], 26)
+            reads(Flow::of(&function, &Calls::default()).unwrap().live[1], 26)
         };
         assert!(!body("wdr") && !body("in r24, 63\ncli") && body("mov r0, r26"));
         // It does not certainly overwrite a register either: it may be skipped.

@@ -20,19 +20,16 @@
 use super::asm::{Code, Function, Line, Program};
 use super::branches::opposite;
 use super::calls::Calls;
-use super::effects::{ARITHMETIC, CARRY, Kind, SIGN, Set, ZERO, register};
+use super::effects::{ARITHMETIC, CARRY, Kind, SIGN, ZERO, register};
 use super::flow::Flow;
 use super::values::{Value, Values, slots};
 
 /// Removes one test of a condition's byte. Returns whether there was one.
 pub(crate) fn branch(function: &mut Function, calls: &Calls) -> bool {
-    let Some(flow) = Flow::of(function, calls) else { return false };
-    let live = flow.live();
-    let Some(values) = Values::of(function, &flow, &live) else { return false };
+    let Some(values) = Values::of(function, calls) else { return false };
     for n in 0..function.lines.len() {
-        let branches = asked(function, &flow, &values, n)
-            .and_then(|truth| Some((truth, users(&flow, &live, n)?)));
-        let Some((truth, users)) = branches else { continue };
+        let Some(truth) = asked(function, &values, n) else { continue };
+        let Some(users) = users(&values.flow, n) else { continue };
         for at in users {
             if let Line::Code(code) = &mut function.lines[at] {
                 let same = code.name == "brne";
@@ -47,8 +44,8 @@ pub(crate) fn branch(function: &mut Function, calls: &Calls) -> bool {
 
 /// The branch that is taken if the byte which a line compares with 0 is 1. Its flags are still
 /// there.
-fn asked(function: &Function, flow: &Flow, values: &Values, n: usize) -> Option<&'static str> {
-    let code = function.lines[n].code()?;
+fn asked(function: &Function, values: &Values, n: usize) -> Option<&'static str> {
+    let (code, flow) = (function.lines[n].code()?, &values.flow);
     let before = values.before[n]?;
     let byte = before[register(&code.a)?].origin().filter(|origin| origin.merged)?;
     // The branch, and one instruction that it jumps over.
@@ -71,7 +68,7 @@ fn asked(function: &Function, flow: &Flow, values: &Values, n: usize) -> Option<
 /// The branches that read the flags of a line. `None` if flags of other instructions may reach
 /// them, as behind one that may be skipped, or if something other than a branch on the zero flag
 /// reads them.
-fn users(flow: &Flow, live: &[Set], line: usize) -> Option<Vec<usize>> {
+fn users(flow: &Flow, line: usize) -> Option<Vec<usize>> {
     let (mut users, mut passed) = (Vec::new(), vec![line]);
     let mut reached = flow.next[line].clone();
     let mut at = 0;
@@ -85,7 +82,7 @@ fn users(flow: &Flow, live: &[Set], line: usize) -> Option<Vec<usize>> {
             users.push(n);
         }
         // Other flags from here on, or flags that are not read.
-        if live[n] & ARITHMETIC & !effect.sure == 0 {
+        if flow.live[n] & ARITHMETIC & !effect.sure == 0 {
             continue;
         }
         if effect.writes & ARITHMETIC != 0 {
@@ -93,7 +90,7 @@ fn users(flow: &Flow, live: &[Set], line: usize) -> Option<Vec<usize>> {
         }
         passed.push(n);
         for &next in &flow.next[n] {
-            if flow.begins(next, live) & ARITHMETIC != 0 && !reached.contains(&next) {
+            if flow.needs(next) & ARITHMETIC != 0 && !reached.contains(&next) {
                 reached.push(next);
             }
         }
@@ -113,9 +110,7 @@ pub(crate) fn shorten(program: &mut Program) {
 
 /// Shortens one comparison of a pair with 0. Returns whether there was one.
 fn shorter(function: &mut Function, calls: &Calls) -> bool {
-    let Some(flow) = Flow::of(function, calls) else { return false };
-    let live = flow.live();
-    let Some(values) = Values::of(function, &flow, &live) else { return false };
+    let Some(values) = Values::of(function, calls) else { return false };
     let found = (1..function.lines.len() - 1).find_map(|n| {
         let is_zero = |text: &str| Some(values.before[n]?[register(text)?] == Value::Constant(0));
         let (first, second) = (function.lines[n].code()?, function.lines[n + 1].code()?);
@@ -125,7 +120,8 @@ fn shorter(function: &mut Function, calls: &Calls) -> bool {
         if !compare || !with_zero || function.is_skipped(n) {
             return None;
         }
-        let unread = |register: usize| live[n + 1] & (1 << register | CARRY | SIGN) == 0;
+        let unread =
+            |register: usize| values.flow.live[n + 1] & (1 << register | CARRY | SIGN) == 0;
         let new = match low {
             // All flags are the same.
             24 | 26 | 28 | 30 => format!("sbiw r{low}, 0"),

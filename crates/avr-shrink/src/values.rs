@@ -6,6 +6,7 @@
 //! of the function without its idle instructions.
 
 use super::asm::{Code, Function};
+use super::calls::Calls;
 use super::effects::{ARITHMETIC, Effect, Kind, Set, ZERO, register};
 use super::flow::Flow;
 
@@ -54,6 +55,7 @@ pub(crate) type State = [Value; 36];
 /// The values in a function.
 #[derive(Debug)]
 pub(crate) struct Values {
+    pub flow: Flow,
     /// Before each line; `None` if it is never reached.
     pub before: Vec<Option<State>>,
     /// After each line.
@@ -63,36 +65,30 @@ pub(crate) struct Values {
 }
 
 impl Values {
-    /// The values in a function; `None` if they are not found soon.
-    pub fn of(function: &Function, flow: &Flow, live: &[Set]) -> Option<Values> {
-        let count = function.lines.len();
-        let mut values = Values {
-            before: vec![None; count],
-            after: vec![None; count],
-            idle: vec![false; count],
-        };
+    /// The values in a function; `None` if it has an unknown instruction, or if they are not found
+    /// soon.
+    pub fn of(function: &Function, calls: &Calls) -> Option<Values> {
+        let (flow, count) = (Flow::of(function, calls)?, function.lines.len());
+        let (mut before, mut after) = (vec![None; count], vec![None; count]);
+        let mut idle = vec![false; count];
         for _ in 0..200 {
             let mut changed = false;
             for (n, effect) in flow.effects.iter().enumerate() {
-                let ways = flow.before[n].iter().filter_map(|&before| values.after[before]);
-                let mut ways: Vec<State> = ways.collect();
-                if n == 0 {
-                    ways.push(begin());
-                }
-                let Some(before) = merge(&ways, n) else { continue };
-                let mut after = step(&before, n, function.lines[n].code(), effect);
-                let differs = |slot: &usize| before[*slot] != after[*slot];
-                values.idle[n] = effect.kind == Kind::Plain
+                let ways = flow.before[n].iter().filter_map(|&way| after[way]);
+                let ways: Vec<State> = ways.chain((n == 0).then(begin)).collect();
+                let Some(old) = merge(&ways, n) else { continue };
+                let mut new = step(&old, n, function.lines[n].code(), effect);
+                idle[n] = effect.kind == Kind::Plain
                     && !function.is_skipped(n)
-                    && !slots(effect.writes & live[n]).any(|slot| differs(&slot));
-                if values.idle[n] {
-                    after = before;
+                    && slots(effect.writes & flow.live[n]).all(|slot| old[slot] == new[slot]);
+                if idle[n] {
+                    new = old;
                 }
-                changed |= values.after[n] != Some(after);
-                (values.before[n], values.after[n]) = (Some(before), Some(after));
+                changed |= after[n] != Some(new);
+                (before[n], after[n]) = (Some(old), Some(new));
             }
             if !changed {
-                return Some(values);
+                return Some(Values { flow, before, after, idle });
             }
         }
         None

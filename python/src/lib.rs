@@ -20,6 +20,8 @@
 //! Requests and answers are those of `stepwright serve`, as JSON: one list of requests for HTTP, JavaScript and
 //! Python.
 
+#![deny(unsafe_code)]
+
 mod bell;
 mod cycles;
 mod desk;

@@ -7,8 +7,8 @@ use crate::workspace::{Workspace, run};
 
 /// Checks the format. `cargo fmt --all` repairs it, in the folder that is printed.
 pub fn fmt(ws: &Workspace) -> Result<()> {
-    // Separate workspaces: the firmware with the board support, and the Python package.
-    for folder in [".", "firmware/avr", "python"] {
+    // The firmware with the board support is a separate workspace.
+    for folder in [".", "firmware/avr"] {
         run(ws.cargo(["fmt", "--all", "--check"]).current_dir(ws.root.join(folder)))?;
     }
     Ok(())

@@ -93,19 +93,13 @@ pub fn bench(ws: &Workspace, check: bool) -> Result<()> {
 
 /// Builds the wheel. Returns its path.
 fn build(ws: &Workspace, tools: &Path) -> Result<PathBuf> {
-    // In the target folder of the command, which has the same release profile and most of the
-    // packages.
-    let (target, python) = (&ws.target, ws.root.join("python"));
-    let wheels = target.join("wheels");
+    let wheels = ws.target.join("wheels");
     if wheels.exists() {
         fs::remove_dir_all(&wheels)?;
     }
-    let lint = ["clippy", "--release", "--locked", "--target-dir"];
-    let mut clippy = ws.cargo(lint);
-    workspace::run(clippy.arg(target).args(["--", "-D", "warnings"]).current_dir(&python))?;
     let mut build = Command::new(tools);
-    build.args(["-m", "maturin", "build", "--release", "--locked", "--target-dir"]).arg(target);
-    workspace::run(build.arg("-o").arg(&wheels).current_dir(&python))?;
+    build.args(["-m", "maturin", "build", "--release", "--locked", "--target-dir"]).arg(&ws.target);
+    workspace::run(build.arg("-o").arg(&wheels).current_dir(ws.root.join("python")))?;
     let mut built = fs::read_dir(&wheels)?;
     let wheel = built.next().context("maturin has built nothing")??.path();
     let name = wheel.file_name().unwrap_or_default().to_string_lossy().into_owned();

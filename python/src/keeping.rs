@@ -6,11 +6,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use stepwright_host::link::Link;
+use stepwright_host::link::OpenError;
 use stepwright_host::link::bench::{Bench, TimerWidth};
+#[cfg(unix)]
+use stepwright_host::link::lease;
 use stepwright_host::link::serial::{SerialLink, Share};
 use stepwright_host::link::simulated::VirtualLink;
 use stepwright_host::link::tcp::TcpLink;
-use stepwright_host::link::{OpenError, lease};
 use stepwright_host::{LinkError, Session};
 use stepwright_keeper::{Declined, Keeper, KeptBoard};
 use stepwright_play::edges::EdgeStore;
@@ -130,7 +132,10 @@ fn serial(path: &Path, baud: u32, desk: &Arc<Desk>) -> Result<SerialLink, Declin
     #[cfg(unix)]
     let free = |path: &Path| lease::let_run_out(path, |_| (), || desk.leaves());
     #[cfg(not(unix))]
-    let free = |_: &Path| stepwright_host::link::serial::LeaseWait::Over;
+    let free = |_: &Path| {
+        let _ = desk;
+        stepwright_host::link::serial::LeaseWait::Over
+    };
     SerialLink::open(path, baud, Share::Host, free).map_err(|error| cant(&name, error))
 }
 

@@ -56,7 +56,7 @@ pub trait Foreground {
     /// The next byte of the answer.
     fn next_byte(&mut self) -> Option<u8>;
     /// Handles inputs, times and settings. Called every millisecond, except while a line is obeyed:
-    /// up to 4 ms for a change of several axes.
+    /// some 2 ms for a change, and the interrupts meanwhile.
     fn poll_io(&mut self) {}
     /// One piece of planning. True if there may be more.
     fn plan(&mut self) -> bool {

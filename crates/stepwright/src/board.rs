@@ -189,25 +189,28 @@ impl<const N: usize, F> Board<N, F> {
         Speed::from_millisteps(clamp::less(shared, others).min(alone)).unwrap_or(Speed::MAX)
     }
 
-    /// Checks that the board can step an axis beside all that will move then. The top speeds add up
-    /// to at most 2³² thousandths of a step/s.
+    /// Checks that the board can step these axes beside all that will move then, by the fastest of
+    /// them. The top speeds add up to at most 2³² thousandths of a step/s.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
     pub(crate) fn check_speed(
         &self,
         clock: &Clock,
         loads: &[Load; N],
         mut moving: Axes,
-        axis: u8,
+        mut axes: Axes,
     ) -> Result<(), Refusal> {
-        let (mut all, mut count) = (0u32, 0u8);
+        let (mut all, mut own, mut count) = (0u32, 0u32, 0u8);
         for load in loads {
             if moving & 1 != 0 && load.peak != 0 {
                 all = all.saturating_add(load.peak);
                 count = count.wrapping_add(1);
             }
+            if axes & 1 != 0 {
+                own = own.max(load.peak);
+            }
             moving >>= 1;
+            axes >>= 1;
         }
-        let own = loads.get(usize::from(axis)).map_or(0, |load| load.peak);
         let max = self.max_beside(clock, clamp::less(all, own), count);
         if own > max.millisteps() { Err(Refusal::TooFast { max }) } else { Ok(()) }
     }

@@ -6,7 +6,7 @@ use crate::board::Board;
 use crate::clamp;
 use crate::control::Control;
 use crate::drive::Axes;
-use crate::motor::{Horizon, Motor, Pass};
+use crate::motor::{Horizon, Motor};
 use crate::order::{Change, Refusal};
 use crate::planner::{Clock, Layout, Load, Work};
 use crate::queue::Producer;
@@ -106,7 +106,7 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
     ///
     /// A change of several axes is checked with their top speeds, whether they reach them or not:
     /// to compute the speed that each reaches takes as long as some runs, and nothing is planned
-    /// meanwhile. (For the way back to a target behind, this is so only of axes with a jerk limit.)
+    /// meanwhile. What is left of each travel is set up by its next [`poll`](Group::poll).
     ///
     /// # Errors
     /// [`Refusal`]; then all axes continue unchanged.
@@ -125,41 +125,34 @@ impl<'q, const N: usize, const Q: usize> Group<'q, N, Q> {
         let mut loads = self.loads;
         // (Any motor will do: a constant as the initial value would take RAM.)
         let Some(mut copy) = self.motors.first().copied() else { return Ok(()) };
-        let alone = axes.is_power_of_two();
-        let (mut pass, mut done) = (if alone { Pass::Exact } else { Pass::Quick }, false);
-        loop {
-            let mut left = axes;
-            for (motor, load) in self.motors.iter_mut().zip(&mut loads) {
-                if left & 1 != 0 {
-                    let motor = if pass != Pass::Real {
-                        copy.set(motor);
-                        &mut copy
-                    } else if done {
-                        motor.set(&copy);
-                        break;
-                    } else {
-                        motor
-                    };
-                    let whole = motor.change(&self.given.clock, &change, load, pass)?;
-                    // For a single axis, the copy is already the result.
-                    done = whole && pass == Pass::Exact;
-                }
-                left >>= 1;
+        let PlannedBoard { board, clock, .. } = &self.given;
+        let mut left = axes;
+        for (motor, load) in self.motors.iter_mut().zip(&mut loads) {
+            if left & 1 != 0 {
+                motor.settle();
+                copy.set(motor);
+                copy.change(&change)?;
+                copy.weigh(clock, load, !axes.is_power_of_two())?;
             }
-            if pass == Pass::Real {
-                self.work.drop();
-                return Ok(());
-            }
-            for axis in 0..N as u8 {
-                if axes >> axis & 1 != 0 {
-                    let PlannedBoard { board, clock, .. } = &self.given;
-                    board.check_speed(clock, &loads, moving, axis)?;
-                    board.check_ramps(&loads, moving, axis)?;
-                }
-            }
-            self.loads = loads;
-            pass = Pass::Real;
+            left >>= 1;
         }
+        board.check_speed(clock, &loads, moving, axes)?;
+        for axis in 0..N as u8 {
+            if axes >> axis & 1 != 0 {
+                board.check_ramps(&loads, moving, axis)?;
+            }
+        }
+        self.loads = loads;
+        self.work.drop();
+        left = axes;
+        for motor in &mut self.motors {
+            if left & 1 != 0 {
+                // It has been tried.
+                _ = motor.change(&change);
+            }
+            left >>= 1;
+        }
+        Ok(())
     }
 
     /// All axes.

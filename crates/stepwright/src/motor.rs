@@ -52,21 +52,12 @@ enum Leg {
     Ordered(Layout),
     /// A leg is set up, and not yet planned to its end.
     Open,
+    /// As `Open`, but the rest is to be set up again for a change.
+    Changed,
     /// As `Open`, but with an order to stop, wherever that leads.
     Braking,
     /// Another leg follows once the axis rests.
     Next,
-}
-
-/// How a change is made.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Pass {
-    /// Made, after it has been tried.
-    Real,
-    /// Tried, and judged by its top speed, whether the travel reaches that or not.
-    Quick,
-    /// Tried, and judged by the speed that the travel reaches.
-    Exact,
 }
 
 /// How far ahead to plan.
@@ -190,24 +181,16 @@ impl<const Q: usize> Motor<Q> {
         moves
     }
 
-    /// Changes the rest of a travel in progress. A trial computes the load on the board and
-    /// therefore also sets up the next leg: run it on a copy. Returns false if it has set up that
-    /// leg; then the copy is of no further use.
+    /// Changes the rest of a travel in progress: the next piece of planning sets it up again. First
+    /// [`settle`](Motor::settle) the last change, and [`weigh`](Motor::weigh) this one on a copy.
     ///
     /// # Errors
-    /// [`Unfit`] if the timer can't represent it, or if the target is too far away to be counted.
-    /// Then the motor is left half changed.
+    /// [`Unfit`] if the target is too far away to be counted.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn change(
-        &mut self,
-        clock: &Clock,
-        change: &Change,
-        load: &mut Load,
-        pass: Pass,
-    ) -> Result<bool, Unfit> {
+    pub(crate) fn change(&mut self, change: &Change) -> Result<(), Unfit> {
         // A travel that is planned to its end rests there first.
         let open = self.is_open() && self.planner.steps_left() != 0;
-        self.planner.limit(clock, change)?;
+        self.planner.limit(change);
         if let Change::Target(steps) = *change {
             let way = steps.checked_sub(self.led()).ok_or(Unfit::TooLong)?;
             (self.left, self.target) = (self.along(way), steps);
@@ -215,60 +198,65 @@ impl<const Q: usize> Motor<Q> {
                 self.leg = Leg::Open;
             }
         }
-        let mut beyond = self.beyond;
-        // Queued steps move, and are over within the horizon.
-        *load = Load::QUEUED;
-        if pass == Pass::Quick && !self.planner.is_straight() {
-            // Judged by the top speed, wherever it turns: setting up bent ramps takes a chip 4 ms
-            // an axis.
-            if open || self.left != 0 {
-                self.planner.outline();
-                *load = self.planner.load();
-            }
-            let told = !self.beyond || self.planner.is_endless();
-            return if told { Ok(false) } else { Err(Unfit::TooLong) };
-        }
-        if open && self.leg == Leg::Braking {
-            // A stop has no target to come back to, or to accelerate for.
-            self.planner.stop();
-            self.brake();
+        if !self.is_open() {
+            self.leg = self.next();
         } else if open {
-            self.planner.resume(self.left);
+            if self.leg == Leg::Braking {
+                // A stop has no target to come back to, or to accelerate for.
+                self.planner.stop();
+                self.brake();
+            } else {
+                self.leg = Leg::Changed;
+            }
         }
-        let mut left = self.left;
-        if open {
-            if pass == Pass::Exact {
-                self.planner.seek();
+        Ok(())
+    }
+
+    /// The load on the board of a changed travel: of its top speed, or of the speed that it
+    /// reaches, for which the rest is set up. So this motor is of no further use.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the timer can't represent it, or if the target is too far away to be counted.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn weigh(
+        &mut self,
+        clock: &Clock,
+        load: &mut Load,
+        quick: bool,
+    ) -> Result<(), Unfit> {
+        self.planner.check(clock)?;
+        *load = Load::QUEUED;
+        let changed = self.leg == Leg::Changed;
+        let endless = changed && self.planner.is_endless();
+        let (mut left, mut beyond) = if endless { (0, false) } else { (self.left, self.beyond) };
+        if quick {
+            // Setting up the rest takes a chip a millisecond an axis, four if its ramps are bent.
+            // A stop takes less than 2³⁰ steps: then the way back can be counted.
+            if changed || left != 0 && self.leg != Leg::Braking {
+                beyond |= left < -(1 << 30);
+                self.planner.outline(left);
             }
-            if pass != Pass::Real {
-                *load = self.planner.load();
-            }
-            if self.planner.is_endless() {
-                return Ok(true);
-            }
+            left = 0;
+        } else {
+            self.settle();
+            self.planner.seek();
             // What this leg leaves can only be behind; or the fall of a curve has begun, and ends
             // before the target.
             let steps = self.planner.steps_left() as i32;
-            left = left.wrapping_sub(steps);
-            beyond |= steps < 0 || left > 0 && self.planner.is_straight();
+            if steps > 0 {
+                left = left.wrapping_sub(steps);
+                beyond |= left > 0 && self.planner.is_straight();
+            }
         }
         if beyond {
             return Err(Unfit::TooLong);
         }
-        let turns = pass != Pass::Real && left != 0;
-        if turns {
+        self.planner.load(load);
+        if left != 0 {
             self.planner.lay_out_again(left.unsigned_abs());
-            let next = self.planner.load();
-            *load = Load {
-                peak: load.peak.max(next.peak),
-                runs: load.runs.max(next.runs),
-                bends: load.bends.max(next.bends),
-            };
+            self.planner.load(load);
         }
-        if !self.is_open() {
-            self.leg = self.next();
-        }
-        Ok(!turns)
+        Ok(())
     }
 
     /// Copies another motor: a function, because a chip copies byte by byte.
@@ -279,7 +267,7 @@ impl<const Q: usize> Motor<Q> {
 
     /// Whether a leg is set up, and not yet planned to its end.
     fn is_open(&self) -> bool {
-        matches!(self.leg, Leg::Open | Leg::Braking)
+        matches!(self.leg, Leg::Open | Leg::Changed | Leg::Braking)
     }
 
     /// Converts steps forward to steps in the direction of the last queued step.
@@ -441,6 +429,9 @@ impl<const Q: usize> Motor<Q> {
             self.push(feed, run, work.span);
             return work.clear();
         }
+        if self.leg == Leg::Changed {
+            return self.settle();
+        }
         match self.planner.next(clock, work) {
             Planned::Ready => {
                 work.span = horizon.span(self.planner.take(work));
@@ -459,6 +450,15 @@ impl<const Q: usize> Motor<Q> {
                 work.clear();
                 self.finish(feed);
             }
+        }
+    }
+
+    /// Sets up the rest after a change, if that is still to be done.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn settle(&mut self) {
+        if self.leg == Leg::Changed {
+            self.leg = Leg::Open;
+            self.planner.resume(self.left);
         }
     }
 
@@ -490,6 +490,7 @@ impl<const Q: usize> Motor<Q> {
             return;
         }
         let mut left = 0;
+        self.settle();
         if self.is_open() {
             if self.leg == Leg::Open {
                 self.planner.brake();
@@ -541,7 +542,7 @@ impl<const Q: usize> Motor<Q> {
 
     /// Whether the travel has no end.
     pub(crate) fn is_endless(&self) -> bool {
-        self.leg == Leg::Open && self.planner.is_endless()
+        matches!(self.leg, Leg::Open | Leg::Changed) && self.planner.is_endless()
     }
 
     /// Whether there is still something to plan.

@@ -166,11 +166,13 @@ impl Planner {
         self.divide(clamp::less(pulses, 1));
     }
 
-    /// Reduces what is left to its limits: for the computation of its [`load`](Planner::load),
-    /// which is then that of its top speed.
-    #[inline(always)]
-    pub(crate) fn outline(&mut self) {
-        (self.rise, self.level, self.fall) = (0, 1, 0);
+    /// Reduces the rest to its limits, for the computation of its [`load`](Planner::load), which is
+    /// then that of its top speed. `left` steps to the target, less than 0 if it is behind.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn outline(&mut self, left: i32) {
+        let left = if self.endless { i32::MAX } else { left.max(0) } as u32;
+        self.fall = load::RAMPS;
+        self.level = clamp::less(left, load::RAMPS);
         self.piece = Layout::Rise;
     }
 
@@ -180,43 +182,55 @@ impl Planner {
         self.v.set(&self.v_end);
     }
 
-    /// Sets another limit from now on: [`resume`](Planner::resume) applies it.
-    ///
-    /// # Errors
-    /// [`Unfit::BelowStart`], [`Unfit::TooGentle`], or another if the timer can't represent the
-    /// result.
-    pub(crate) fn limit(&mut self, clock: &Clock, change: &Change) -> Result<(), Unfit> {
+    /// Sets another limit from now on: [`check`](Planner::check) whether it can be kept, then
+    /// [`resume`](Planner::resume) applies it.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn limit(&mut self, change: &Change) {
         match change {
-            Change::Target(_) => {
-                // The ramps do not get steeper, and need no longer end without a target.
-                self.endless = false;
-                return Ok(());
-            }
+            // The ramps do not get steeper, and need no longer end without a target.
+            Change::Target(_) => self.endless = false,
             Change::Accel(a) | Change::Decel(a) => {
                 let up = matches!(change, Change::Accel(_));
                 let slope = if up { &mut self.a2 } else { &mut self.d2 };
-                *slope = Num::from_wide(a.millisteps());
+                slope.set_wide(a.millisteps());
                 twice(slope);
             }
-            Change::Top(top) => {
-                whole(top.millisteps()).to(&mut self.top);
-                if self.top.is_zero() || !self.top.at_least(&self.v_end) {
-                    return Err(Unfit::BelowStart);
-                }
-            }
+            Change::Top(top) => whole(top.millisteps()).to(&mut self.top),
         }
-        self.check(clock)
     }
 
     /// Checks that no interval exceeds 2³² ticks, including the one across the peak, and that there
     /// are ramps if a speed must be gained or lost. On an endless travel, where no target bounds
     /// them, the ramps take less than 2³¹ steps; those of a curve less than 2²².
-    fn check(&mut self, clock: &Clock) -> Result<(), Unfit> {
+    ///
+    /// # Errors
+    /// [`Unfit::BelowStart`], [`Unfit::TooGentle`], or another if the timer can't represent it.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn check(&mut self, clock: &Clock) -> Result<(), Unfit> {
+        if !self.top.at_least(&self.v_end) {
+            return Err(Unfit::BelowStart);
+        }
+        // Three intervals of less than 2³⁰ ticks need no sum, which takes a chip 4,000 cycles.
+        let least = hand(&clock.twice).scaled(-30).number();
+        let rests = self.v_end.is_zero();
+        let slowest = if rests { &self.top } else { &self.v_end };
+        let long = least.at_least(slowest)
+            || rests && hand(&least).square().at_least(self.gentle())
+            || !self.is_straight();
+        if !long {
+            return self.check_ramps();
+        }
         let mut piece = Layout::First;
         while piece != Layout::Rise {
             piece = self.check_piece(clock, piece)?;
         }
         Ok(())
+    }
+
+    /// The lower of both slopes.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn gentle(&self) -> &Num {
+        if self.a2.at_least(&self.d2) { &self.d2 } else { &self.a2 }
     }
 
     /// Does a piece of the check, and returns the next piece.
@@ -244,22 +258,31 @@ impl Planner {
         if !hand(&self.slope).below(32) || rests && !self.is_straight() && !self.can_start(clock) {
             return Err(Unfit::TooSlow);
         }
+        self.check_ramps()?;
+        Ok(Layout::Rise)
+    }
+
+    /// The part of the check for the ramps.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    fn check_ramps(&self) -> Result<(), Unfit> {
         let high = if self.top.at_least(&self.v) { &self.top } else { &self.v };
         if self.v_end.at_least(high) {
-            return Ok(Layout::Rise);
+            return Ok(());
         }
-        let gentle = if self.a2.at_least(&self.d2) { &self.d2 } else { &self.a2 };
-        let w = hand(high).square().number();
-        // The target bounds the ramps, if there are any.
-        let bits = if !self.is_straight() {
-            21
+        let gentle = self.gentle();
+        // The target bounds the ramps, if there are any: but not a stop.
+        let (fast, bits) = if !self.is_straight() {
+            (high, 21)
         } else if self.endless {
-            31
+            (high, 31)
         } else {
-            127
+            (&self.v, 30)
         };
-        let ends = hand(&w).over(gentle).below(bits) && (self.is_straight() || self.ends(high, &w));
-        if ends { Ok(Layout::Rise) } else { Err(Unfit::TooGentle) }
+        let w = hand(fast).square().number();
+        let ends = !gentle.is_zero()
+            && !hand(&w).scaled(-bits).at_least(gentle)
+            && (self.is_straight() || self.ends(high, &w));
+        if ends { Ok(()) } else { Err(Unfit::TooGentle) }
     }
 
     /// The highest speed from here on, in 0.001 steps/s, rounded up; 1 if nothing is left to plan,

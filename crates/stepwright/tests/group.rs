@@ -208,12 +208,10 @@ fn axes_that_change_together_change_as_each_alone() {
     }
 }
 
-/// Two axes whose top speed is out of reach, and is more than the board can step together. The
-/// speed that they reach on the way back is computed at once for straight ramps; for bent ones the
-/// top speed counts.
+/// Two axes whose top speed is out of reach, and is more than the board can step together.
 #[test]
-fn bent_axes_that_turn_together_are_judged_by_their_top_speeds() {
-    let changed = |jerk, axes| {
+fn axes_that_change_together_are_judged_by_their_top_speeds() {
+    let changed = |jerk, axes, stops, change| {
         let mut queues = [const { Queue::<8>::new() }; 2];
         let feeds = queues.each_mut().map(|queue| queue.split().0);
         let mut motors = OrderedMotors::new(Silent, feeds, UNO);
@@ -222,11 +220,40 @@ fn bent_axes_that_turn_together_are_judged_by_their_top_speeds() {
         for _ in 0..40 {
             motors.plan();
         }
-        motors.change(AxisSet::from_bits(axes), Change::Target(-700))
+        if stops {
+            motors.stop(Axis::at::<0>());
+            motors.stop(Axis::at::<1>());
+        }
+        motors.change(AxisSet::from_bits(axes), change)
     };
-    let jerk = Some(Jerk::from_steps(400_000).unwrap());
-    assert_eq!((changed(None, 0b11), changed(jerk, 0b01)), (Ok(()), Ok(())));
-    assert!(matches!(changed(jerk, 0b11), Err(Refusal::TooFast { .. })));
+    let faster = Change::Top(Speed::from_steps(110_000).unwrap());
+    for jerk in [None, Some(Jerk::from_steps(400_000).unwrap())] {
+        for change in [Change::Target(-700), Change::Target(2_900), faster] {
+            assert_eq!(changed(jerk, 0b01, false, change), Ok(()), "{jerk:?} {change:?}");
+            let both = changed(jerk, 0b11, false, change);
+            assert!(matches!(both, Err(Refusal::TooFast { .. })), "{jerk:?} {change:?}");
+        }
+        // A stop gets no faster.
+        assert_eq!(changed(jerk, 0b11, true, faster), Ok(()), "{jerk:?}");
+    }
+}
+
+/// The way back from where both have come to rest is counted in 32 bits.
+#[test]
+fn a_target_of_two_axes_far_behind_is_refused() {
+    let changed = |target| {
+        let mut queues = [const { Queue::<8>::new() }; 2];
+        let feeds = queues.each_mut().map(|queue| queue.split().0);
+        let mut motors = OrderedMotors::new(Silent, feeds, UNO);
+        let order = Order { travel: Travel::By(i32::MAX), ..order(9_000, 9_000) };
+        motors.start([(Axis::at::<0>(), order), (Axis::at::<1>(), order)]).unwrap();
+        for _ in 0..40 {
+            motors.plan();
+        }
+        motors.change(AxisSet::from_bits(0b11), Change::Target(target))
+    };
+    assert_eq!(changed(-1_000_000_000), Ok(()));
+    assert_eq!(changed(i32::MIN), Err(Refusal::Unfit(Unfit::TooLong)));
 }
 
 /// The waits before the first pulse, in 2⁻¹⁶ ticks, for an order that has to wait for this many

@@ -284,3 +284,71 @@ fn sharp_bends_of_three_axes_are_on_time_or_refused() {
     }
     assert_eq!(refused, 6);
 }
+
+// ---- several axes at once ----
+
+/// The longest time for which the main loop obeys one of these lines, without interrupts.
+fn longest(chip: &mut Chip, lines: &str) -> u64 {
+    let image = common::image();
+    let work = image.functions(&["9main_loop4work"]).next().expect("a main loop").address;
+    chip.watch_calls(work);
+    say(chip, lines);
+    chip.take_calls().into_iter().max().unwrap()
+}
+
+/// While a line is obeyed, no switch is sampled and nothing is planned. It takes longest soon after
+/// another change, whose rest is not set up yet.
+#[test]
+fn a_line_that_changes_three_axes_takes_two_milliseconds() {
+    for start in [0, 100] {
+        let mut chip = chip();
+        say(&mut chip, &format!("PO A0 s{start} t4000 a10000 d10000 G+4000 E"));
+        chip.run_for(2_000_000);
+        for line in ["t3000", "a9000", "d9000", "@+5000", "@-300", "t3500", "@+100"] {
+            let cycles = longest(&mut chip, line);
+            assert!(cycles < 36_000, "{line}: {cycles} cycles");
+        }
+        let cycles = longest(&mut chip, "A1 t3600 a9500 d9500 @+5000 @-300 t3500");
+        assert!(cycles < 36_000, "one axis: {cycles} cycles");
+        rest(&mut chip);
+        assert!(chip.ask("?").unwrap().contains(" late=0 "));
+    }
+}
+
+/// Near the ramps that three axes may have, most of the queues is empty.
+#[test]
+fn three_axes_that_change_on_steep_ramps_are_on_time() {
+    for accel in [20_000, 25_000] {
+        for line in ["t3000", "@-300", "a9000", "d9000"] {
+            for wait in [400_000, 600_000, 800_000, 2_500_000] {
+                let mut chip = chip();
+                say(&mut chip, &format!("PO A0 s0 t20000 a{accel} d{accel} G+20000 E"));
+                chip.run_for(wait);
+                say(&mut chip, line);
+                rest(&mut chip);
+                let said = chip.ask("?").unwrap();
+                assert!(said.contains(" late=0 "), "{accel} {line} after {wait} cycles: {said}");
+            }
+        }
+    }
+}
+
+/// Whenever the contact closes.
+#[test]
+fn a_switch_stops_its_axis_while_three_axes_change() {
+    for line in [&b"d9000\r"[..], b"@-300\r"] {
+        for after in (0..100_000).step_by(4_000) {
+            let mut chip = chip();
+            say(&mut chip, "$switches=1 $switch-forward=1 PO A0 s0 t4000 a10000 d10000 G+4000 E");
+            chip.run_for(2_000_000);
+            chip.send(line);
+            chip.run_for(after);
+            chip.press(0, true);
+            let pressed = chip.now();
+            chip.run_for(1_600_000);
+            let last = steps(&chip, 0).last().unwrap().time;
+            let late = last.saturating_sub(pressed);
+            assert!(late <= 2 * 16_000 + 4_000, "{late} cycles, {after} after the line");
+        }
+    }
+}

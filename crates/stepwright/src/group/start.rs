@@ -91,14 +91,15 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
         wait: impl FnOnce() -> Ticks,
     ) -> Poll<Result<(), Refusal>> {
         // The axis of this call: one with the earliest piece.
-        let (mut turn, mut piece, mut prepared, mut bit) = (0, Layout::Nothing, 0, 1);
+        let (mut turn, mut piece) = (0, Layout::Nothing);
+        let (mut prepared, mut its, mut bit) = (0, 0, 1);
         for (axis, motor) in (0u8..).zip(&self.motors) {
             let own = motor.ordered();
             if own != Layout::Nothing {
                 prepared |= bit;
             }
             if own < piece {
-                (turn, piece) = (axis, own);
+                (turn, its, piece) = (axis, bit, own);
             }
             bit <<= 1;
         }
@@ -111,7 +112,7 @@ impl<const N: usize, const Q: usize> Group<'_, N, Q> {
                 let PlannedBoard { board, clock, .. } = &self.given;
                 let moving = self.moving(engine, prepared);
                 let checked = if piece == Layout::Check {
-                    board.check_speed(clock, &self.loads, moving, turn)
+                    board.check_speed(clock, &self.loads, moving, its)
                 } else {
                     board.check_ramps(&self.loads, moving, turn)
                 };

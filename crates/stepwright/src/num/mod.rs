@@ -73,12 +73,12 @@ impl Num {
         (self.high as u32) << 16 | self.low as u32
     }
 
-    /// The upper 32 bits of an integer.
+    /// Sets this number to the upper 32 bits of an integer.
     #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
-    pub(crate) fn from_wide(x: u64) -> Num {
+    pub(crate) fn set_wide(&mut self, x: u64) {
         // The sum of the two halves: exact up to 32 bits, else rounded down.
-        let low = whole(x as u32).number();
-        whole((x >> 32) as u32).scaled(32).plus(&low).number()
+        whole(x as u32).to(self);
+        whole((x >> 32) as u32).scaled(32).plus(self).to(self);
     }
 
     /// A power of two near the cube root, for small exponents.
@@ -362,6 +362,12 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn wide(x: u64) -> Num {
+        let mut number = Num::UNSET;
+        number.set_wide(x);
+        number
+    }
+
     fn value(x: Num) -> f64 {
         f64::from(x.m()) * 2f64.powi(x.e.into())
     }
@@ -385,7 +391,7 @@ mod tests {
         }
         for x in [32_000_000_000, 400_000_000_000, 200_000_000] {
             let (number, inverse) = Num::and_inverse(x);
-            assert_eq!((number, inverse), (Num::from_wide(x), Num::ONE.over(&number)), "{x}");
+            assert_eq!((number, inverse), (wide(x), Num::ONE.over(&number)), "{x}");
         }
     }
 
@@ -433,7 +439,7 @@ mod tests {
 
         #[test]
         fn wide_integers(x: u64) {
-            prop_assert!(close(Num::from_wide(x), x as f64));
+            prop_assert!(close(wide(x), x as f64));
         }
     }
 
@@ -452,7 +458,7 @@ mod tests {
     #[test]
     fn nothing_is_beyond_everything() {
         let huge = Num::ONE.over(&Num::ZERO);
-        assert!(huge.at_least(&Num::from_wide(u64::MAX)));
+        assert!(huge.at_least(&wide(u64::MAX)));
         assert_eq!(huge.split(), (u32::MAX, 0));
         assert_eq!(Num::ZERO.over(&Num::ZERO), Num::ZERO);
     }

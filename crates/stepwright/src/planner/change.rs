@@ -20,8 +20,8 @@ impl Planner {
     /// Searches the top speed at once, for a caller that asks what is left. Bent ramps first have
     /// to end.
     pub(crate) fn seek(&mut self) {
-        while self.is_straight() && self.is_again() {
-            self.divide_again();
+        if self.is_straight() && self.is_again() {
+            self.divide(self.level.wrapping_add(self.fall));
         }
     }
 
@@ -68,9 +68,16 @@ impl Planner {
         if self.endless {
             return;
         }
-        let mut fall = self.curve;
-        fall.lay(&self.v_end, &self.v_top, &self.d2, self.is_straight());
-        (self.fall, self.fall_part) = fall.scant(&self.v_top, &self.d2).split();
+        (self.fall, self.fall_part) = if self.is_straight() {
+            // As below, with one division.
+            let w_end = hand(&self.v_end).square().number();
+            let w = hand(&self.v_top).square().number();
+            hand(&w).scaled(-28).off(&w).minus(&w_end).over(&self.d2).split()
+        } else {
+            let mut fall = self.curve;
+            fall.lay(&self.v_end, &self.v_top, &self.d2, false);
+            fall.scant(&self.v_top, &self.d2).split()
+        };
         let (parts, more) = self.rise_part.overflowing_add(self.fall_part);
         // One step for both fractions, or two.
         let least = u32::from(u8::from(more).wrapping_add(u8::from(parts != 0)));

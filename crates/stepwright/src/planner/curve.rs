@@ -57,8 +57,9 @@ impl Curve {
     /// Sets the jerk, in 0.001 steps/s³.
     pub(super) fn set_jerk(&mut self, jerk: u64) {
         // J/2 in 0.001 steps/s per (1000 s)²: 500,000 J.
-        let jerk = Num::from_wide(jerk);
-        whole(500_000).times(&jerk).to(&mut self.half_jerk);
+        let half = &mut *self.half_jerk;
+        half.set_wide(jerk);
+        whole(500_000).times(half).to(half);
     }
 
     /// Whether the first step from rest takes less than 1000 s · 2^e.

@@ -173,7 +173,7 @@ fn set_ramp(accel: &mut Num, steps: &mut u32, ramp: &Ramp) {
     *steps = match ramp {
         Ramp::Steps(steps) => (*steps).into(),
         Ramp::Accel(a) => {
-            *accel = Num::from_wide(a.millisteps());
+            accel.set_wide(a.millisteps());
             0
         }
     };

@@ -74,6 +74,8 @@ type Log = i16;
 
 /// A ramp of fewer steps is short; the first four steps after the beginning fit in any queue.
 const FEW: u32 = 4;
+/// The steps of two ramps that are not short.
+pub(super) const RAMPS: u32 = 2 * FEW;
 
 /// Converts a slope, 2a in 10⁻⁶ (steps/s)², to K·a in steps/s^2.5.
 const K: Log = 2_980;
@@ -87,10 +89,13 @@ const BEND: Log = -600;
 const BURST: Log = 174;
 
 impl Planner {
-    /// The load of the rest of the travel.
-    pub(crate) fn load(&self) -> Load {
+    /// Raises a load to that of the rest of the travel.
+    #[cfg_attr(not(target_pointer_width = "64"), inline(never))]
+    pub(crate) fn load(&self, load: &mut Load) {
         let peak = self.peak();
-        Load { peak, runs: self.runs(peak, false), bends: self.bends(peak) }
+        load.peak = load.peak.max(peak);
+        load.runs = load.runs.max(self.runs(peak, false));
+        load.bends = load.bends.max(self.bends(peak));
     }
 
     /// Runs a second in a bend of its ramps, up to this speed; beside other axes.
@@ -142,7 +147,7 @@ impl Planner {
             }
         }
         // The rest of a changed travel may be too short for the top speed with which it is judged.
-        if straight && (short || !begins && self.steps_left() < 2 * FEW) {
+        if straight && (short || !begins && self.steps_left() < RAMPS) {
             // Its runs are single steps, however gentle it is. 0.001 steps/s over 2¹⁶ are the steps
             // of 15 ms.
             if begins && self.steps_left() <= FEW || self.level >= peak >> 16 {
@@ -197,7 +202,13 @@ mod tests {
         let [up, down] = slopes.map(|accel| Ramp::Accel(Accel::from_steps(accel).unwrap()));
         let speed = |steps| Speed::from_steps(steps).unwrap();
         let (start, top) = (speed(start), speed(top));
-        laid(&Order { start, top, up, down, jerk, travel }).load()
+        load_now(&laid(&Order { start, top, up, down, jerk, travel }))
+    }
+
+    fn load_now(planner: &Planner) -> Load {
+        let mut load = Load::NONE;
+        planner.load(&mut load);
+        load
     }
 
     fn laid(order: &Order) -> Planner {
@@ -321,7 +332,7 @@ mod tests {
         let (start, top) = (Speed::from_steps(50).unwrap(), Speed::from_steps(262_566).unwrap());
         let jerk = Some(Jerk::from_steps(31_488_493).unwrap());
         let (up, travel) = (Ramp::Steps(2), Travel::By(-409));
-        let runs = laid(&Order { start, top, up, down: up, jerk, travel }).load().runs;
+        let runs = load_now(&laid(&Order { start, top, up, down: up, jerk, travel })).runs;
         // 4 · (612 · √2J)^0.5
         assert!((8_200..=10_300).contains(&runs), "{runs}");
     }

@@ -281,7 +281,8 @@ fn a_change_between_the_pieces_of_a_division_begins_it_again() {
         }
     }
     // A higher top speed than the rest has room for, so that several speeds are tried.
-    planner.limit(&clock, &Change::Top(v(90_000))).unwrap();
+    planner.limit(&Change::Top(v(90_000)));
+    planner.check(&clock).unwrap();
     planner.resume(left);
     while planner.rise > 0 || planner.rise_part != 0 {
         if planner.next(&clock, &mut work) == Planned::Ready {
@@ -295,7 +296,8 @@ fn a_change_between_the_pieces_of_a_division_begins_it_again() {
         for change in [Change::Top(v(1_500)), Change::Target(0)] {
             let (mut before, mut between) = (planner, midway);
             for planner in [&mut before, &mut between] {
-                planner.limit(&clock, &change).unwrap();
+                planner.limit(&change);
+                planner.check(&clock).unwrap();
                 planner.resume(left / 2);
             }
             assert_eq!(between.peak(), before.peak());
@@ -326,7 +328,8 @@ fn a_straight_ramp_is_laid_out_in_two_rounds() {
     let mut work = Work::NONE;
     while planner.steps_left() > 0 {
         let mut changed = planner;
-        changed.limit(&clock, &Change::Top(Speed::from_steps(1896).unwrap())).unwrap();
+        changed.limit(&Change::Top(Speed::from_steps(1896).unwrap()));
+        changed.check(&clock).unwrap();
         let left = changed.steps_left();
         let (mut piece, mut pieces) = (Layout::Rise, 0);
         while piece != Layout::Check {

@@ -82,7 +82,8 @@ pub struct Usb {
 }
 
 /// Makes a buffer available: writes the word without that bit first, and waits for the controller's
-/// clock.
+/// clock. Not inlined: its callers would be longer.
+#[inline(never)]
 fn arm(buffer: usize, value: u32) {
     word(buffer).write(value);
     cortex_m::asm::delay(12);

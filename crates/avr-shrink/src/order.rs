@@ -16,7 +16,7 @@ use super::asm::{instruction, label};
 /// The reach of a short call, in bytes.
 const REACH: i32 = 4_090;
 /// The moves tried, for each section.
-const MOVES: u32 = 16_000;
+const MOVES: u32 = 20_000;
 
 /// Code that stays together: a section.
 #[derive(Debug, Default)]

@@ -26,11 +26,17 @@ pub(crate) struct MotionParams {
     pub(crate) ramp: u16,
 }
 
-/// The stored form of a jerk: without S-curves only whether there is one.
+/// The stored form of a jerk: none without S-curves, where its line is refused.
 #[cfg(feature = "jerk")]
 type KeptJerk = u32;
 #[cfg(not(feature = "jerk"))]
-type KeptJerk = u8;
+type KeptJerk = ();
+
+/// No jerk limit.
+#[cfg(feature = "jerk")]
+pub(crate) const NO_JERK: KeptJerk = 0;
+#[cfg(not(feature = "jerk"))]
+pub(crate) const NO_JERK: KeptJerk = ();
 
 #[cfg(feature = "jerk")]
 fn kept(jerk: u32) -> KeptJerk {
@@ -38,9 +44,7 @@ fn kept(jerk: u32) -> KeptJerk {
 }
 
 #[cfg(not(feature = "jerk"))]
-fn kept(jerk: u32) -> KeptJerk {
-    (jerk != 0).into()
-}
+fn kept(_: u32) -> KeptJerk {}
 
 impl MotionParams {
     /// S5 T100 R200: the parameters of an axis at power-up.
@@ -56,7 +60,7 @@ impl MotionParams {
 
     /// All 0, which is no valid motion.
     pub(crate) const BLANK: MotionParams =
-        MotionParams { start: 0, top: 0, accel: 0, decel: 0, jerk: 0, ramp: 0 };
+        MotionParams { start: 0, top: 0, accel: 0, decel: 0, jerk: NO_JERK, ramp: 0 };
 
     /// Applies a line with this letter, after [`RawLine::unify`].
     pub(crate) fn set(&mut self, letter: u8, number: u32) {
@@ -151,7 +155,7 @@ impl MotionParams {
         if top > settings.get(Setting::MaxSpeed) {
             return Err(Refusal::TooFast);
         }
-        if self.jerk != 0 && (!cfg!(feature = "jerk") || settings.byte(Setting::Law) == 0) {
+        if self.jerk().is_some() && settings.byte(Setting::Law) == 0 {
             return Err(Refusal::NoJerk);
         }
         let max = settings.get(Setting::MaxAccel);
@@ -207,7 +211,7 @@ impl MotionParams {
                     let largest = WholeJerk::LARGEST.get();
                     kept(whole(jerk.millisteps(), (1, largest), "jerk", "steps/s³")?)
                 }
-                None => 0,
+                None => NO_JERK,
             },
         })
     }

@@ -66,6 +66,9 @@ impl RawLine {
         } else if !rest.is_empty() || flags & flag::SETTING != 0 {
             return Err(Refusal::Line);
         }
+        if letter == b'j' && !cfg!(feature = "jerk") {
+            return Err(Refusal::NoJerk);
+        }
         self.flags = flags;
         self.letter = letter;
         Ok(())

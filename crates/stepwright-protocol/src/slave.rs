@@ -7,7 +7,7 @@ use crate::errors;
 use crate::grammar::{self, flag};
 use crate::line::Collector;
 use crate::machine::{Machine, Refusal};
-use crate::motion_params::MotionParams;
+use crate::motion_params::{MotionParams, NO_JERK};
 use crate::raw_line::RawLine;
 use crate::reply::{Reply, VERSION};
 use crate::setting::{Setting, Settings};
@@ -34,7 +34,7 @@ mod state;
 /// moving axes, K stops them and refuses the order. When Z is obeyed in its turn, it also brakes
 /// the axes that the order started.
 ///
-/// On an AVR it takes 73 bytes of RAM and 30 more per axis, 33 with the feature `jerk`. The code
+/// On an AVR it takes 73 bytes of RAM and 29 more per axis, 33 with the feature `jerk`. The code
 /// for an ATmega328P contains no panic (rustc 1.96, `opt-level = "s"`, LTO).
 #[derive(Clone, Debug)]
 pub struct Slave<const AXES: usize> {
@@ -63,7 +63,7 @@ pub struct Slave<const AXES: usize> {
 /// Checks the sizes in the documentation.
 #[cfg(target_arch = "avr")]
 const _: () = {
-    let axis = if cfg!(feature = "jerk") { 33 } else { 30 };
+    let axis = if cfg!(feature = "jerk") { 33 } else { 29 };
     assert!(size_of::<Slave<1>>() <= 73 + axis && size_of::<Slave<3>>() <= 73 + 3 * axis);
 };
 
@@ -367,7 +367,7 @@ impl<const AXES: usize> Slave<AXES> {
                 self.forget_travels();
                 // The masters of the Nano slave know no jerk.
                 for axis in &mut self.axes {
-                    axis.params.jerk = 0;
+                    axis.params.jerk = NO_JERK;
                 }
                 self.order = Open::Yes;
                 // A line of a master that knows no A addresses axis 1; a master that has sent A may

@@ -1,14 +1,21 @@
-//! Cycles on a board that has lost a position by a kill: a board with the program `cycles`, in this process.
+//! Cycles on a board that has lost a position by a kill, or is lost itself: a board with the program `cycles`, in
+//! this process.
 
 use std::cell::{Cell, RefCell};
 use std::fmt::Display;
+use std::io;
+use std::rc::Rc;
+use std::time::Duration;
 
 use stepwright::Rate;
 use stepwright_cycle::line::{CycleLine, LineProgram};
 use stepwright_cycle::{Calibration, Clock, Leg, Motor};
+use stepwright_host::link::Link;
 use stepwright_host::link::simulated::{VirtualLink, VirtualProgram};
 use stepwright_host::programs::CycleSession;
 use stepwright_play::cycle::{CyclesOnBoard, PlayText};
+use stepwright_play::page::play_cycles_on;
+use stepwright_play::stream::{PlayEnd, PlayOrder};
 use stepwright_play::{PlayFormat, PlayVoice};
 use stepwright_sim::{CycleBoard, CycleLineBoard, Stand};
 
@@ -30,7 +37,42 @@ impl PlayVoice for Notes {
     }
 }
 
+/// A line that can be unplugged.
+struct Plug<L> {
+    link: L,
+    out: Rc<Cell<bool>>,
+}
+
+impl<L> Plug<L> {
+    fn is_in(&self) -> io::Result<()> {
+        if self.out.get() { Err(io::ErrorKind::BrokenPipe.into()) } else { Ok(()) }
+    }
+}
+
+impl<L: Link> Link for Plug<L> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.is_in().and_then(|()| self.link.write(bytes))
+    }
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        self.is_in().and_then(|()| self.link.read(buffer, limit))
+    }
+    fn now(&self) -> Duration {
+        self.link.now()
+    }
+    fn name(&self) -> String {
+        self.link.name()
+    }
+    fn rest(&mut self, time: Duration) {
+        self.link.rest(time);
+    }
+}
+
 fn board() -> CycleSession {
+    board_by(&Rc::default())
+}
+
+/// A board that is unplugged when this is set.
+fn board_by(out: &Rc<Cell<bool>>) -> CycleSession {
     let (rate, stand) = (Rate::from_hz(HZ).unwrap(), Stand { min: None, max: None });
     let motors: CycleBoard<'static, (), 3> =
         CycleBoard::new([Motor::new(1, 500); 3], [stand; 3], Clock::Deadlines, rate, ());
@@ -38,7 +80,7 @@ fn board() -> CycleSession {
     let legs: &'static [Cell<Leg>] = legs.collect::<Vec<_>>().leak();
     let board = CycleLineBoard::new(motors, legs);
     let link = VirtualLink::new(VirtualProgram::new(board, HZ, BYTE), true);
-    CycleSession::on(Box::new(link)).unwrap()
+    CycleSession::on(Box::new(Plug { link, out: out.clone() })).unwrap()
 }
 
 /// Kills a motor in a whirl.
@@ -79,4 +121,32 @@ fn a_position_that_is_only_counted_is_told() {
     let notes = play(killed(board()), "", "");
     assert!(notes.starts_with(told), "{notes:?}");
     assert_eq!(play(killed(board()), "position = 0", ""), "");
+}
+
+/// A board that is lost while it is told to stop may go on: the run has failed, and was not stopped.
+#[test]
+fn a_board_that_is_lost_has_not_been_stopped() {
+    let text = "[[motor]]\nname = \"X\"\nstep = 1\nsmallest-delay-us = 500\n\
+                [[cycle]]\nmove.X = { steps = 9000, delay-us = 1000 }\n";
+    for (lost, stop) in [(false, true), (true, true), (true, false)] {
+        for kill in [false, true] {
+            let (out, order) = (Rc::default(), PlayOrder::default());
+            let ended =
+                play_cycles_on(board_by(&out), "lost.toml", text, &order, &mut |_, _, _| {
+                    match (stop, kill) {
+                        (true, true) => order.kill(),
+                        (true, false) => order.stop(),
+                        (false, _) => {}
+                    }
+                    out.set(lost);
+                });
+            match ended {
+                Ok(end) if !lost => {
+                    assert_eq!(end, if kill { PlayEnd::Killed } else { PlayEnd::Stopped });
+                }
+                Err(why) if lost => assert!(!why.interrupted, "{why:?}"),
+                ended => panic!("lost {lost}, kill {kill}: {ended:?}"),
+            }
+        }
+    }
 }

@@ -148,11 +148,11 @@ pub fn play_cycles_on(
     let voice = Ordered(order);
     let mut player = CyclesOnBoard::new(board, &plan, &text, PlayFormat::Silent, &voice, LIMIT);
     player.watch_by(&mut look);
-    match (player.play(&mut stages), order.wish()) {
+    match player.play(&mut stages) {
         // A cycle may end before it has received the order.
-        (Ok(()), _) => Ok(PlayEnd::Done),
-        (Err(_), PlayWish::Kill) => Ok(PlayEnd::Killed),
-        (Err(_), PlayWish::Brake) => Ok(PlayEnd::Stopped),
-        (Err(why), _) => Err(why),
+        Ok(()) => Ok(PlayEnd::Done),
+        Err(why) if !why.interrupted => Err(why),
+        Err(_) if order.wish() == PlayWish::Kill => Ok(PlayEnd::Killed),
+        Err(_) => Ok(PlayEnd::Stopped),
     }
 }
